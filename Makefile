@@ -51,12 +51,17 @@ bench: $(VENV)/ready ## ratios against named peers, measured in this run
 
 fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate), and the files in docs/how-to
 	$(BIN)/python -m cad.samples.parts fixtures
+	$(BIN)/python -m cad.samples.uprights fixtures/uprights
 	$(BIN)/python -m cad.samples.graphs fixtures/graphs
 	$(BIN)/python docs/make_controller_files.py
 
 viewer: ## build the pages' JavaScript anew; needs Node
 	test ! -L wpcal/pages/source/node_modules || { echo "node_modules is a link: npm ci would empty its target"; exit 1; }
 	cd wpcal/pages/source && npm ci --ignore-scripts --no-audit --no-fund && node build.mjs
+
+.PHONY: freecad-addon
+freecad-addon: ## build dist/wpcal-workbench.zip, which is unpacked into FreeCAD's folder Mod
+	$(PYTHON) cad/freecad/build.py dist/wpcal-workbench.zip
 
 shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium
 	sh .ci/browser

@@ -4,27 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
+from cad.cli.moved_advice import show_moved_advice
+from cad.cli.options import POINT_LETTERS, BodiesFlags, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, KIND_HELP, ONLY_HELP, SIGMA_HELP
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from cad.workpiece.advise import AdviseOptions
     from wpcal.advise import Advice
+    from wpcal.advise.moved_advice import MovedAdvice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdviseFlags:
     """How many points are advised, for which seams, and from which features."""
 
-    points: int = option(
-        "--count", type=int, default=4, show_default=True, help="Number of points to teach, with --have."
+    points: int | None = option(
+        "--count",
+        type=int,
+        help="Number of points to teach, with --have; with --bodies, to add.  [default: 4; with --bodies 2 per body]",
+    )
+    tolerance_mm: float | None = option(
+        "--tolerance-mm",
+        type=float,
+        help="With --bodies: as many points as keep all accepted seams within this, with 95 % confidence.",
     )
     only: str | None = option(
         "--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: on all accepted seams]"
@@ -60,12 +70,14 @@ class AdviseFlags:
             exclude=split_names(self.exclude),
             near=None if self.within is None else _sphere(self.within),
             kinds=tuple(FeatureKind(letter) for letter in self.kind) or POINT_KINDS,
+            tolerance_mm=self.tolerance_mm,
         )
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @takes("advice", AdviseFlags)
+@takes("weldment", BodiesFlags)
 @takes("seams", SeamFlags)
 @takes("choice", SeamChoiceFlags)
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Output: a table.")
@@ -76,6 +88,7 @@ def advise(
     *,
     part_step: Path,
     advice: AdviseFlags,
+    weldment: BodiesFlags,
     seams: SeamFlags,
     choice: SeamChoiceFlags,
     out: Path | None,
@@ -88,16 +101,25 @@ def advise(
     The error is the one that `wpcal calibrate` reports with the same --sigma-mm. The output compares three to six
     points and names the next point to add. Free sharp corners and holes come first. Other features are advised only if
     there are too few of these.
+
+    With --bodies the points are chosen for `wpcal calibrate --bodies`: in the order in which each lowers the error of
+    the worst seam most, with the body of each point and the seam that it serves.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.outputs import require_new
+    from wpcal.core.errors import InputError
 
-    arguments = {"seam_options": seams.to_options(), "options": advice.to_options()}
+    bodies = weldment.to_options()
+    if bodies is None and advice.tolerance_mm is not None:
+        raise InputError("--tolerance-mm is for --bodies; without it the table says what three to six points reach")
+    arguments: dict[str, Any] = {"seam_options": seams.to_options(), "options": advice.to_options()}
     arguments |= {"choice": choice.to_choice()}
+    if bodies is not None:
+        arguments["bodies"] = bodies
     if out is not None:
         require_new(out, overwrite=force)
-    found: Advice = run_on_part(
-        "cad.workpiece.advise:advise_points",
+    found: Advice | MovedAdvice = run_on_part(
+        f"cad.workpiece.advise:{'advise_points' if bodies is None else 'advise_weldment'}",
         part_step,
         arguments,
         what=f"advising for {part_step}",
@@ -107,14 +129,14 @@ def advise(
         from wpcal.advise import template_csv
         from wpcal.core.records import write_file
 
-        write_file(out, template_csv(found), overwrite=force)
+        write_file(out, template_csv(found.template_rows()), overwrite=force)
     if as_json:
         from wpcal.core.records import to_json
 
         click.echo(to_json(found.to_record()), nl=False)
     else:
         _show(found, part_step.name, out)
-    return 0
+    return 1 if found.misses_tolerance else 0
 
 
 def _sphere(text: str) -> tuple[float, float, float, float]:
@@ -130,10 +152,20 @@ def _sphere(text: str) -> tuple[float, float, float, float]:
     return x, y, z, radius
 
 
-def _show(found: Advice, part: str, out: Path | None) -> None:
+def _show(found: Advice | MovedAdvice, part: str, out: Path | None) -> None:
+    from wpcal.advise import Advice
     from wpcal.cli.console import plain_console
 
     console = plain_console()
+    if isinstance(found, Advice):
+        _show_points(console, found, part)
+    else:
+        show_moved_advice(console, found, part)
+    if out is not None:
+        console.print(f"wrote {out}: fill in x_mm, y_mm, z_mm", highlight=False)
+
+
+def _show_points(console: Console, found: Advice, part: str) -> None:
     console.print(_points_table(found, part))
     console.print(_counts_table(found))
     if found.next_point is not None and found.with_next is not None:
@@ -141,8 +173,6 @@ def _show(found: Advice, part: str, out: Path | None) -> None:
         console.print(f"one more point: {found.next_point.name} makes the largest error {error}", highlight=False)
     for note in found.notes:
         console.print(f"note: {note}", highlight=False)
-    if out is not None:
-        console.print(f"wrote {out}: fill in x_mm, y_mm, z_mm", highlight=False)
 
 
 def _points_table(found: Advice, part: str) -> Table:

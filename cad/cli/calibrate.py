@@ -17,7 +17,9 @@ from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
+    from cad.workpiece.fit_taught import CalibrateOptions
     from wpcal.controllers.touch_run import TouchRun
+    from wpcal.core.transform import RigidTransform
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,61 +78,73 @@ class TouchFlags:
         return read_touch_run(self.touches, taught, self.setup, part=part.name)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CalibrateRequest:
-    """All options of the command, except where the results go."""
+@dataclass(frozen=True, slots=True)
+class CalibrationFlags:
+    """Everything that says how a part is calibrated, from the command line or from a request (`wpcal rpc`)."""
 
     touching: TouchFlags
     calibration: CalibrateFlags
     moving: BodiesFlags
-    holder: HolderFlags
     reading: ProgramFlags
     choice: SeamChoiceFlags
-    output: OutputFlags
 
-    def arguments(self, part_step: Path, taught: Path, out: Path) -> dict[str, Any]:
-        """Read what the options name, and return the arguments of `calibrate_files` except `step`.
+    def to_options(
+        self, run: TouchRun | None, *, is_criterion_given: bool
+    ) -> tuple[CalibrateOptions, RigidTransform | None]:
+        """Check the flags and return the options, and ``T_nominal_part`` if it is known.
 
-        Raises
-        ------
-        InputError
-            When an option or one of its files cannot be used, or the results cannot be written to `out`.
+        Parameters
+        ----------
+        run : TouchRun or None
+            A run of a touch program: it knows the nominal place, and its criterion is weighted if none is given.
+        is_criterion_given : bool
         """
         from wpcal.calibrate.criteria import Criterion
-        from wpcal.core.records import check_writable
 
-        calibration, output = self.calibration, self.output
-        options, nominal = calibration.to_options(self.choice.to_choice()), calibration.fit.to_nominal()
+        options, nominal = self.calibration.to_options(self.choice.to_choice()), self.calibration.fit.to_nominal()
         options = replace(options, bodies=self.moving.to_options())
-        run = self.touching.read(part_step, taught, calibration.fit, self.reading)
-        if run is not None:
-            nominal = nominal or run.T_nominal_part
-            if not is_given("criterion"):
-                options = replace(options, criterion=Criterion.WEIGHTED)
-        holding = self.holder.read()
-        check_writable(out, overwrite=output.force)
-        return {
-            "taught": self.reading.read_taught(taught) if run is None else run.taught,
-            "searches": None if run is None else run.record,
-            "run_issues": () if run is None else run.issues,
-            "silent": None if run is None else run.silent,
-            "out": out,
-            "overwrite": output.force,
-            "T_nominal_part": nominal,
-            "options": options,
-            "mark_seams": output.mark_seams,
-            "bake": output.bake,
-            "holding": holding,
-        }
+        if run is None:
+            return options, nominal
+        if not is_criterion_given:
+            options = replace(options, criterion=Criterion.WEIGHTED)
+        return options, nominal or run.T_nominal_part
+
+
+def run_arguments(run: TouchRun | None) -> dict[str, Any]:
+    """Return the arguments of `cad.workpiece.calibrate.calibrate_files` about a run of a touch program."""
+    return {
+        "searches": None if run is None else run.record,
+        "run_issues": () if run is None else run.issues,
+        "silent": None if run is None else run.silent,
+    }
 
 
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
-@takes("request", CalibrateRequest)
+@takes("touching", TouchFlags)
+@takes("calibration", CalibrateFlags)
+@takes("moving", BodiesFlags)
+@takes("holder", HolderFlags)
+@takes("reading", ProgramFlags)
+@takes("choice", SeamChoiceFlags)
+@takes("output", OutputFlags)
 @no_cache_option
-def calibrate(*, part_step: Path, taught: Path, out: Path, request: CalibrateRequest, no_cache: bool) -> int:
+def calibrate(
+    *,
+    part_step: Path,
+    taught: Path,
+    out: Path,
+    touching: TouchFlags,
+    calibration: CalibrateFlags,
+    moving: BodiesFlags,
+    holder: HolderFlags,
+    reading: ProgramFlags,
+    choice: SeamChoiceFlags,
+    output: OutputFlags,
+    no_cache: bool,
+) -> int:
     """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
     TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as).
@@ -153,11 +167,12 @@ def calibrate(*, part_step: Path, taught: Path, out: Path, request: CalibrateReq
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.calibration_tables import exit_code
 
-    output = request.output
+    asked = CalibrationFlags(touching, calibration, moving, reading, choice)
+    arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
     written: WrittenCalibration = run_on_part(
         "cad.workpiece.calibrate:calibrate_files",
         part_step,
-        request.arguments(part_step, taught, out),
+        arguments,
         what=f"calibrating {part_step}",
         use_cache=not no_cache,
         needs=(PART, MESH),
@@ -171,23 +186,59 @@ def calibrate(*, part_step: Path, taught: Path, out: Path, request: CalibrateReq
     return exit_code(written.result, accept_unsure=output.accept_unsure)
 
 
+def file_arguments(
+    asked: CalibrationFlags, holder: HolderFlags, output: OutputFlags, *, part_step: Path, taught: Path, out: Path
+) -> dict[str, Any]:
+    """Read what the options name, and return the arguments of `calibrate_files` except `step`.
+
+    Raises
+    ------
+    InputError
+        When an option or one of its files cannot be used, or the results cannot be written to `out`.
+    """
+    from wpcal.core.records import check_writable
+
+    run = asked.touching.read(part_step, taught, asked.calibration.fit, asked.reading)
+    options, nominal = asked.to_options(run, is_criterion_given=is_given("criterion"))
+    holding = holder.read()
+    check_writable(out, overwrite=output.force)
+    return {
+        "taught": asked.reading.read_taught(taught) if run is None else run.taught,
+        **run_arguments(run),
+        "out": out,
+        "overwrite": output.force,
+        "T_nominal_part": nominal,
+        "options": options,
+        "mark_seams": output.mark_seams,
+        "bake": output.bake,
+        "holding": holding,
+    }
+
+
 def is_given(parameter: str) -> bool:
     """Whether the user typed an option of this command."""
     return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
 
 
 def show_written(written: WrittenCalibration, out: Path, *, details: bool = False) -> None:
-    """Print the points, the seams, the verdict and what was written."""
+    """Print the seams, the bodies that moved, the points, the verdict and what was written."""
     from cad.cli.tables import seams_table
+    from wpcal.cli.bodies_tables import show_bodies, show_sentence
     from wpcal.cli.calibration_tables import show_calibration
     from wpcal.cli.console import plain_console, show_notes
 
     console = plain_console()
-    console.print(seams_table(written.seams, "Seams (base frame in the files)", written.u95_mm))
+    bodies = written.record.get("bodies")
+    if bodies is not None:
+        show_sentence(bodies, console)
+    title = "Seams (base frame in the files)"
+    console.print(seams_table(written.seams, title, written.u95_mm, with_gaps=bodies is None))
     refused = sum(not seam.accepted for seam in written.seams)
     if refused:
         console.print(f"{refused} candidates were not accepted as welds; wpcal seams lists them with the reasons")
-    show_calibration(written.result, console, details=details)
+    if bodies is not None:
+        show_bodies(bodies, console, details=details)
+    show_calibration(written.result, console, details=details, record=written.record)
     if "left_out" in written.record:
         listed = ", ".join(written.record["left_out"])
         console.print(f"note: left out by hand (use no): {listed}", highlight=False, markup=False)

@@ -18,10 +18,12 @@ import click
 
 from cad.batch.job_list import OptionColumn
 from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
-from cad.cli.calibrate import CalibrateRequest, calibrate
+from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
+from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, key_of, user_cache
-from cad.workpiece.calibrate import Means, WrittenCalibration, calibrate_files
+from cad.workpiece.calibrate import WrittenCalibration, calibrate_files
+from cad.workpiece.means import Means
 from cad.workpiece.seams import find_seams
 from cad.workpiece.step_file import StepFile, draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
@@ -90,6 +92,15 @@ def option_columns() -> dict[str, OptionColumn]:
     return columns
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobFlags:
+    """All options of a row."""
+
+    asked: CalibrationFlags
+    holder: HolderFlags
+    output: OutputFlags
+
+
 @dataclass(frozen=True, slots=True)
 class _HeldAnswers(AnswerCache):
     """A cache that also keeps its answers in memory: for a part that many jobs ask about."""
@@ -145,9 +156,9 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     flush_later()  # a batch that continues checks the hashes of what it finds
     path = Path(part)
     require_step_file(path)
-    with _parsed(words, part, "", Path()) as request:
-        options = request.calibration.seams.to_options()
-        choice = request.choice.to_choice()
+    with _parsed(words, part, "", Path()) as flags:
+        options = flags.asked.calibration.seams.to_options()
+        choice = flags.asked.choice.to_choice()
     kept = user_cache() if use_cache else NO_CACHE
     workpiece = open_workpiece(path, cache=_HeldAnswers(kept.folder, kept.most_mb))
     found = find_seams(workpiece, options, choice)
@@ -160,11 +171,13 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
 
 
 def _write_moved(
-    step: StepPart, known: KnownPart, _: StepFile, T_base_part: RigidTransform, path: Path, **settings: Any
+    step: StepPart, known: KnownPart, file: StepFile, T_base_part: RigidTransform, path: Path, **settings: Any
 ) -> tuple[Issue, ...]:
     from cad.step.write import write_moved_step
 
     settings.pop("progress")
+    if settings["T_part_moved"] is not None:  # bodies are drawn apart: that takes the shapes
+        step = file.hand_over_step()
     return write_moved_step(step, T_base_part, path, known=known, **settings)
 
 
@@ -209,9 +222,11 @@ def run_job(
     here, new = Path(), folder / name
     inputs = JobInputs((part, opened.sha256), (taught, sha256_at(taught, here)), tuple(words), files_in(words, here))
     folder.mkdir()
-    with _parsed(words, part, taught, new) as request:
-        arguments = request.arguments(Path(part), Path(taught), new)
-    accept_unsure = request.output.accept_unsure
+    with _parsed(words, part, taught, new) as flags:
+        arguments = file_arguments(
+            flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
+        )
+    accept_unsure = flags.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
     if sha256_at(taught, here) != inputs.taught[1] or files_in(words, here) != inputs.files:
@@ -261,7 +276,7 @@ def result_of(written: WrittenCalibration) -> dict[str, Any]:
 
 
 @contextmanager
-def _parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator[CalibrateRequest]:
+def _parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator[JobFlags]:
     """Yield the options of a row, as the command line reads them; they are read while the block runs.
 
     Raises
@@ -273,6 +288,6 @@ def _parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator
     try:
         context = command.make_context("calibrate", [*words, "--out", str(out), "--", part, taught])
         with context:
-            yield group_of(CalibrateRequest, context.params)
+            yield group_of(JobFlags, context.params)
     except click.ClickException as error:
         raise InputError(error.format_message()) from None

@@ -5,8 +5,9 @@ What is known of the part already (`cad.workpiece.answer_cache`) needs no kernel
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +25,25 @@ FROM_STDIN = "stdin.step"
 """Name of a part that comes from standard input, and so of its results."""
 STARTING = "starting the CAD kernel"
 """What is done until the first message of the kernel's process."""
+
+
+_HERE: ContextVar[AnswerCache | None] = ContextVar("here", default=None)
+
+
+@contextmanager
+def kernel_in_this_process(cache: AnswerCache) -> Iterator[None]:
+    """Let commands that run inside work with the kernel here: this process is a child of another one already.
+
+    Parameters
+    ----------
+    cache : AnswerCache
+        Where their answers are kept.
+    """
+    before = _HERE.set(cache)
+    try:
+        yield
+    finally:
+        _HERE.reset(before)
 
 
 def run_on_part(
@@ -74,19 +94,29 @@ def run_on_part(
             copy.write_bytes(read_bytes(part_step, most_mb=MOST_STEP_MB))
             return run_on_part(target, copy, arguments, what=what, use_cache=use_cache, needs=needs)
     require_step_file(part_step)
+    here = _HERE.get()
+    if here is not None:
+        with shown_progress(f"opening {part_step.name}") as progress:
+            return _function(target)(step=part_step, **arguments, cache=here, progress=progress)
     from cad.kernel.child import Limits, run_in_child
     from cad.workpiece.answer_cache import NO_CACHE, KernelNeededError, user_cache
 
     cache, limits = user_cache() if use_cache else NO_CACHE, Limits.from_environment()
     with shown_progress(f"opening {part_step.name}") as progress:
         if _holds(part_step, cache, needs):
-            module, _, function = target.partition(":")
             with suppress(KernelNeededError):
-                run = getattr(import_module(module), function)
-                return run(step=part_step, **arguments, cache=replace(cache, kernel=False), progress=progress)
+                return _function(target)(
+                    step=part_step, **arguments, cache=replace(cache, kernel=False), progress=progress
+                )
         progress(STARTING)
         given = {"step": part_step, **arguments, "cache": cache}
         return run_in_child(target, given, what=what, limits=limits, progress=progress)
+
+
+def _function(target: str) -> Callable[..., Any]:
+    module, _, name = target.partition(":")
+    found: Callable[..., Any] = getattr(import_module(module), name)
+    return found
 
 
 def _holds(part_step: Path, cache: AnswerCache, needs: Sequence[str]) -> bool:

@@ -321,6 +321,7 @@ class BodiesFlags:
             usual.mrad if self.tack_mrad is None else self.tack_mrad,
         )
         groups = () if self.bodies == EACH_SOLID else read_bodies(Path(self.bodies))
+        is_stated = is_stated or any(group.tolerance is not None for group in groups)
         return BodiesOptions(tolerance, is_stated, groups)
 
 

@@ -54,7 +54,9 @@ def size_words(feature: ReferenceFeature) -> str:
     return " ".join(word for word in words if word)
 
 
-def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] | None = None) -> Table:
+def seams_table(
+    seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] | None = None, *, with_gaps: bool = True
+) -> Table:
     """Return one row per accepted seam.
 
     Parameters
@@ -63,13 +65,15 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
     title : str
     u95_mm : sequence of ndarray, shape (frames,), optional
         The predicted 95 % error at every frame of each seam, mm; its largest value is shown.
+    with_gaps : bool
+        Show the gaps of the model.
     """
     table = Table(title=title)
     for heading in ("seam", "joint", "weld"):
         table.add_column(heading, no_wrap=True)
     table.add_column("joins")
     table.add_column("middle in part, mm", justify="right")
-    for heading in ("length mm", "points", "gap mm"):
+    for heading in ("length mm", "points", *(["gap mm"] if with_gaps else [])):
         table.add_column(heading, justify="right", no_wrap=heading != "length mm")
     table.add_column("sure", justify="right", no_wrap=True)
     if u95_mm is not None:
@@ -78,7 +82,7 @@ def seams_table(seams: Sequence[Seam], title: str, u95_mm: Sequence[FloatArray] 
         if not seam.accepted:
             continue
         cells = [seam.name, seam.joint.value, seam.weld.value, " + ".join(seam.solids), _middle(seam), _length(seam)]
-        cells += [str(len(seam.frames)), f"{seam.gap_mm[2]:.3f}", _sure(seam)]
+        cells += [str(len(seam.frames)), *([f"{seam.gap_mm[2]:.3f}"] if with_gaps else []), _sure(seam)]
         if u95_mm is not None:
             cells.append(f"{u95_mm[row].max():.3f}")
         table.add_row(*cells)

@@ -229,18 +229,39 @@ class _Child:
         """Say how the child ended."""
         code = self.process.wait()
         if self.is_late:
-            return f"stopped after {self.limits.time_s:g} s, its time limit; set {TIME_VARIABLE} to allow more"
-        if code >= 0:
-            return f"the process of the CAD kernel ended with code {code}: {self._last_line()}"
-        name = signal.Signals(-code).name
-        if name in CRASH_SIGNALS:
-            if not self.step or self.step.startswith(READING):
-                return f"the CAD kernel cannot read this file: it crashed ({name})"
-            return f"the CAD kernel cannot work with this file: it crashed ({name}) at the step: {self.step}"
-        hint = "; the system may be out of memory" if name == "SIGKILL" else ""
-        return f"the process of the CAD kernel was ended by {name}{hint}"
+            return too_late(self.limits)
+        return cause_of_death(code, step=self.step, noise=self.noise)
 
-    def _last_line(self) -> str:
-        self.noise.seek(0)
-        lines = self.noise.read().decode("utf-8", errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "no message")
+
+def too_late(limits: Limits) -> str:
+    """Say that a child exceeded its time."""
+    return f"stopped after {limits.time_s:g} s, its time limit; set {TIME_VARIABLE} to allow more"
+
+
+def cause_of_death(code: int, *, step: str, noise: IO[bytes]) -> str:
+    """Say how a child ended that sent no result.
+
+    Parameters
+    ----------
+    code : int
+        Its exit code; negative for a signal.
+    step : str
+        The last progress message; empty if there was none.
+    noise : file
+        Its standard error.
+    """
+    if code >= 0:
+        return f"the process of the CAD kernel ended with code {code}: {_last_line(noise)}"
+    name = signal.Signals(-code).name
+    if name in CRASH_SIGNALS:
+        if not step or step.startswith(READING):
+            return f"the CAD kernel cannot read this file: it crashed ({name})"
+        return f"the CAD kernel cannot work with this file: it crashed ({name}) at the step: {step}"
+    hint = "; the system may be out of memory" if name == "SIGKILL" else ""
+    return f"the process of the CAD kernel was ended by {name}{hint}"
+
+
+def _last_line(noise: IO[bytes]) -> str:
+    noise.seek(0)
+    lines = noise.read().decode("utf-8", errors="replace").split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "no message")

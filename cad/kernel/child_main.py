@@ -33,7 +33,7 @@ class _AskedToEndError(BaseException):
 
 def main() -> None:
     """Take one request from standard input, run it, and send frames over what was standard output."""
-    _end_with(int(sys.argv[1]))
+    end_with_parent(int(sys.argv[1]))
     signal.signal(signal.SIGTERM, _raise_asked_to_end)
     from cad.kernel.frames import read_packet
     from cad.kernel.plain_data import unpack
@@ -42,11 +42,12 @@ def main() -> None:
     if request is None:
         os._exit(0)  # the parent ended
     if not has_death_signal():
-        _end_at_end_of(sys.stdin.fileno())
+        end_at_end_of(sys.stdin.fileno())
     channel = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the kernel prints with C++ streams: only the descriptor counts
     target, arguments, wants_progress, time_s, memory_gb = unpack(request)
-    _limit(time_s, memory_gb)
+    _limit_time(time_s)
+    limit_memory(memory_gb)
     try:
         _answer(channel, target, arguments, wants_progress=wants_progress)
     except _AskedToEndError:
@@ -63,7 +64,7 @@ def has_death_signal() -> bool:
     return sys.platform == "linux"
 
 
-def _end_with(parent: int) -> None:
+def end_with_parent(parent: int) -> None:
     """Let the system kill this process when its parent ends, also while the CAD kernel computes."""
     if has_death_signal():
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
@@ -71,7 +72,7 @@ def _end_with(parent: int) -> None:
             os._exit(0)
 
 
-def _end_at_end_of(pipe: int) -> None:
+def end_at_end_of(pipe: int) -> None:
     """End this process when the parent's end of the pipe is closed, on systems that send no signal.
 
     A process of its own waits for that: a thread would wait for the CAD kernel, which holds Python's lock.
@@ -92,9 +93,13 @@ def _end_at_end_of(pipe: int) -> None:
     os._exit(0)
 
 
-def _limit(time_s: float, memory_gb: float) -> None:
+def _limit_time(time_s: float) -> None:
     if hasattr(signal, "alarm"):
         signal.alarm(int(time_s) + _ALARM_GRACE_S)
+
+
+def limit_memory(memory_gb: float) -> None:
+    """Let the system refuse more memory than this, 10⁹ bytes, where it can."""
     if sys.platform == "linux":
         import resource
 

@@ -71,3 +71,10 @@ def to_location(transform: RigidTransform) -> KernelObject:
     trsf = gp_Trsf()
     trsf.SetValues(*np.column_stack([transform.R, transform.t_mm]).ravel().tolist())
     return TopLoc_Location(trsf)
+
+
+def location_matrix(location: KernelObject) -> FloatArray:
+    """Kernel location as a matrix, shape (4, 4), mm."""
+    trsf, matrix = location.Transformation(), np.eye(4)
+    matrix[:3] = [[trsf.Value(i, j) for j in range(1, 5)] for i in range(1, 4)]
+    return matrix

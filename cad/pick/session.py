@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -256,10 +256,7 @@ def _fit_record(
 ) -> dict[str, Any]:
     record = result.to_record()
     row_of = dict(zip(taught.names, rows.complete(), strict=True))
-    R_base_part = result.T_base_part.R
-    for point in record["points"]:
-        point["row"] = row_of[point["name"]]
-        point["residual_part_mm"] = (R_base_part.T @ np.array(point["residual_mm"])).tolist()
+    place_points(record["points"], row_of, result.T_base_part)
     kept = (
         "verdict",
         "judgement",
@@ -283,6 +280,22 @@ def _fit_record(
             for exchange in record.get("suspect", {}).get("exchanges", ())
         ],
     }
+
+
+def place_points(points: list[dict[str, Any]], row_of: Mapping[str, int], T_base_part: RigidTransform) -> None:
+    """Add to the points of a record of a calibration their ``row`` and ``residual_part_mm``, for an arrow at the part.
+
+    Parameters
+    ----------
+    points : list of dict
+        ``points`` of ``calibration.json``; they are changed.
+    row_of : mapping of str to int
+        By name of the point.
+    T_base_part : RigidTransform
+    """
+    for point in points:
+        point["row"] = row_of[point["name"]]
+        point["residual_part_mm"] = (T_base_part.R.T @ np.array(point["residual_mm"])).tolist()
 
 
 def _one_line(message: str) -> str:

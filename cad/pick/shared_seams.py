@@ -166,25 +166,12 @@ class SharedSeams:
         InputError
             When a decision has a wrong form, or does not fit the part. Then nothing is changed.
         """
-        edits = self._read(decisions)
+        edits = read_decisions(decisions, path="seams" if self.path is None else str(self.path))
         with self._lock:
             if revision != self._session.seams_revision:
                 return {**self._state(), "is_stale": True}
             self._take(edits)
             return {**self._state(), "warning": self._store()}
-
-    def _read(self, decisions: Any) -> tuple[PlacedEdit, ...]:
-        if not isinstance(decisions, list) or len(decisions) > MOST_DECISIONS:
-            raise InputError(f"expected a list of at most {MOST_DECISIONS} decisions about seams")
-        path = "seams" if self.path is None else str(self.path)
-        edits = []
-        for decision in decisions:
-            if not isinstance(decision, dict) or not isinstance(decision.get("candidate"), dict):
-                raise InputError("expected a candidate and an edit for every decision about a seam")
-            label = str(decision["candidate"].get("name", "?"))
-            candidate = candidate_from_record(decision["candidate"], label, path=path)
-            edits.append(PlacedEdit(candidate, edit_from_record(decision.get("edit"), label, path=path), path))
-        return tuple(edits)
 
     def _take(self, edits: tuple[PlacedEdit, ...]) -> None:
         part, options = self._part, self._part.seam_options
@@ -216,6 +203,33 @@ class SharedSeams:
         except InputError as error:
             return str(error)
         return ""
+
+
+def read_decisions(decisions: Any, *, path: str) -> tuple[PlacedEdit, ...]:
+    """Return the decisions that a page or another program sends.
+
+    Parameters
+    ----------
+    decisions : list of dict
+        Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
+    path : str
+        For messages.
+
+    Raises
+    ------
+    InputError
+        When a decision has a wrong form.
+    """
+    if not isinstance(decisions, list) or len(decisions) > MOST_DECISIONS:
+        raise InputError(f"expected a list of at most {MOST_DECISIONS} decisions about seams")
+    edits = []
+    for decision in decisions:
+        if not isinstance(decision, dict) or not isinstance(decision.get("candidate"), dict):
+            raise InputError("expected a candidate and an edit for every decision about a seam")
+        label = str(decision["candidate"].get("name", "?"))
+        candidate = candidate_from_record(decision["candidate"], label, path=path)
+        edits.append(PlacedEdit(candidate, edit_from_record(decision.get("edit"), label, path=path), path))
+    return tuple(edits)
 
 
 def seams_of(part: PickPart) -> dict[str, Any]:

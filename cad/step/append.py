@@ -7,17 +7,22 @@ those of ISO 10303-44 for an assembly: one product, and for every root a ``NEXT_
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cad.step.part21 import Part21File
-from cad.step.part21_values import Record, Ref, Value, encode_string, format_real
-from cad.step.products import Root, axis_placement, find_roots
+from cad.step.part21_values import Record, Ref, encode_string, format_real
+from cad.step.products import Root, argument, axis_placement, find_roots
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
+
+NOT_MOVED: Mapping[int, RigidTransform] = MappingProxyType({})
+"""No root has moved within the part."""
 
 PARALLEL_SIN = 1e-6
 """An axis and a reference direction do not span a plane if the sine of their angle is less than this."""
@@ -89,7 +94,9 @@ class Assembly:
         return self.root.unit_mm
 
 
-def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str) -> tuple[EntityWriter, Assembly]:
+def append_placement(
+    file: Part21File, T_base_part: RigidTransform, *, name: str, moves: Mapping[int, RigidTransform] = NOT_MOVED
+) -> tuple[EntityWriter, Assembly]:
     """Write the entities of an assembly that holds the file's roots moved by a transform.
 
     Parameters
@@ -98,6 +105,8 @@ def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str
     T_base_part : RigidTransform
     name : str
         Name of the new product.
+    moves : mapping of int to RigidTransform, optional
+        Motions within `part` of roots, by their ``PRODUCT_DEFINITION``.
 
     Returns
     -------
@@ -116,11 +125,17 @@ def append_placement(file: Part21File, T_base_part: RigidTransform, *, name: str
     unit_mm = roots[0].unit_mm
     definition, shape = add_product(writer, file, roots[0], name)
     origin = writer.add_placement(RigidTransform.identity(target="base", source="base"), unit_mm=1.0)
-    pairs = [_add_placements(writer, file, root, T_base_part, origin=origin, unit_mm=unit_mm) for root in roots]
+    still = RigidTransform.identity(target="part", source="part")
+    pairs = [
+        _add_placements(
+            writer, file, root, T_base_part @ moves.get(root.definition, still), origin=origin, unit_mm=unit_mm
+        )
+        for root in roots
+    ]
     items = ",".join([origin, *(moved for _, moved in pairs)])
     representation = writer.add(f"SHAPE_REPRESENTATION({_string(name)},({items}),#{roots[0].context})")
     writer.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
-    names = [_product_name(file, root) or name for root in roots]
+    names = [product_name(file, root) or name for root in roots]
     assembly = Assembly(definition, representation, origin, roots[0], (name, *names))
     for number, (root, (child, moved)) in enumerate(zip(roots, pairs, strict=True), start=1):
         add_component(
@@ -140,7 +155,7 @@ def with_entities(file: Part21File, writer: EntityWriter) -> bytes:
 
 def add_component(
     writer: EntityWriter, assembly: Assembly, definition: str, representation: str, *,
-    child: str, moved: str, name: str, number: int,
+    child: str, moved: str, name: str, number: int | str,
 ) -> None:  # fmt: skip
     """Add one use of a product in the assembly: it is moved from the placement `child` to the placement `moved`."""
     text = _string(name)
@@ -159,7 +174,7 @@ def add_component(
 def add_product(writer: EntityWriter, file: Part21File, root: Root, name: str) -> tuple[str, str]:
     """Add a product in the contexts of a root's product; return its ``PRODUCT_DEFINITION`` and ``…_SHAPE``."""
     product, definition = _product_records(file, root)
-    contexts, context = _argument(product, 3), _argument(definition, 3)
+    contexts, context = argument(product, 3), argument(definition, 3)
     if not isinstance(contexts, tuple) or not isinstance(context, Ref):
         raise FormatError(f"the product of #{root.definition} has no context", path=file.name)
     references = ",".join(f"#{item}" for item in contexts if isinstance(item, Ref))
@@ -175,17 +190,18 @@ def _product_records(file: Part21File, root: Root) -> tuple[Record | None, Recor
     """Records of a root's ``PRODUCT`` and ``PRODUCT_DEFINITION``."""
     instance = file.instance(root.definition)
     definition = None if instance is None else instance.records[0]
-    formation = _argument(definition, 2)
+    formation = argument(definition, 2)
     instance = file.instance(formation) if isinstance(formation, Ref) else None
-    product = _argument(None if instance is None else instance.records[0], 2)
+    product = argument(None if instance is None else instance.records[0], 2)
     instance = file.instance(product) if isinstance(product, Ref) else None
     return None if instance is None else instance.record("PRODUCT"), definition
 
 
-def _product_name(file: Part21File, root: Root) -> str:
+def product_name(file: Part21File, root: Root) -> str:
+    """Return the name of a product, or its id; empty when it has neither."""
     product, _ = _product_records(file, root)
     for index in (1, 0):
-        value = _argument(product, index)
+        value = argument(product, index)
         if isinstance(value, str) and value.strip():
             return value
     return ""
@@ -227,9 +243,20 @@ def _orthonormal(axis: FloatArray, reference: FloatArray) -> FloatArray | None:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _argument(record: Record | None, index: int) -> Value:
-    return record.arguments[index] if record is not None and index < len(record.arguments) else None
-
-
 def _string(text: str) -> str:
     return encode_string(text).decode("ascii")
+
+
+def span_of(file: Part21File, number: int) -> tuple[int, int]:
+    """Return where an instance begins and where it ends, before its semicolon."""
+    at = int(np.searchsorted(file.ids, number))
+    return int(file.starts[at]), int(file.ends[at])
+
+
+def spliced(text: bytes, changes: Sequence[tuple[int, int, bytes]]) -> bytes:
+    """Replace ranges of a text; they are given in ascending order."""
+    pieces, done = [], 0
+    for start, end, new in changes:
+        pieces += [text[done:start], new]
+        done = end
+    return b"".join([*pieces, text[done:]])

@@ -15,15 +15,15 @@ from wpcal.brep.mesh import Rgb
 from wpcal.core.errors import FormatError
 
 
-def with_solid_colors(text: bytes, colors: Sequence[Rgb], *, name: str) -> bytes:
+def with_solid_colors(text: bytes, colors: Sequence[Rgb | None], *, name: str) -> bytes:
     """Give every solid of a STEP file a colour.
 
     Parameters
     ----------
     text : bytes
         With one solid in every ``ADVANCED_BREP_SHAPE_REPRESENTATION``, without colours.
-    colors : sequence of Rgb
-        One per solid, in the order of the representations.
+    colors : sequence of Rgb or None
+        One per solid, in the order of the representations; None: it gets no colour.
     name : str
         Of the file, for messages.
 
@@ -42,8 +42,10 @@ def with_solid_colors(text: bytes, colors: Sequence[Rgb], *, name: str) -> bytes
     if len(solids) != len(colors):
         raise FormatError(f"expected a solid for each of {len(colors)} colours, found {len(solids)}", path=name)
     writer = EntityWriter(int(file.ids[-1]) + 1)
-    styles = {color: _add_style(writer, color) for color in dict.fromkeys(colors)}
+    styles = {color: _add_style(writer, color) for color in dict.fromkeys(colors) if color is not None}
     for (solid, context), color in zip(solids, colors, strict=True):
+        if color is None:
+            continue
         item = writer.add(f"STYLED_ITEM('color',({styles[color]}),#{solid})")
         writer.add(f"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',({item}),#{context})")
     return with_entities(file, writer)

@@ -13,7 +13,7 @@ import re
 
 import numpy as np
 
-from cad.step.append import EntityWriter, placement_of, with_entities
+from cad.step.append import EntityWriter, placement_of, span_of, spliced, with_entities
 from cad.step.part21 import Part21File, index_part21
 from cad.step.part21_values import Instance, Ref, format_real
 from cad.step.products import Component, Root, components_of, find_roots, unit_of_context
@@ -84,17 +84,12 @@ def _with_moved_components(
             new.append(writer.add_placement(T_base_part @ T_part_axis, unit_mm=root.unit_mm))
             changes.append(_argument_changed(file, part.transformation, part.side, new[-1]))
         changes.append(_items_added(file, root.representation, new))
-    return _spliced(with_entities(file, writer), sorted(changes))
-
-
-def _span(file: Part21File, number: int) -> tuple[int, int]:
-    at = int(np.searchsorted(file.ids, number))
-    return int(file.starts[at]), int(file.ends[at])
+    return spliced(with_entities(file, writer), sorted(changes))
 
 
 def _argument_changed(file: Part21File, transformation: int, side: int, new: str) -> tuple[int, int, bytes]:
     """Change one of the two placements, the last two references, of an ``ITEM_DEFINED_TRANSFORMATION``."""
-    start, end = _span(file, transformation)
+    start, end = span_of(file, transformation)
     references = list(re.finditer(rb"#[0-9]+", file.clean[start:end]))[-2:]
     old = references[side]
     return start + old.start(), start + old.end(), new.encode("ascii")
@@ -102,7 +97,7 @@ def _argument_changed(file: Part21File, transformation: int, side: int, new: str
 
 def _items_added(file: Part21File, representation: int, new: list[str]) -> tuple[int, int, bytes]:
     """Add items to the list of a representation. The list ends at the last but one closing bracket."""
-    start, end = _span(file, representation)
+    start, end = span_of(file, representation)
     last = file.clean.rfind(b")", start, file.clean.rfind(b",", start, end))
     return last, last, ("," + ",".join(new)).encode("ascii")
 
@@ -133,7 +128,7 @@ def _with_explicit_directions(file: Part21File) -> Part21File:
                 changes.append((int(file.starts[at]), int(file.ends[at]) + 1, change))
     if not changes:
         return file
-    return index_part21(_spliced(with_entities(file, writer), sorted(changes)), name=file.name)
+    return index_part21(spliced(with_entities(file, writer), sorted(changes)), name=file.name)
 
 
 def _with_root_axes_back(file: Part21File, moved: Part21File, T_base_part: RigidTransform) -> bytes:
@@ -151,10 +146,10 @@ def _with_root_axes_back(file: Part21File, moved: Part21File, T_base_part: Rigid
             continue
         X = RigidTransform.from_matrix(T @ A.matrix @ T_inverse, target="base", source="axis")
         new = writer.add_placement(X, unit_mm=root.unit_mm)
-        start, end = _span(moved, root.representation)
+        start, end = span_of(moved, root.representation)
         text = re.sub(f"#{root.axis}\\b".encode("ascii"), new.encode("ascii"), moved.text[start:end], count=1)
         changes.append((start, end, text))
-    return _spliced(with_entities(moved, writer), sorted(changes))
+    return spliced(with_entities(moved, writer), sorted(changes))
 
 
 def _explicit(writer: EntityWriter, file: Part21File, placement: Instance) -> bytes:
@@ -198,13 +193,4 @@ def _moved_vectors(file: Part21File, T_base_part: RigidTransform, unit_mm: float
     is_point = np.array([m.group(1) == b"CARTESIAN_POINT" for m in kept])
     moved = T_base_part.rotate(numbers) + np.where(is_point[:, None], T_base_part.t_mm / unit_mm, 0.0)
     texts = [",".join(map(format_real, row)).encode("ascii") for row in moved.tolist()]
-    return _spliced(file.text, [(*m.span(2), text) for m, text in zip(kept, texts, strict=True)])
-
-
-def _spliced(text: bytes, changes: list[tuple[int, int, bytes]]) -> bytes:
-    """Replace ranges of a text; they are given in ascending order."""
-    pieces, done = [], 0
-    for start, end, new in changes:
-        pieces += [text[done:start], new]
-        done = end
-    return b"".join([*pieces, text[done:]])
+    return spliced(file.text, [(*m.span(2), text) for m, text in zip(kept, texts, strict=True)])

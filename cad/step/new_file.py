@@ -46,29 +46,42 @@ def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True)
     KernelError
         When the kernel fails.
     """
+    placed = [(member, shape, TopLoc_Location()) for member, shape, _ in members]
+    text = plain_step_text(placed, name, pcurves=pcurves)
+    header = rb"FILE_NAME('%s','%s',('wpcal'),('wpcal'),'','wpcal samples','');" % (name.encode(), FIXED_TIME.encode())
+    text = re.sub(rb"FILE_NAME\(.*?\);", header, text, count=1, flags=re.DOTALL)
+    return with_solid_colors(text, [srgb(rgb) for _, _, rgb in members], name=name)
+
+
+def plain_step_text(placed: Sequence[tuple[str, KernelObject, KernelObject]], name: str, *, pcurves: bool) -> bytes:
+    """Return solids as an assembly in a STEP file without colours; the rest as in `new_step_text`.
+
+    Parameters
+    ----------
+    placed : sequence of (name, kernel solid, kernel location)
+    name, pcurves
+        As in `new_step_text`.
+    """
     document = new_document()
     settings = {"write.surfacecurve.mode": int(pcurves)}
     with tempfile.TemporaryDirectory() as folder, kernel_call(f"writing {name}"), step_settings(settings):
-        _fill(document, members, name)
+        _fill(document, placed, name)
         writer = STEPCAFControl_Writer()
         writer.SetNameMode(True)
         writer.SetColorMode(False)
         writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
         path = Path(folder) / "part.step"
         writer.Write(str(path))
-        text = path.read_bytes()
-    header = rb"FILE_NAME('%s','%s',('wpcal'),('wpcal'),'','wpcal samples','');" % (name.encode(), FIXED_TIME.encode())
-    text = re.sub(rb"FILE_NAME\(.*?\);", header, text, count=1, flags=re.DOTALL)
-    return with_solid_colors(text, [srgb(rgb) for _, _, rgb in members], name=name)
+        return path.read_bytes()
 
 
-def _fill(document: KernelObject, members: Sequence[Member], name: str) -> None:
+def _fill(document: KernelObject, placed: Sequence[tuple[str, KernelObject, KernelObject]], name: str) -> None:
     shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     top = shapes.NewShape()
     TDataStd_Name.Set_s(top, to_extended_string(name))
-    for member, shape, _ in members:
+    for member, shape, location in placed:
         label = shapes.AddShape(shape, False)
         TDataStd_Name.Set_s(label, to_extended_string(member))
-        instance = shapes.AddComponent(top, label, TopLoc_Location())
+        instance = shapes.AddComponent(top, label, location)
         TDataStd_Name.Set_s(instance, to_extended_string(member))
     shapes.UpdateAssemblies()

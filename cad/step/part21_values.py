@@ -142,6 +142,38 @@ def parse_value(text: bytes) -> Value:
     return root[0]
 
 
+def format_instance(instance: Instance) -> bytes:
+    """Write an instance as text that `parse_instance` reads back, without the semicolon.
+
+    Examples
+    --------
+    >>> format_instance(parse_instance(b"#7=(A($,.T.)B((1,2.),*,'it''s'))"))
+    b"#7=(A($,.T.)B((1,2.),*,'it''s'))"
+    """
+    records = "".join(map(_format_value, instance.records))
+    return f"#{instance.id}={records if len(instance.records) == 1 else f'({records})'}".encode("ascii")
+
+
+def _format_value(value: Value) -> str:
+    match value:
+        case Record() | tuple():
+            inner = ",".join(map(_format_value, value.arguments if isinstance(value, Record) else value))
+            text = f"{value.keyword if isinstance(value, Record) else ''}({inner})"
+        case None:
+            text = "$"
+        case Ref():
+            text = f"#{int(value)}"
+        case Enumeration():
+            text = "*" if value == "*" else f".{value}."
+        case str():
+            text = encode_string(value).decode("ascii")
+        case bytes():
+            text = f'"{value.decode("ascii")}"'
+        case _:
+            text = format_real(value) if isinstance(value, float) else str(value)
+    return text
+
+
 def _plain(kind: str, token: bytes) -> Value:
     if kind == "number":
         return _number(token)

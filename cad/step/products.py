@@ -24,7 +24,7 @@ UNIT_RTOL = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """A product that is not a component of another product, with its shape.
+    """A product with its shape. It is a root if it is not a component of another product.
 
     Parameters
     ----------
@@ -61,29 +61,34 @@ def find_roots(file: Part21File) -> tuple[Root, ...]:
         When an instance on the way is not a Part 21 instance.
     """
     children = {
-        argument
+        child
         for usage in file.instances("NEXT_ASSEMBLY_USAGE_OCCURRENCE")
-        if isinstance(argument := _argument(_record(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 4), Ref)
+        if isinstance(child := argument(record_of(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 4), Ref)
     }
+    return tuple(product for product in find_products(file) if product.definition not in children)
+
+
+def find_products(file: Part21File) -> tuple[Root, ...]:
+    """Products with a shape, roots and components, in the order of their numbers; errors as in `find_roots`."""
     shapes: dict[int, list[Root]] = {}
     for link in file.instances("SHAPE_DEFINITION_REPRESENTATION"):
-        root = _root_of(file, link, children)
-        if root is not None:
-            shapes.setdefault(root.definition, []).append(root)
+        product = _product_of(file, link)
+        if product is not None:
+            shapes.setdefault(product.definition, []).append(product)
     # A definition may have several representations. An assembly needs one with a placement.
     return tuple(next((r for r in found if r.axis is not None), found[0]) for _, found in sorted(shapes.items()))
 
 
-def _root_of(file: Part21File, link: Instance, children: set[Ref]) -> Root | None:
-    record = _record(link, "SHAPE_DEFINITION_REPRESENTATION")
-    definition = _argument(_record(_follow(file, _argument(record, 0)), "PRODUCT_DEFINITION_SHAPE"), 2)
-    if not isinstance(definition, Ref) or definition in children:
+def _product_of(file: Part21File, link: Instance) -> Root | None:
+    record = record_of(link, "SHAPE_DEFINITION_REPRESENTATION")
+    definition = argument(record_of(follow(file, argument(record, 0)), "PRODUCT_DEFINITION_SHAPE"), 2)
+    if not isinstance(definition, Ref):
         return None
     target = file.instance(definition)
     if target is None or target.record("NEXT_ASSEMBLY_USAGE_OCCURRENCE") is not None:
         return None  # the shape of one use of a product, not of the product
-    representation = _follow(file, _argument(record, 1))
-    context, items = (None, ()) if representation is None else _context_and_items(representation)
+    representation = follow(file, argument(record, 1))
+    context, items = (None, ()) if representation is None else context_and_items(representation)
     if representation is None or context is None:
         return None
     placements = (item for item in items if _is(file, item, "AXIS2_PLACEMENT_3D"))
@@ -92,10 +97,10 @@ def _root_of(file: Part21File, link: Instance, children: set[Ref]) -> Root | Non
     )
 
 
-def _context_and_items(representation: Instance) -> tuple[Ref | None, tuple[Ref, ...]]:
+def context_and_items(representation: Instance) -> tuple[Ref | None, tuple[Ref, ...]]:
     """Context and items of a representation: ``(name, items, context)`` in a simple record or in ``REPRESENTATION``."""
     record = representation.record("REPRESENTATION") or representation.records[0]
-    items, context = _argument(record, 1), _argument(record, 2)
+    items, context = argument(record, 1), argument(record, 2)
     if not isinstance(context, Ref) or not isinstance(items, tuple):
         return None, ()
     return context, tuple(item for item in items if isinstance(item, Ref))
@@ -131,19 +136,19 @@ def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
     usages = {
         usage.id
         for usage in file.instances("NEXT_ASSEMBLY_USAGE_OCCURRENCE")
-        if _argument(_record(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 3) == root.definition
+        if argument(record_of(usage, "NEXT_ASSEMBLY_USAGE_OCCURRENCE"), 3) == root.definition
     }
     if not usages:
         return ()
     found = []
     for link in file.instances("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"):
-        record = _record(link, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")
-        usage = _argument(_record(_follow(file, _argument(record, 1)), "PRODUCT_DEFINITION_SHAPE"), 2)
+        record = record_of(link, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")
+        usage = argument(record_of(follow(file, argument(record, 1)), "PRODUCT_DEFINITION_SHAPE"), 2)
         if usage in usages:
-            found.append(_component(file, root, _follow(file, _argument(record, 0))))
+            found.append(_component(file, root, follow(file, argument(record, 0))))
     placed = [component for component in found if component is not None]
     representation = file.instance(root.representation)
-    items = () if representation is None else _context_and_items(representation)[1]
+    items = () if representation is None else context_and_items(representation)[1]
     if len(placed) != len(usages) or not all(_is(file, item, "AXIS2_PLACEMENT_3D") for item in items):
         raise FormatError(f"the components of #{root.definition} are not all placed by transformations", path=file.name)
     return tuple(placed)
@@ -152,12 +157,12 @@ def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
 def _component(file: Part21File, root: Root, relation: Instance | None) -> Component | None:
     if relation is None:
         return None
-    ends = _record(relation, "REPRESENTATION_RELATIONSHIP")
-    number = _argument(_record(relation, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION"), 0)
-    transformation = _record(_follow(file, number), "ITEM_DEFINED_TRANSFORMATION")
+    ends = record_of(relation, "REPRESENTATION_RELATIONSHIP")
+    number = argument(record_of(relation, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION"), 0)
+    transformation = record_of(follow(file, number), "ITEM_DEFINED_TRANSFORMATION")
     for side in (1, 0):
-        placement = _argument(transformation, 2 + side)
-        is_root = _argument(ends, 2 + side) == root.representation
+        placement = argument(transformation, 2 + side)
+        is_root = argument(ends, 2 + side) == root.representation
         if is_root and isinstance(placement, Ref) and isinstance(number, Ref):
             return Component(int(number), side, int(placement))
     return None
@@ -167,9 +172,9 @@ def unit_of_context(file: Part21File, context: int) -> float:
     """Length unit of a representation context, mm; 1 when the context names none (the kernel assumes the same)."""
     instance = file.instance(context)
     record = None if instance is None else instance.record("GLOBAL_UNIT_ASSIGNED_CONTEXT")
-    units = _argument(record, 0) if record is not None else ()
+    units = argument(record, 0) if record is not None else ()
     for unit in units if isinstance(units, tuple) else ():
-        target = _follow(file, unit)
+        target = follow(file, unit)
         if target is not None and target.record("LENGTH_UNIT") is not None:
             return _unit_mm(file, target, depth=0)
     return 1.0
@@ -182,11 +187,11 @@ MAX_UNIT_DEPTH = 8
 def _unit_mm(file: Part21File, unit: Instance, *, depth: int) -> float:
     si = unit.record("SI_UNIT")
     if si is not None:
-        prefix = _argument(si, 0)
+        prefix = argument(si, 0)
         return 1000.0 * (SI_PREFIX_METRES.get(prefix, 1.0) if isinstance(prefix, Enumeration) else 1.0)
-    measure = _follow(file, _argument(unit.record("CONVERSION_BASED_UNIT"), 1))
+    measure = follow(file, argument(unit.record("CONVERSION_BASED_UNIT"), 1))
     value, base = _measure(measure)
-    base_unit = _follow(file, base)
+    base_unit = follow(file, base)
     if value is None or base_unit is None or depth >= MAX_UNIT_DEPTH:
         raise FormatError(f"the length unit #{unit.id} cannot be followed", path=file.name)
     return value * _unit_mm(file, base_unit, depth=depth + 1)
@@ -195,8 +200,8 @@ def _unit_mm(file: Part21File, unit: Instance, *, depth: int) -> float:
 def _measure(measure: Instance | None) -> tuple[float | None, Value]:
     """Value and unit of a ``LENGTH_MEASURE_WITH_UNIT``, simple or complex."""
     for record in () if measure is None else measure.records:
-        value, unit = _argument(record, 0), _argument(record, 1)
-        number = _argument(value, 0) if isinstance(value, Record) else value
+        value, unit = argument(record, 0), argument(record, 1)
+        number = argument(value, 0) if isinstance(value, Record) else value
         if isinstance(unit, Ref) and isinstance(number, int | float) and number > 0:
             return float(number), unit
     return None, None
@@ -220,16 +225,16 @@ def axis_placement(
     FormatError
         When the placement does not lead to three coordinates.
     """
-    record = _record(file.instance(number), "AXIS2_PLACEMENT_3D")
-    location = _coordinates(file, _argument(record, 1))
+    record = record_of(file.instance(number), "AXIS2_PLACEMENT_3D")
+    location = _coordinates(file, argument(record, 1))
     if location is None:
         raise FormatError(f"the placement #{number} has no location", path=file.name)
-    return location, _coordinates(file, _argument(record, 2)), _coordinates(file, _argument(record, 3))
+    return location, _coordinates(file, argument(record, 2)), _coordinates(file, argument(record, 3))
 
 
 def _coordinates(file: Part21File, value: Value) -> tuple[float, ...] | None:
-    target = _follow(file, value)
-    numbers = None if target is None else _argument(target.records[0], 1)
+    target = follow(file, value)
+    numbers = None if target is None else argument(target.records[0], 1)
     if not isinstance(numbers, tuple):
         return None
     found = tuple(float(v) for v in numbers if isinstance(v, int | float))
@@ -241,13 +246,16 @@ def _is(file: Part21File, number: int, keyword: str) -> bool:
     return instance is not None and instance.record(keyword) is not None
 
 
-def _follow(file: Part21File, value: Value) -> Instance | None:
+def follow(file: Part21File, value: Value) -> Instance | None:
+    """Return the instance that a value refers to; None if it refers to none."""
     return file.instance(value) if isinstance(value, Ref) else None
 
 
-def _record(instance: Instance | None, keyword: str) -> Record | None:
+def record_of(instance: Instance | None, keyword: str) -> Record | None:
+    """Return the record of an instance with a keyword; None if it has none."""
     return None if instance is None else instance.record(keyword)
 
 
-def _argument(record: Record | None, index: int) -> Value:
+def argument(record: Record | None, index: int) -> Value:
+    """Return an argument of a record; None if there is none."""
     return record.arguments[index] if record is not None and index < len(record.arguments) else None

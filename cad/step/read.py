@@ -20,9 +20,11 @@ from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.XCAFDoc import XCAFDoc_ShapeTool
 
 from cad.kernel.call import KernelObject, kernel_call, step_settings
+from cad.kernel.geometry import location_matrix
 from cad.kernel.topology import EDGE, FACE, SHAPE_KINDS, SOLID, WIRE, NumberedShapes, sub_shapes
 from cad.kernel.xcaf import label_color, label_name, labels_of, new_document
 from cad.step.materials import ProductMaterial, read_materials
+from cad.step.occurrences import LeafUse
 from cad.step.open_text import read_step_text
 from cad.step.part21 import Part21File
 from cad.step.products import find_roots, unit_name
@@ -122,6 +124,8 @@ class StepPart:
         The XCAF document.
     source : Part21File
         The indexed text.
+    leaves : tuple of LeafUse
+        Every use of a product with faces.
     """
 
     file_name: str
@@ -133,6 +137,7 @@ class StepPart:
     issues: tuple[Issue, ...]
     document: Any
     source: Part21File
+    leaves: tuple[LeafUse, ...] = ()
 
     @property
     def text(self) -> bytes:
@@ -201,7 +206,8 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     if not solids:
         issues.append(Issue("no-solid", "the file holds no solid and no shell with exact faces"))
     digest = sha256_of(file.byte_order_mark + file.text)
-    return StepPart(path.name, digest, unit, file.schema, solids, marks, tuple(issues), document, file)
+    uses = tuple(_leaf_uses(leaves, prepared))
+    return StepPart(path.name, digest, unit, file.schema, solids, marks, tuple(issues), document, file, uses)
 
 
 def read_document(path: Path, text: bytes | None = None) -> KernelObject:
@@ -283,7 +289,7 @@ def _placed_solids(
 ) -> Iterator[StepSolid]:
     taken: set[str] = set()
     number = 0
-    levels = zip(*(leaf.use.products for leaf in leaves), strict=False)
+    levels = zip(*(leaf.use.products for leaf in leaves if prepared[leaf.entry].bodies), strict=False)
     whole = sum(1 for _ in takewhile(lambda names: len(set(names)) == 1, levels))
     for leaf in leaves:
         bodies = prepared[leaf.entry].bodies
@@ -297,6 +303,15 @@ def _placed_solids(
             products = (*leaf.use.products, own.name) if own.name else leaf.use.products
             facts = SolidFacts(leaf.use.path, products, color, made_of.texts, made_of.density_kg_m3)
             yield StepSolid(name, leaf.use.path, placed, color, layers, facts)
+
+
+def _leaf_uses(leaves: list[Leaf], prepared: dict[str, LeafShapes]) -> Iterator[LeafUse]:
+    number = 0
+    for leaf in leaves:
+        count = len(prepared[leaf.entry].bodies)
+        if prepared[leaf.entry].has_faces:
+            yield LeafUse(tuple(range(number, number + count)), location_matrix(leaf.use.location))
+        number += count
 
 
 @dataclass(frozen=True, slots=True)

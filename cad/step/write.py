@@ -8,31 +8,37 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType
 from OCP.TCollection import TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
+from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from cad.kernel.call import KernelObject, kernel_call, step_settings
 from cad.kernel.geometry import to_location
 from cad.kernel.xcaf import label_name, labels_of, to_extended_string
 from cad.step.append import append_placement, with_entities
+from cad.step.append_colors import with_solid_colors
 from cad.step.append_seams import SEAMS_NAME, SeamCurve, append_seams
 from cad.step.bake import bake_text
 from cad.step.compare import StepInventory, compare_inventories, compare_seam_edges, take_inventory
+from cad.step.compare_solids import OwnMotions, take_solids
+from cad.step.move_solids import move_solids
+from cad.step.new_file import plain_step_text
 from cad.step.outline import outline
 from cad.step.part21 import Part21File, index_part21
 from cad.step.read import StepPart, read_document, read_step
 from wpcal.brep.mesh import Rgb
-from wpcal.core.arrays import frozen
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError, KernelError
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 from wpcal.core.issue import Issue
@@ -41,7 +47,9 @@ from wpcal.core.records import write_file
 from wpcal.core.transform import RigidTransform
 
 DEFEATED = "moved-other-way"
-DEFEATS = frozenset({DEFEATED, "moved-faces-differ", "moved-vertices-differ", "moved-seams-differ"})
+DEFEATS = frozenset(
+    {DEFEATED, "moved-faces-differ", "moved-vertices-differ", "moved-seams-differ", "moved-solids-differ"}
+)
 """Differences in the geometry. After one of them the next way of writing is tried."""
 
 MANY_FACES = 2000
@@ -54,7 +62,14 @@ OF_OUTLINE = ("names", "colors", "layers", "annotations")
 SOME_MOVE = RigidTransform.from_six_tuple((812.5, -310.25, 455.125, 0.02, -0.3, 1.1), target="base", source="part")
 """A move with all six numbers, on which the checks of the moves of a part are tried."""
 
-WAY_NAMES = {"baked": "moving the geometry in the text", "appended": "appending to the text"}
+NOT_APART = "bodies-not-apart"
+"""The bodies that moved could not be drawn apart."""
+
+WAY_NAMES = {
+    "baked": "moving the geometry in the text",
+    "appended": "appending to the text",
+    "from_solids": "the kernel",
+}
 """Ways of writing, for messages."""
 
 SCHEMA_AP214, SCHEMA_AP242 = 4, 5
@@ -62,6 +77,9 @@ SCHEMA_AP214, SCHEMA_AP242 = 4, 5
 
 KERNEL_UNITS = {"um": "UM", "mm": "MM", "cm": "CM", "m": "M", "inch": "INCH", "ft": "FT"}
 """Values of the kernel's setting `write.step.unit`."""
+
+Way: TypeAlias = "Callable[[StepInventory], tuple[bytes, Counter[str]]]"
+"""Returns a text, and the names that it adds."""
 
 
 def write_moved_step(
@@ -72,6 +90,7 @@ def write_moved_step(
     bake: bool = False,
     seams: Sequence[tuple[str, ArrayLike, Rgb]] = (),
     known: KnownPart | None = None,
+    T_part_moved: FloatArray | None = None,
 ) -> tuple[Issue, ...]:
     """Write a part moved by a rigid transform, then read the file again and compare.
 
@@ -88,6 +107,8 @@ def write_moved_step(
         ``wpcal seams``.
     known : KnownPart, optional
         What `know_part` found of the part, if it is moved many times.
+    T_part_moved : ndarray, shape (n, 4, 4), optional
+        Where each of the n solids of the part has moved within `part`, mm, before the part is moved.
 
     Returns
     -------
@@ -108,26 +129,39 @@ def write_moved_step(
     where it should be.
     """
     curves = tuple(SeamCurve(name, frozen(points), color) for name, points, color in seams)
-    if known is None:
-        with kernel_call(f"writing {path}"):
-            known = KnownPart(take_inventory(part.document))
+    with kernel_call(f"writing {path}"):
+        known = known or KnownPart(take_inventory(part.document))
+        own = None if T_part_moved is None else OwnMotions(T_part_moved, take_solids(part))
     before = known.before
     # the shapes are not needed any more; if nobody else holds them, their memory is free for what is read again
     part = part.without_shapes()
-    job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves, known)
-    ways = (job.baked, job.appended, job.from_document) if bake else (job.appended, job.from_document)
+    job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves, known, own)
     issues: list[Issue] = []
     with kernel_call(f"writing {path}"):
-        for way in ways:
-            try:
-                text, added = way(before)
-                write_file(path, text, overwrite=True)
-                found = job.check(path, before, added, appended=way == job.appended)
-            except FormatError as error:
-                found = [Issue(DEFEATED, str(error))]
-            if way == ways[-1] or not any(issue.code in DEFEATS for issue in found):
-                return (*issues, *found)
-            issues.append(Issue(DEFEATED, f"{WAY_NAMES[way.__name__]} failed: {found[0].message}"))
+        if own is not None:
+            found, is_written = _tried(job, (*(job.baked,) * bake, job.appended, job.from_solids), path, before)
+            if is_written:
+                return found
+            issues += [*found, Issue(NOT_APART, f"{path.name}: its bodies are drawn where the model has them")]
+            job = replace(job, own=None)
+        found, _ = _tried(job, (*(job.baked,) * bake, job.appended, job.from_document), path, before)
+    return (*issues, *found)
+
+
+def _tried(job: _Job, ways: Sequence[Way], path: Path, before: StepInventory) -> tuple[tuple[Issue, ...], bool]:
+    """Write by the first way that succeeds; return what went wrong, and whether one did. The last file stays."""
+    issues: list[Issue] = []
+    for way in ways:
+        try:
+            text, added = way(before)
+            write_file(path, text, overwrite=True)
+            found = job.check(path, before, added, appended=way == job.appended)
+        except FormatError as error:
+            found = [Issue(DEFEATED, str(error))]
+        is_right = not any(issue.code in DEFEATS for issue in found)
+        if is_right or way == ways[-1]:
+            return (*issues, *found), is_right
+        issues.append(Issue(DEFEATED, f"{WAY_NAMES[way.__name__]} failed: {found[0].message}"))
     raise KernelError(f"writing {path}: no way of writing was tried")
 
 
@@ -195,17 +229,50 @@ class _Job:
     name: str
     seams: tuple[SeamCurve, ...]
     known: KnownPart
+    own: OwnMotions | None = None
 
     def appended(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
         """An assembly around the roots, appended to the text."""
-        writer, assembly = append_placement(self.part.source, self.T_base_part, name=self.name)
+        file, roots = self._with_own_motions()
+        writer, assembly = append_placement(file, self.T_base_part, name=self.name, moves=roots)
         if self.seams:
-            append_seams(writer, self.part.source, assembly, self.T_base_part, self.seams)
-        return with_entities(self.part.source, writer), Counter(assembly.names)
+            append_seams(writer, file, assembly, self.T_base_part, self.seams)
+        return with_entities(file, writer), Counter(assembly.names)
 
     def baked(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
         """The geometry moved in the text."""
-        return self._with_seams(bake_text(self.part.source, self.T_base_part), Counter())
+        file, roots = self._with_own_motions()
+        if roots:
+            raise FormatError("each of its solids stands alone and moves by itself: no assembly holds them")
+        return self._with_seams(bake_text(file, self.T_base_part), Counter())
+
+    def from_solids(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
+        """Every solid as a product, placed by itself in one assembly, with the kernel's writer."""
+        solids = read_step(self.part.file_name, data=self.part.text).solids
+        if self.own is None or len(solids) != len(self.own.T_part_moved):
+            raise FormatError("its solids are not those that moved", path=self.part.file_name)
+        places = (self.T_base_part.matrix @ motion for motion in self.own.T_part_moved)
+        placed = [
+            (
+                solid.name,
+                BRepBuilderAPI_Copy(solid.shape.Located(TopLoc_Location())).Shape(),  # else one product for all uses
+                to_location(RigidTransform.from_matrix(place, target="base", source="part")).Multiplied(
+                    solid.shape.Location()
+                ),
+            )
+            for solid, place in zip(solids, places, strict=True)
+        ]
+        text = plain_step_text(placed, self.name, pcurves=True)
+        return self._with_seams(
+            with_solid_colors(text, [solid.color_rgb for solid in solids], name=self.part.file_name), Counter()
+        )
+
+    def _with_own_motions(self) -> tuple[Part21File, dict[int, RigidTransform]]:
+        """Return the text with the placements of solids that moved, and the motions of its roots."""
+        if self.own is None:
+            return self.part.source, {}
+        text, roots = move_solids(self.part.source, self.part.leaves, self.own.T_part_moved)
+        return index_part21(text, name=self.part.file_name), roots
 
     def from_document(self, before: StepInventory) -> tuple[bytes, Counter[str]]:
         """The kernel's document with its free shapes under one placed assembly."""
@@ -226,6 +293,10 @@ class _Job:
 
     def check(self, path: Path, before: StepInventory, added: Counter[str], *, appended: bool) -> list[Issue]:
         """Read what was written and compare; first only its outline, if a large file was appended to."""
+        if self.own is not None:
+            again = read_step(path)
+            found = self.own.compare(again, self.T_base_part, before, without=SEAMS_NAME)
+            return found + compare_seam_edges(again.document, self.T_base_part, self.seams)
         if appended and (self.known.outline is not None or before.surfaces.total() >= MANY_FACES):
             written, source = read_bytes(path, most_mb=MOST_STEP_MB), self.part.source
             head, tail = source.text[: source.data_end], source.text[source.data_end :]

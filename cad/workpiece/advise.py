@@ -8,17 +8,23 @@ from typing import Any
 
 import numpy as np
 
+from cad.workpiece.advise_bodies import advise_bodies
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.advise import Advice, advise
+from wpcal.advise.moved_advice import MovedAdvice
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import POINT_KINDS, FeatureKind, Touchable, feature_named, judge_features
+from wpcal.features import POINT_KINDS, FeatureKind, ReferenceFeature, Touchable, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
+
+USUAL_POINTS = 4
+"""With three points no residual shows that one of them is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +33,9 @@ class AdviseOptions:
 
     Parameters
     ----------
-    points : int
-        How many to teach.
+    points : int or None
+        How many to teach. None: four of a part that is one body; of one whose bodies may move as many as
+        `tolerance_mm` needs, or two for each body.
     seams : tuple of str
         Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
     sigma_mm : float
@@ -40,9 +47,11 @@ class AdviseOptions:
         Sphere as centre x, y, z and radius in `part`, mm. Only features inside may be advised.
     kinds : tuple of FeatureKind
         Kinds that may be advised.
+    tolerance_mm : float or None
+        For a part whose bodies may move: as many points as the worst seam needs.
     """
 
-    points: int = 4
+    points: int | None = None
     seams: tuple[str, ...] = ()
     sigma_mm: float = USUAL_SIGMA_MM
     criterion: Criterion = Criterion.MINIMAX
@@ -50,6 +59,7 @@ class AdviseOptions:
     exclude: tuple[str, ...] = ()
     near: tuple[float, float, float, float] | None = None
     kinds: tuple[FeatureKind, ...] = POINT_KINDS
+    tolerance_mm: float | None = None
 
 
 def advise_points(
@@ -94,9 +104,52 @@ def advise_points(
     return workpiece.answer("advice", (options, seam_options, choice), advice)
 
 
-def _advise(
+def advise_weldment(
+    step: Any,
+    *,
+    bodies: BodiesOptions,
+    options: AdviseOptions,
+    seam_options: SeamOptions,
+    choice: SeamChoice | None = None,
+    cache: AnswerCache = NO_CACHE,
+    progress: Progress = no_progress,
+) -> MovedAdvice:
+    """Choose the features of a weldment to teach whose bodies may have moved.
+
+    Parameters and errors are those of `advise_points`, and of `cad.workpiece.advise_bodies.advise_bodies`.
+
+    Returns
+    -------
+    MovedAdvice
+    """
+    workpiece = open_workpiece(step, cache=cache, progress=progress)
+    asked = _asked(workpiece, options, seam_options, choice or SeamChoice(), progress)
+    progress("choosing points")
+    return advise_bodies(
+        asked.workpiece,
+        asked.seams,
+        asked.allowed,
+        bodies,
+        sigma_mm=options.sigma_mm,
+        have=asked.have,
+        count=options.points,
+        tolerance_mm=options.tolerance_mm,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """What is asked, found on the part: its seams, the features that may be taught, and those that are."""
+
+    workpiece: Workpiece
+    seams: list[Seam]
+    allowed: list[Touchable]
+    have: list[ReferenceFeature]
+
+
+def _asked(
     workpiece: Workpiece, options: AdviseOptions, seam_options: SeamOptions, choice: SeamChoice, progress: Progress
-) -> Advice:
+) -> _Asked:
     have = [feature_named(workpiece.features, name) for name in options.have]
     excluded = {feature_named(workpiece.features, name).name for name in options.exclude}
     progress(f"finding seams: {workpiece.size}")
@@ -108,16 +161,23 @@ def _advise(
         for item in judge_features(workpiece.graph, workpiece.features)
         if item.feature.name not in excluded and item.feature.kind in options.kinds and _is_near(item, options.near)
     ]
+    return _Asked(workpiece, seams, allowed, have)
+
+
+def _advise(
+    workpiece: Workpiece, options: AdviseOptions, seam_options: SeamOptions, choice: SeamChoice, progress: Progress
+) -> Advice:
+    asked = _asked(workpiece, options, seam_options, choice, progress)
     advised = advise(
-        allowed,
-        seams,
-        points=options.points,
+        asked.allowed,
+        asked.seams,
+        points=USUAL_POINTS if options.points is None else options.points,
         sigma_mm=options.sigma_mm,
         criterion=options.criterion,
-        have=have,
+        have=asked.have,
         progress=progress,
     )
-    return replace(advised, notes=(*advised.notes, *(issue.message for issue in workpiece.issues)))
+    return replace(advised, notes=(*advised.notes, *(issue.message for issue in asked.workpiece.issues)))
 
 
 def _seams_named(seams: Sequence[Seam], names: Sequence[str]) -> list[Seam]:

@@ -7,7 +7,7 @@ values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
-from cad.workpiece.moved_file import write_moved
-from cad.workpiece.seams import find_seams
+from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
@@ -44,29 +44,6 @@ if TYPE_CHECKING:
 
 SEAM_RGB = (0.9, 0.2, 0.1)
 """Colour of seams that are written as edges into the moved STEP file (sRGB)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Means:
-    """The steps of a calibration that a batch does once per part instead of once per job.
-
-    Parameters
-    ----------
-    find_seams : callable
-        As `cad.workpiece.seams.find_seams`.
-    write_moved : callable
-        As `cad.workpiece.moved_file.write_moved`.
-    wants_page : callable
-        Tells of a result whether its page is written.
-    """
-
-    find_seams: Callable[..., tuple[tuple[Seam, ...], Workpiece]] = find_seams
-    write_moved: Callable[..., tuple[Issue, ...]] = write_moved
-    wants_page: Callable[[CalibrationResult], bool] = lambda _: True
-
-
-USUAL_MEANS = Means()
-"""Those of one calibration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +124,7 @@ class WorkpieceCalibration:
         if left_out:
             head["left_out"] = left_out
         if self.moved is not None:
-            record["bodies"] = self.moved.bodies.to_record()
+            record["bodies"] = bodies_record(self.moved, self.workpiece.graph)
         return {**head, **record, "issues": [*record["issues"], *found]}
 
 
@@ -296,7 +273,8 @@ def calibrate_files(
 
     Parameters
     ----------
-    step : Path, or a Workpiece that was read from one
+    step : Path or Workpiece
+        A part that is open already must come from a STEP file.
     taught : Path or TaughtPoints
     out : Path
         The folder to write into.
@@ -352,9 +330,11 @@ def calibrate_files(
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
+        own, apart = (None, ()) if found.moved is None else found.moved.solid_motions(workpiece.graph)
         issues = means.write_moved(
-            source, found.T_base_part, folder / moved, seams=marked, bake=bake, progress=progress
+            source, found.T_base_part, folder / moved, seams=marked, bake=bake, T_part_moved=own, progress=progress
         )
+        issues = (*apart, *issues)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*run_issues, *issues, *mesh_issues))

@@ -14,19 +14,25 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, meeting_errors
+from wpcal.calibrate.bodies.fit import BodiesFit
 from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.bodies.verdict import judge_bodies
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
 from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
+
+NAMED_MM = 1e-3
+"""A point this near to a vertex or to the centre of a circle is taken for it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +49,8 @@ class MovedWorkpiece:
         Where moved faces meet, in `part`.
     errors : tuple of MeetingErrors
         At the frames of each seam.
+    gap_limit_mm : float
+        Largest gap between members that a seam may have.
     """
 
     bodies: MovedBodies
@@ -50,22 +58,60 @@ class MovedWorkpiece:
     result: CalibrationResult
     seams: tuple[MovedSeam, ...]
     errors: tuple[MeetingErrors, ...]
+    gap_limit_mm: float
 
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
         return tuple(replace(moved.seam, reasons=(*moved.seam.reasons, self._told(moved))) for moved in self.seams)
 
+    def solid_motions(self, graph: BrepGraph) -> tuple[FloatArray | None, tuple[Issue, ...]]:
+        """Return where every solid moved within `part`, and which solids cannot be drawn apart.
+
+        Parameters
+        ----------
+        graph : BrepGraph
+
+        Returns
+        -------
+        ndarray, shape (solids, 4, 4), or None
+            mm; None if no solid moves as one.
+        tuple of Issue
+        """
+        R, t = self.bodies.fit.motions.moves()
+        motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
+        motions[:-1, :3, :3], motions[:-1, :3, 3] = R, t
+        of_solid = np.full(len(graph.solid_names), -1)
+        of_solid[graph.face_solid] = self.part.face_body
+        is_cut = np.zeros(len(of_solid), dtype=bool)
+        is_cut[graph.face_solid[of_solid[graph.face_solid] != self.part.face_body]] = True
+        of_solid[is_cut] = -1
+        cut = [graph.solid_names[i] for i in np.flatnonzero(is_cut).tolist()]
+        issues = [
+            Issue(
+                "solid-of-several-bodies",
+                f"{listed(cut)}: members of one solid cannot be drawn apart; the moved STEP file has it as one, "
+                "the seams are those of the moved members",
+                tuple(cut),
+            )
+        ]
+        return None if is_cut.all() else motions[of_solid], tuple(issues if cut else ())
+
     def columns(self) -> dict[str, list[FloatArray]]:
         """Return what ``seams.json`` says of each frame: two parts of the error, and the gap, mm."""
         return {
+            "u95_across_mm": [error.across_mm for error in self.errors],
             "u95_placing_mm": [error.placing_mm for error in self.errors],
             "u95_unseen_mm": [error.unseen_mm for error in self.errors],
             "gap_mm": [moved.gap_mm for moved in self.seams],
         }
 
-    def _told(self, moved: MovedSeam) -> str:
+    def bodies_of_seam(self, moved: MovedSeam) -> list[str]:
+        """Return the names of the bodies between which a seam lies."""
         names = self.bodies.fit.motions.bodies.names
-        own = [names[b] for b in dict.fromkeys([*moved.wall_body.tolist(), *moved.base_body.tolist()]) if b >= 0]
+        return [names[b] for b in dict.fromkeys([*moved.base_body.tolist(), *moved.wall_body.tolist()]) if b >= 0]
+
+    def _told(self, moved: MovedSeam) -> str:
+        own = self.bodies_of_seam(moved)
         gap = f"gap {moved.gap_mm.min():.2f} to {moved.gap_mm.max():.2f} mm after its bodies moved"
         never = [name for name in own if name in self.bodies.untouched]
         return f"{gap}; {listed(never)} was never touched: its place rests on the tack tolerance" if never else gap
@@ -104,24 +150,33 @@ def fit_weldment(
         As in `find_bodies` and `fit_moved_bodies`.
     """
     part = find_bodies(workpiece.trimmed, choice)
-    touches = observed.fitted
-    if not isinstance(touches, Touches):
-        touches = touches_of(taught, workpiece.trimmed, workpiece.features, use="yes")
+    touches = _touches(taught, workpiece, observed.fitted, "yes")
+    checks = _touches(taught, workpiece, observed.check, "check")
+    assert touches is not None  # of the rows that were fitted as one part
     body = bodies_of(touches, part.face_body)
-    sigma_mm = options.teaching.per_axis_mm or USUAL_SIGMA_MM
+    sigma = _sigma(rigid, touches, options)
     found = fit_moved_bodies(
         touches,
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma_mm,
+        sigma_mm=sigma.mm,
         estimate=not choice.is_stated,
         seed=options.seed,
     )
     motions = found.fit.motions
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
-    errors = tuple(meeting_errors(found.fit, _points(seam)) for seam in moved)
-    return MovedWorkpiece(found, part, _result(rigid, found, touches, body, moved), moved, errors)
+    errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
+    observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
+    result = _with_points(_result(rigid, found, moved, sigma), found.fit, observed_on)
+    return MovedWorkpiece(found, part, result, moved, errors, options.seams.gap_for(workpiece.graph))
+
+
+def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
+    """Return what was observed as touches, which know their face, edge or corner."""
+    if of is None or isinstance(of, Touches):
+        return of
+    return touches_of(taught, workpiece.trimmed, workpiece.features, use=use)
 
 
 def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
@@ -141,52 +196,73 @@ def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
     body[is_edge] = edge_body[index[is_edge]]
     is_point = kind == TargetKind.POINT
     if is_point.any():
-        body[is_point] = _bodies_at(graph, targets.point[touches.rows][is_point], edge_body)
+        body[is_point] = bodies_at(graph, targets.point[touches.rows][is_point], face_body)
     return body
 
 
-def _bodies_at(graph: BrepGraph, p: FloatArray, edge_body: IntArray) -> IntArray:
+def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
+    """Return the body of each point, shape (n,), as `bodies_of` does; `p` has the shape (n, 3), in `part`, mm."""
+    edge_body = face_body[graph.edge_faces.max(axis=1)]
     start, _, points = edge_polylines(graph)
     edge = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ends = np.concatenate([start[:-1], start[1:] - 1])
     circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
     named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
     named_edge = np.concatenate([edge[ends], circles])
-    away, row = cKDTree(named).query(p)
-    other_away, other = cKDTree(points).query(p)
-    found = np.where(away <= other_away + 1e-3, named_edge[row], edge[other])
+    distances, row = cKDTree(named).query(p)
+    away, found = np.asarray(distances), named_edge[row]
+    for k in np.flatnonzero(away > NAMED_MM).tolist():
+        nearest, apart = _nearest_edge(points, edge, p[k])
+        if apart < away[k] - NAMED_MM:
+            found[k] = nearest
     return np.asarray(edge_body[found])
 
 
-def _points(moved: MovedSeam) -> MeetingPoints:
+def _nearest_edge(points: FloatArray, edge: IntArray, p: FloatArray) -> tuple[int, float]:
+    """Return the edge whose polyline is nearest to a point, and its distance, mm."""
+    inside = np.flatnonzero(edge[1:] == edge[:-1])
+    a, along = points[inside], points[inside + 1] - points[inside]
+    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    share = np.clip(np.einsum("ij,ij->i", p - a, along) / square, 0.0, 1.0)
+    away = np.linalg.norm(a + share[:, None] * along - p, axis=1)
+    k = int(np.argmin(away))
+    return int(edge[inside[k]]), float(away[k])
+
+
+def meeting_points(moved: MovedSeam) -> MeetingPoints:
+    """Return the frames of a moved seam as points whose error is known."""
     frames = moved.seam.frames
     return MeetingPoints(
         frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, frames.R[:, :, 0], moved.is_met
     )
 
 
+def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions) -> Sigma:
+    """Error of the touches: their own, stated or usual. Residuals of the part as one body hold its motions, too."""
+    if touches.covariances is not None:
+        return rigid.sigma
+    stated = options.teaching.per_axis_mm
+    return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated is None else Sigma.stated(stated)
+
+
 def _result(
-    rigid: CalibrationResult, found: MovedBodies, touches: Touches, body: IntArray, moved: Sequence[MovedSeam]
+    rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam], sigma: Sigma
 ) -> CalibrationResult:
     """Return the result of this fit: what was judged of the part as one body does not hold any more."""
-    pairs = found.fit.paired(touches, body)
     accepted = [seam for seam in moved if seam.seam.accepted]
     judgement = rigid.judgement
     if accepted:
-        points = [_points(seam) for seam in accepted]
-        joined = MeetingPoints(
-            *(np.concatenate([getattr(each, name) for each in points]) for name in MeetingPoints.__slots__)
-        )
+        joined = MeetingPoints.joined([meeting_points(seam) for seam in accepted])
         names = [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))]
         judgement = judge_bodies(found, joined, names, tolerance_mm=rigid.tolerance_mm)
     T = found.fit.T_base_part
-    fitted = replace(
+    return replace(
         rigid,
-        pairs=pairs,
         T_base_part=T,
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
+        sigma=sigma,
         covariance=found.fit.covariance[:6, :6],
         judgement=judgement,
         criteria=None,
@@ -195,4 +271,16 @@ def _result(
         suspect=None,
         criterion_advice=None,
     )
-    return replace(fitted, objective_mm=fitted.residuals.rms_mm)
+
+
+def _with_points(
+    result: CalibrationResult, fit: BodiesFit, observed: Sequence[tuple[Touches, IntArray]]
+) -> CalibrationResult:
+    """Return the result with its fitted points, then its check points, on the moved bodies, and their errors there."""
+    pairs = [fit.paired(touches, body) for touches, body in observed]
+    points = MeetingPoints.on(
+        np.concatenate([body for _, body in observed]), np.concatenate([each.p_source for each in pairs])
+    )
+    errors = meeting_errors(fit, points).total_mm
+    found = replace(result, pairs=pairs[0], check=pairs[1] if len(pairs) > 1 else None, known_errors_mm=errors)
+    return replace(found, objective_mm=found.residuals.rms_mm)

@@ -23,19 +23,25 @@ def write_moved(
     *,
     seams: Sequence[SeamLine],
     bake: bool,
+    T_part_moved: FloatArray | None = None,
     progress: Progress = no_progress,
 ) -> tuple[Issue, ...]:
-    """Write a STEP file moved by a rigid transform; parameters, result and errors as in `write_moved_step`."""
+    """Write a moved STEP file; parameters, result and errors as in `write_moved_step`.
+
+    T_part_moved: ndarray, shape (solids, 4, 4).
+    """
     if file.cache.kernel:
         from cad.step.write import write_moved_step
 
-        return write_moved_step(file.hand_over_step(), T_base_part, path, bake=bake, seams=seams)
+        return write_moved_step(
+            file.hand_over_step(), T_base_part, path, bake=bake, seams=seams, T_part_moved=T_part_moved
+        )
     from cad.kernel.child import run_in_child
 
     arguments = {"name": file.file_name, "data": file.data, "T_base_part": T_base_part, "path": path}
     issues: tuple[Issue, ...] = run_in_child(
         "cad.step.write:write_moved_data",
-        {**arguments, "seams": list(seams), "bake": bake},
+        {**arguments, "seams": list(seams), "bake": bake, "T_part_moved": T_part_moved},
         what=f"moving {file.path}",
         progress=progress,
     )

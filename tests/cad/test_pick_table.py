@@ -224,7 +224,7 @@ def test_a_template_of_advise_opens_as_the_list_of_what_to_touch(tee_for_the_pic
     part = tee_for_the_picker
     seams = [seam for seam in part.seams if seam.accepted]
     points = [item for item in part.touchables if item.feature.kind.is_point]
-    out.write_text(template_csv(advise(points, seams, points=4, sigma_mm=0.3)), encoding="utf-8")
+    out.write_text(template_csv(advise(points, seams, points=4, sigma_mm=0.3).template_rows()), encoding="utf-8")
     shared = opened(out, part)
     assert len(shared.rows.cells) == 4
     assert shared.rows.complete() == ()

@@ -186,8 +186,8 @@ def test_a_wrong_place_in_a_large_file_is_seen(
         RigidTransform.from_six_tuple([0, 0, 1e-5, 0, 0, 0], target="base", source="base"),
     )
 
-    def wrong(file: Any, T_base_part: RigidTransform, *, name: str) -> Any:
-        return append(file, off @ T_base_part, name=name)
+    def wrong(file: Any, T_base_part: RigidTransform, **more: Any) -> Any:
+        return append(file, off @ T_base_part, **more)
 
     monkeypatch.setattr(write_step, "append_placement", wrong)
     (issue,) = write_moved_step(frame, T_BASE_PART, tmp_path / "moved.step")

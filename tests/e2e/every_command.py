@@ -36,6 +36,7 @@ COMMANDS = {
     "place": "one/cell.json out -o map.svg",
     "plan": "cell/two-mh6.json seams.json --seam W1 -o new",
     "report": "out --force",
+    "rpc": "",
     "seams": "tee.step --png seams.png --html seams.html",
     "sheet": "tee.step -o sheet.pdf --touch V2,V4,V16",
     "study": "table1.csv --trials 20",

@@ -168,3 +168,13 @@ def _meeting(part: Weldment, found: BodiesFit) -> MeetingPoints:
     up = motions.turned(base, np.tile([0.0, 0.0, 1.0], (len(points), 1)))
     p = motions.T_base_part.inverse().apply(_on_seams(part, motions, points))
     return MeetingPoints(p, body, base, n, up, x, np.ones(len(points), dtype=bool))
+
+
+def test_the_error_across_a_seam_is_a_part_of_the_whole() -> None:
+    """Uprights touched on their large faces only: along the seam nothing holds them but the tacks."""
+    rng = np.random.default_rng(14)
+    part = uprights(2)
+    true = part.drawn(rng)
+    found = part.fitted(part.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
+    errors = meeting_errors(found, _meeting(part, found))
+    assert (errors.across_mm < errors.total_mm / 2.0).all()

@@ -110,6 +110,15 @@ class Advice:
     sigma_mm: float
     criterion: Criterion
 
+    @property
+    def misses_tolerance(self) -> bool:
+        """Whether a tolerance was asked for that is not reached: never, because none is."""
+        return False
+
+    def template_rows(self) -> list[tuple[str, str]]:
+        """Return name and place of each point, for `template_csv`."""
+        return [(feature.name, where_it_is(feature)) for feature in self.chosen.features]
+
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
         return {
@@ -250,9 +259,15 @@ def what_it_is(feature: ReferenceFeature) -> str:
     return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''}"
 
 
-def template_csv(advice: Advice) -> str:
-    """Return the file of taught points for `calibrate`, its coordinates to be filled in."""
-    rows = [[feature.name, "", "", "", "yes", where_it_is(feature)] for feature in advice.chosen.features]
+def template_csv(points: Sequence[tuple[str, str]]) -> str:
+    """Return the file of taught points for `calibrate`, its coordinates to be filled in.
+
+    Parameters
+    ----------
+    points : sequence of (str, str)
+        The name of each point, and where it is, in words.
+    """
+    rows = [[name, "", "", "", "yes", where] for name, where in points]
     return csv_text([["name", "x_mm", "y_mm", "z_mm", "use", "where"], *rows])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +69,9 @@ class CalibrationResult:
         What only touches on faces and edges have; their lower bound is zero. None for points.
     criterion_advice : str or None
         Which other criterion to take, and what it would give. None if minimax is as good, or was not asked for.
+    known_errors_mm : ndarray, shape (n,), or None
+        95 % errors of the fitted points, then of the check points, where bodies of the part moved: the covariance does
+        not give them then.
     """
 
     pairs: PointPairs
@@ -92,6 +96,7 @@ class CalibrationResult:
     tool: ToolOffset | None = None
     touches: TouchEvidence | None = None
     criterion_advice: str | None = None
+    known_errors_mm: FloatArray | None = None
 
     @property
     def residuals(self) -> Residuals:
@@ -162,6 +167,27 @@ class CalibrationResult:
         fit = error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
         return frozen(fit + POSTURE_FACTOR * self.teaching.tcp_bias_mm)
 
+    def point_errors_mm(self, rows: Sequence[int] | None = None, *, check: bool = False) -> FloatArray:
+        """Return the 95 % errors of the fitted points, or of the check points, mm.
+
+        Parameters
+        ----------
+        rows : sequence of int, optional
+            Which of them, k numbers; by default all.
+        check : bool
+            Of the check points.
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        pairs = self.check if check else self.pairs
+        count = 0 if pairs is None else len(pairs)
+        at = np.arange(count) if rows is None else np.asarray(rows, dtype=np.int64)
+        if pairs is None or self.known_errors_mm is None:
+            return frozen(np.zeros(0)) if pairs is None else self.predict_error_mm(pairs.p_source[at])
+        return frozen(self.known_errors_mm[at + (len(self.pairs) if check else 0)])
+
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
@@ -218,7 +244,8 @@ class CalibrationResult:
             if pairs is None:
                 continue
             vectors = pairs.p_target - self.T_base_part.apply(pairs.p_source)
-            columns = (pairs.p_source, pairs.p_target, vectors, self.predict_error_mm(pairs.p_source))
+            errors = self.point_errors_mm(check=use == "check")
+            columns = (pairs.p_source, pairs.p_target, vectors, errors)
             for name, p_part, p_base, vector, error in zip(pairs.names, *columns, strict=True):
                 records.append(
                     {

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
@@ -32,7 +32,9 @@ def exit_code(result: CalibrationResult, *, accept_unsure: bool = False) -> int:
     return 0 if result.verdict == "PASS" or (accept_unsure and result.verdict == "UNSURE") else 1
 
 
-def show_calibration(result: CalibrationResult, console: Console, *, details: bool = False) -> None:
+def show_calibration(
+    result: CalibrationResult, console: Console, *, details: bool = False, record: Mapping[str, Any] | None = None
+) -> None:
     """Print a calibration: one row per point, the pose as pendants show it, the criteria and the warnings.
 
     Parameters
@@ -43,6 +45,8 @@ def show_calibration(result: CalibrationResult, console: Console, *, details: bo
         Printed on.
     details : bool
         Also print how the answer was found and proved, and the correction in radians.
+    record : mapping, optional
+        The record of ``calibration.json``, if it says more than the result: of bodies that moved.
     """
     console.print(_points(result))
     console.print(_fit(result))
@@ -64,7 +68,7 @@ def show_calibration(result: CalibrationResult, console: Console, *, details: bo
     )
     if result.criterion_advice is not None:
         console.print(f"advice: {result.criterion_advice}", highlight=False, markup=False)
-    steps = next_steps(result.to_record())
+    steps = next_steps(record or result.to_record())
     for step in steps:
         console.print(f"next: {step}", highlight=False, markup=False)
     if steps:
@@ -89,7 +93,7 @@ def _points(result: CalibrationResult) -> Table:
             continue
         distances = residuals.norms_mm
         shown = range(len(pairs)) if len(pairs) <= MOST_ROWS else np.argsort(-distances, kind="stable")[:MOST_ROWS]
-        errors = result.predict_error_mm(pairs.p_source[list(shown)])
+        errors = result.point_errors_mm(list(shown), check=bool(mark))
         for i, error in zip(shown, errors, strict=True):
             vector = (f"{v:+.4f}" for v in residuals.vectors_mm[i])
             table.add_row(pairs.names[i] + mark, *vector, f"{distances[i]:.4f}", f"{error:.4f}")

@@ -22,6 +22,7 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "Without a part": ("fit", "study"),
     "A better robot": ("identify", "tcp", "correct"),
     "Plan welds": ("cell", "place", "plan", "bases"),
+    "For other programs": ("rpc",),
 }
 """The help lists the commands in this order; those of other packages come last."""
 

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 import click
 
@@ -32,6 +33,19 @@ CountedProgress = Callable[[str, int, int], None]
 """Takes the step, how much of it is done, and of how much."""
 
 
+_TOLD: ContextVar[Progress | None] = ContextVar("told", default=None)
+
+
+@contextmanager
+def progress_told_to(told: Progress) -> Iterator[None]:
+    """Let commands that run inside tell their steps to a function, not on stderr."""
+    before = _TOLD.set(told)
+    try:
+        yield
+    finally:
+        _TOLD.reset(before)
+
+
 @contextmanager
 def shown_progress(start: str) -> Iterator[Progress]:
     """Yield a function that shows what is being done.
@@ -46,6 +60,11 @@ def shown_progress(start: str) -> Iterator[Progress]:
     callable
         Takes one message per step.
     """
+    told = _TOLD.get()
+    if told is not None:
+        told(start)
+        yield told
+        return
     if sys.stderr.isatty():
         from rich.markup import escape
 
@@ -64,7 +83,7 @@ def shown_progress(start: str) -> Iterator[Progress]:
 @contextmanager
 def counted_progress(start: str) -> Iterator[CountedProgress]:
     """Yield a function that shows how much of each step is done; a bar on a terminal."""
-    if sys.stderr.isatty():
+    if sys.stderr.isatty() and _TOLD.get() is None:
         from rich.markup import escape
         from rich.progress import Progress as Bars
 

@@ -64,7 +64,30 @@ def check_record(record: Mapping[str, Any], schema: str, *, path: str, is_comple
     FormatError
         With the place of the first fault, for example ``seam W1: point 3: p_mm[1]``.
     """
-    check = _check_of(schema, is_complete) if has_schema(schema) else _check_unknown
+    _apply(_check_of(schema, is_complete) if has_schema(schema) else _check_unknown, record, path)
+
+
+def check_complete(value: Mapping[str, Any], schema: Mapping[str, Any], *, path: str) -> None:
+    """Refuse a value that is not what a schema says, or lacks a field; for schemas that are no record's.
+
+    Parameters
+    ----------
+    value : mapping
+        As read from JSON.
+    schema : mapping
+        JSON Schema, of the part that the schemas of wpcal use.
+    path : str
+        The file, for the message.
+
+    Raises
+    ------
+    FormatError
+        As `check_record`.
+    """
+    _apply(_Schema(schema.get("$defs", {}), True).check_for(schema, ""), value, path)
+
+
+def _apply(check: Check, record: Mapping[str, Any], path: str) -> None:
     try:
         check(record, None)
     except _WrongError as error:

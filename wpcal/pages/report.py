@@ -23,6 +23,9 @@ PLACE_DIGITS, ANGLE_DIGITS, TURN_DIGITS = 4, 4, 5
 ERROR_DIGITS = 6
 """The page shows 4 decimals of predicted errors; two more digits here hide that they are rounded twice."""
 
+OF_BODIES = {"across": "u95_across_mm", "placing": "u95_placing_mm", "unseen": "u95_unseen_mm", "gap": "gap_mm"}
+"""Columns of seams between bodies that moved."""
+
 
 def build_report(
     calibration: dict[str, Any], seams: dict[str, Any], part_glb: bytes | None = None, *, path: str = "seams.json"
@@ -75,7 +78,9 @@ def build_report(
 
 def seam_columns(frames: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the frames of a seam as columns, rounded to what a page can show."""
+    moved = {name: _rounded(frames, key, ERROR_DIGITS) for name, key in OF_BODIES.items() if key in (frames or [{}])[0]}
     return {
+        **moved,
         "s": _rounded(frames, "s_mm", PLACE_DIGITS),
         "p": _rounded(frames, "p_mm", PLACE_DIGITS),
         "R": _rounded(frames, "R", TURN_DIGITS),

@@ -33,7 +33,8 @@ def next_steps(calibration: Mapping[str, Any]) -> list[str]:
     reason = judgement.get("reason")
     if calibration.get("verdict") == "PASS" or reason not in _STEPS:
         return []
-    return [*_STEPS[reason](calibration, judgement), AGAIN]
+    by_reason = _BODY_STEPS if "bodies" in calibration and reason in _BODY_STEPS else _STEPS
+    return [*by_reason[reason](calibration, judgement), AGAIN]
 
 
 def _contradiction(calibration: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
@@ -180,6 +181,42 @@ def _seen_sigma(calibration: Mapping[str, Any]) -> float | None:
     return math.sqrt(sum(point["distance_mm"] ** 2 for point in fitted) / freedom)
 
 
+def _moved_contradiction(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
+    wrong = _list(calibration["bodies"]["wrong_touches"])
+    return [f"Touch {wrong} again, and check that the row names the feature or the place that you touch."]
+
+
+def _moved_too_large(calibration: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
+    """With bodies that moved: touch the bodies of the worst seam, or touch more carefully."""
+    bodies = calibration["bodies"]
+    seam = next((row for row in bodies["seams"] if row["seam"] == judgement.get("seam")), None)
+    if seam is None:
+        return [_add_point(judgement)]
+    steps = [_add_point(judgement)] if judgement.get("next_point") else []
+    touches = {row["name"]: row["touches"] for row in bodies["bodies"]}
+    if seam["never_touched"]:
+        steps.append(f"Touch {_list(seam['never_touched'])}: no touch lies there yet.")
+    elif seam["u95_unseen_mm"] > seam["u95_placing_mm"] and seam["u95_across_mm"] < seam["u95_mm"] / 2.0:
+        steps.append(
+            f"Touch {_list(seam['bodies'])} on faces across {seam['seam']}: its ends may be off along it, "
+            f"where no touch sees them; across it, it is within {seam['u95_across_mm']:.2g} mm."
+        )
+    elif seam["u95_unseen_mm"] > seam["u95_placing_mm"]:
+        fewest = min(seam["bodies"], key=lambda name: touches.get(name, 0))
+        steps.append(
+            f"Touch {fewest} on more of its faces: {seam['u95_unseen_mm']:.2g} mm of the error of {seam['seam']} are "
+            "from motions of bodies that no touch saw."
+        )
+    else:
+        steps.append(
+            f"Touch {_list(seam['bodies'])} more often or more carefully: {seam['u95_placing_mm']:.2g} mm of the error "
+            f"of {seam['seam']} are from the errors of the touches."
+        )
+    if bodies["tolerances"] == "assumed":
+        steps.append("If you know how far your tacks let the bodies move, state it (--tack-mm, --tack-mrad).")
+    return steps
+
+
 _STEPS = {
     "contradiction": _contradiction,
     "stated-error": _stated_error,
@@ -192,3 +229,4 @@ _STEPS = {
     "rival": _rival,
     "silent-search": _silent,
 }
+_BODY_STEPS = {"contradiction": _moved_contradiction, "error": _moved_too_large, "beyond": _moved_too_large}

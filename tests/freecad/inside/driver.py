@@ -28,6 +28,8 @@ SETTLE_S = 0.15
 
 SHOWN_DOCKS = ("Combo View", "Model", "Tasks")
 """FreeCAD 0.20 has tree and task panel in one dock, FreeCAD 1 in two; a first start shows a Python console, too."""
+DOCK_PX = 400
+"""A width at which a task panel shows its tables, and the 3-D view has enough room."""
 
 
 class Window:
@@ -40,6 +42,8 @@ class Window:
         self.last_said = ""
         for dock in self.main.findChildren(QtGui.QDockWidget):
             dock.setVisible(dock.objectName() in SHOWN_DOCKS)
+            if dock.isVisible():
+                self.main.resizeDocks([dock], [DOCK_PX], QtCore.Qt.Horizontal)
 
     def say(self, text):
         """Name the step that runs now, for the message if it fails."""
@@ -155,9 +159,12 @@ class Player:
 
 
 def play():
-    steps = runpy.run_path(os.environ["WPCAL_STEPS"])["steps"]
     window = Window(os.environ["WPCAL_STEPS_FOLDER"])
-    Player(window, steps(window), os.environ["WPCAL_STEPS_RESULT"]).turn()
+    Player(window, read_steps(window), os.environ["WPCAL_STEPS_RESULT"]).turn()
+
+
+def read_steps(window):
+    yield from runpy.run_path(os.environ["WPCAL_STEPS"])["steps"](window)
 
 
 QtCore.QTimer.singleShot(0, play)

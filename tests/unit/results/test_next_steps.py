@@ -84,3 +84,30 @@ def test_the_feature_to_touch_next_is_named():
 @pytest.mark.parametrize("record", [{}, {"verdict": "FAIL"}, {"verdict": "FAIL", "judgement": {"reason": None}}])
 def test_an_older_record_has_no_steps(record):
     assert next_steps(record) == []
+
+
+def moved(reason, *, never=(), unseen_mm=0.2, placing_mm=0.9, across_mm=0.8, tolerances="stated"):
+    seam = {"seam": "W3", "bodies": ["base", "web"], "never_touched": list(never)}
+    seam |= {"u95_mm": 2.2, "u95_across_mm": across_mm, "u95_unseen_mm": unseen_mm, "u95_placing_mm": placing_mm}
+    bodies = {"seams": [seam], "tolerances": tolerances, "wrong_touches": ["T4"]}
+    bodies["bodies"] = [{"name": "base", "touches": 6}, {"name": "web", "touches": 2}]
+    return {"verdict": "UNSURE", "judgement": {"reason": reason, "seam": "W3"}, "bodies": bodies, "issues": []}
+
+
+@pytest.mark.parametrize(
+    ("record", "step"),
+    [
+        (moved("contradiction"), "Touch T4 again"),
+        (moved("error", never=["web"]), "Touch web: no touch lies there yet."),
+        (moved("error", unseen_mm=2.0), "Touch base, web on faces across W3"),
+        (moved("error", unseen_mm=2.0, across_mm=2.1), "Touch web on more of its faces: 2 mm of the error of W3"),
+        (moved("error"), "Touch base, web more often or more carefully"),
+    ],
+)
+def test_steps_of_bodies_that_moved(record, step):
+    assert next_steps(record)[0].startswith(step)
+
+
+def test_an_assumed_tack_tolerance_can_be_stated():
+    assert any("--tack-mm" in step for step in next_steps(moved("error", tolerances="assumed")))
+    assert not any("--tack-mm" in step for step in next_steps(moved("error")))

@@ -11,14 +11,21 @@ fix the place, it goes with the mean of both bodies.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.special import ndtri
 
 from wpcal.calibrate.bodies.fit import BodiesFit
+from wpcal.calibrate.bodies.motions import Motions
 from wpcal.calibrate.uncertainty import COVERAGE, length_quantile
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
+
+SAMPLES = 2000
+MOST_POINTS = 200
+"""The largest error of all seams is among the points with the largest errors of their own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +51,17 @@ class MeetingPoints:
     x: FloatArray
     is_met: BoolArray
 
+    @classmethod
+    def on(cls, body: IntArray, p_part: FloatArray) -> MeetingPoints:
+        """Return points that go with one body each; shapes (n,) and (n, 3), `part` after the motions, mm."""
+        nothing = np.zeros_like(p_part)
+        return cls(p_part, body, body, nothing, nothing, nothing, np.zeros(len(p_part), dtype=np.bool_))
+
+    @classmethod
+    def joined(cls, several: Sequence[MeetingPoints]) -> MeetingPoints:
+        """Return the points of several seams together."""
+        return cls(*(np.concatenate([getattr(each, field.name) for each in several]) for field in fields(cls)))
+
     def select(self, rows: IntArray) -> MeetingPoints:
         """Return the points at `rows`, of shape (k,)."""
         return MeetingPoints(*(getattr(self, field.name)[rows] for field in fields(self)))
@@ -56,6 +74,8 @@ class MeetingErrors:
     Parameters
     ----------
     total_mm : ndarray
+    across_mm : ndarray
+        Across the seam. A seam goes on along itself, so only its ends see the rest.
     placing_mm : ndarray
         What the errors of the touches leave.
     unseen_mm : ndarray
@@ -63,16 +83,17 @@ class MeetingErrors:
     """
 
     total_mm: FloatArray
+    across_mm: FloatArray
     placing_mm: FloatArray
     unseen_mm: FloatArray
 
 
-def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
     """Differentiate points by the motions of `BodiesFit.covariance`.
 
     Parameters
     ----------
-    fit : BodiesFit
+    motions : Motions
     points : MeetingPoints
 
     Returns
@@ -80,7 +101,7 @@ def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     ndarray, shape (n, 3, 6 + 6 b)
         In `base`, mm per rad and per mm.
     """
-    T, n, b = fit.T_base_part, len(points.p_part), len(fit.motions.bodies)
+    T, n, b = motions.T_base_part, len(points.p_part), len(motions.bodies)
     A = np.stack([points.n_wall, points.n_base, points.x], axis=1)
     B_wall = np.stack([points.n_wall, np.zeros((n, 3)), points.x], axis=1)
     B_base = np.stack([np.zeros((n, 3)), points.n_base, np.zeros((n, 3))], axis=1)
@@ -88,8 +109,8 @@ def meeting_jacobian(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     J = np.zeros((n, 3, b, 6))
     for body, share in ((points.wall_body, B_wall), (points.base_body, B_base)):
         rows = np.flatnonzero(body >= 0)
-        material = _material_points(fit, body[rows], points.p_part[rows])
-        by = fit.motions.displacement_jacobian(body[rows], material)
+        material = _material_points(motions, body[rows], points.p_part[rows])
+        by = motions.displacement_jacobian(body[rows], material)
         J[rows, :, body[rows]] += np.linalg.solve(A[rows], share[rows] @ by)
     whole = point_jacobian(T.apply(points.p_part))
     return np.concatenate([whole, T.R @ J.reshape(n, 3, 6 * b)], axis=2)
@@ -107,15 +128,68 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
     -------
     MeetingErrors
     """
-    J = meeting_jacobian(fit, points)
-    total, unseen, placing = (
-        length_quantile(J @ C @ J.transpose(0, 2, 1), COVERAGE)
-        for C in (fit.covariance, fit.unseen, fit.covariance - fit.unseen)
+    J = meeting_jacobian(fit.motions, points)
+    x = points.x @ fit.T_base_part.R.T
+    across = J - x[:, :, None] * np.einsum("ni,nij->nj", x, J)[:, None, :]
+    return MeetingErrors(
+        *(
+            length_quantile(along @ C @ along.transpose(0, 2, 1), COVERAGE)
+            for along, C in (
+                (J, fit.covariance),
+                (across, fit.covariance),
+                (J, fit.covariance - fit.unseen),
+                (J, fit.unseen),
+            )
+        )
     )
-    return MeetingErrors(total, placing, unseen)
 
 
-def _material_points(fit: BodiesFit, body: IntArray, p_part: FloatArray) -> FloatArray:
+def joint_error(J: FloatArray, covariance: FloatArray) -> float:
+    """Return the length that no point's error exceeds, with 95 % probability, mm.
+
+    Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable.
+
+    Parameters
+    ----------
+    J : ndarray, shape (n, 3, m)
+        Derivative of n points by m unknowns; the `MOST_POINTS` with the largest errors of their own are enough.
+    covariance : ndarray, shape (m, m)
+        Of the unknowns.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
+    off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
+    return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
+
+
+def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+    """Return the 95 % errors of the gaps between the bodies of the wall and the faces of the base.
+
+    Parameters
+    ----------
+    fit : BodiesFit
+    points : MeetingPoints
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        A gap is off by more, to either side, with 5 % probability; mm.
+    """
+    n, b = len(points.p_part), len(fit.motions.bodies)
+    J = np.zeros((n, b, 6))
+    for body, sign in ((points.wall_body, 1.0), (points.base_body, -1.0)):
+        rows = np.flatnonzero(body >= 0)
+        by = fit.motions.displacement_jacobian(
+            body[rows], _material_points(fit.motions, body[rows], points.p_part[rows])
+        )
+        J[rows, body[rows]] += sign * np.einsum("ni,nij->nj", points.n_base[rows], by)
+    flat = J.reshape(n, 6 * b)
+    variance = np.einsum("ni,ij,nj->n", flat, fit.covariance[6:, 6:], flat)
+    return np.asarray(ndtri((1.0 + COVERAGE) / 2.0) * np.sqrt(np.maximum(variance, 0.0)))
+
+
+def _material_points(motions: Motions, body: IntArray, p_part: FloatArray) -> FloatArray:
     """Return where the moved points are in the model of their body, shape (n, 3)."""
-    R, t = fit.motions.moves()
+    R, t = motions.moves()
     return np.asarray(np.einsum("nij,ni->nj", R[body], p_part - t[body]))

@@ -27,7 +27,7 @@ from scipy.optimize import minimize
 from scipy.special import chdtrc, ndtri
 
 from wpcal.calibrate.bodies.bodies import Bodies
-from wpcal.calibrate.bodies.fit import Whitened
+from wpcal.calibrate.bodies.problem import Whitened
 from wpcal.core.arrays import FloatArray
 
 SCALES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 61)])
@@ -122,22 +122,22 @@ def _ratio(squares: FloatArray, shrink: FloatArray) -> FloatArray:
 
 
 def _of_each(free: _Restricted) -> FloatArray:
-    """Probability of each body's touches if it alone did not move, shape (b,)."""
-    V = np.eye(len(free.y)) + free.Z @ free.Z.T
-    solved = np.linalg.solve(V, np.column_stack([free.y, free.Z]))
-    p = np.ones(free.Z.shape[1] // 6)
-    for b in range(len(p)):
-        own = slice(6 * b, 6 * b + 6)
-        weight = solved[:, 1:][:, own]
-        u = weight.T @ free.y
-        Z_b = free.Z[:, own]
-        without = weight.T @ (V @ weight) - (weight.T @ Z_b) @ (Z_b.T @ weight)
-        values, vectors = np.linalg.eigh(without)
-        held = values > 1e-9
-        if held.any():
-            square = float(np.sum((vectors.T @ u)[held] ** 2 / values[held]))
-            p[b] = float(chdtrc(int(held.sum()), square))
-    return p
+    r"""Probability of each body's touches if it alone did not move, shape (b,).
+
+    With V the covariance of y and :math:`M_b = Z_b^\top V^{-1} Z_b`, the slope :math:`Z_b^\top V^{-1} y` then has the
+    covariance :math:`M_b - M_b^2`.
+    """
+    k, b = len(free.y), free.Z.shape[1] // 6
+    solved = np.linalg.solve(np.eye(k) + free.Z @ free.Z.T, np.column_stack([free.y, free.Z]))
+    Z = free.Z.reshape(k, b, 6).transpose(1, 2, 0)
+    slope = Z @ solved[:, 0]
+    M = Z @ solved[:, 1:].reshape(k, b, 6).transpose(1, 0, 2)
+    values, vectors = np.linalg.eigh(M - M @ M)
+    held = values > 1e-9
+    along = np.einsum("bji,bj->bi", vectors, slope)
+    square = np.sum(np.where(held, along**2 / np.where(held, values, 1.0), 0.0), axis=1)
+    seen = held.sum(axis=1)
+    return np.where(seen > 0, chdtrc(np.maximum(seen, 1), square), 1.0)
 
 
 def _holm(p: FloatArray) -> FloatArray:

@@ -11,6 +11,9 @@ Its covariance is :math:`H^{-1}`, and
 .. math:: H^{-1} = H^{-1} (H - P) H^{-1} + H^{-1} P H^{-1}, \qquad P = \mathrm{diag}(0_6, I):
 
 the first part is what the errors of the touches leave, the second what of the bodies' motions no touch saw.
+
+Errors that all touches share (of the stick-out, of the latency) are unknowns too: z standard deviations of each, with
+:math:`z^\top z` in the sum. Counted as errors of each touch alone they would pass for motions of bodies.
 """
 
 from __future__ import annotations
@@ -23,11 +26,11 @@ from scipy.optimize import minimize
 
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.motions import Motions, left_jacobian
-from wpcal.calibrate.touches.touches import Linearised, Touches
+from wpcal.calibrate.bodies.problem import LEAST_HELD, Problem, State, Whitened, linearised_each
+from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ConvergenceError, GeometryError, InputError
 from wpcal.core.pairs import PointPairs
-from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.levenberg_marquardt import minimise_squares
 
@@ -36,13 +39,15 @@ MOST_STEPS = 400
 """Of BFGS."""
 SETTLED = 1e-4
 """The slope of the cost, in standard deviations of the answer, at which the fit counts as settled."""
+POLISHED = 1e-7
+"""The same after Gauss-Newton: a tenth of a nanometre where touches have an error of a millimetre."""
+POLISHING_STEPS = 5
+"""Each one is at least ten times shorter than the last where touches hold the bodies."""
 LEAST_SHARE = 1e-14
 """Eigenvalues of the normal matrix below this share of the largest are round-off."""
 FIRST_DAMPING = 1e-9
 RESTS_MM = 1e-8
 """The fit ends at a step that changes no residual by more; the next one would be below round-off."""
-LEAST_HELD = 1e-9
-"""A motion of the whole whose information is below this share of the largest is free."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,27 +90,6 @@ class BodiesFit:
         """Covariance of the motion (ω, v) of one body, shape (6, 6)."""
         own = slice(6 + 6 * body, 12 + 6 * body)
         return self.covariance[own, own]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Whitened:
-    """Touches as a linear model with unit errors: r = J ξ + B u + e, at the rigid fit.
-
-    Parameters
-    ----------
-    r : ndarray, shape (m,)
-    J : ndarray, shape (m, 6)
-        By the scaled motion of the whole.
-    B : ndarray, shape (m, 6 b)
-        By the motions of the bodies, in units of their tolerances.
-    touch : ndarray of int, shape (m,)
-        The touch of each row; -1: a kept contact.
-    """
-
-    r: FloatArray
-    J: FloatArray
-    B: FloatArray
-    touch: IntArray
 
 
 def fit_bodies(
@@ -152,161 +136,15 @@ def fit_bodies(
         if sigma_mm is None or not 0.0 < sigma_mm < math.inf:
             raise InputError("the bodies' motions need the error of the touches: state it (sigma_mm)")
         touches = replace(touches, covariances=np.tile(sigma_mm**2 * np.eye(3), (len(touches), 1, 1)))
-    problem = _Problem.of(touches, body, bodies, contacts or Contacts.none(), start)
-    first = problem.state(Motions.rigid(bodies, start))
+    problem = Problem.of(touches, body, bodies, contacts or Contacts.none(), start)
+    first = problem.state(Motions.rigid(bodies, start), problem.first)
     _require_held(problem, first)
     found = _settled(problem, first)
     covariance, unseen = problem.covariances(found)
     return BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _State:
-    """Motions with the residuals there.
-
-    Parameters
-    ----------
-    at : Linearised
-        In `base`; `contact_part` in the model's coordinates of the own body.
-    weights : ndarray, shape (n, 3, 3)
-    gaps : ndarray, shape (k,)
-        Of the kept contacts, in units of their sigma.
-    """
-
-    motions: Motions
-    at: Linearised
-    weights: FloatArray
-    gaps: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Problem:
-    """The sum of squares as a `SquaresProblem` of states; unknowns are (L ω, v) of the whole, then u of the bodies."""
-
-    touches: Touches
-    body: IntArray
-    bodies: Bodies
-    contacts: Contacts
-    pivot: FloatArray
-    length_mm: float
-
-    @classmethod
-    def of(
-        cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: Contacts, start: RigidTransform
-    ) -> _Problem:
-        pivot = touches.p_base.mean(axis=0)
-        reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
-        return cls(touches, body, bodies, contacts, pivot, max(reach, 1.0))
-
-    def state(self, motions: Motions) -> _State:
-        at = linearised_each(self.touches, *motions.poses_of(self.body))
-        return _State(motions, at, at.information(self.touches.covariances), self._gaps(motions))
-
-    def cost(self, state: _State) -> float:
-        d = state.at.d
-        u = self._scaled(state.motions)
-        touched = float(np.einsum("ni,nij,nj->", d, state.weights, d))
-        return touched + float(np.sum(u**2)) + float(np.sum(state.gaps**2))
-
-    def normal_equations(self, state: _State) -> tuple[FloatArray, FloatArray]:
-        J = self.jacobian(state)
-        WJ = np.einsum("nij,njk->nik", state.weights, J)
-        gradient = np.einsum("nik,ni->k", WJ, state.at.d)
-        H = np.einsum("nik,nil->kl", J, WJ)
-        G = self._contact_jacobian(state.motions)
-        gradient[6:] += self._scaled(state.motions).ravel() + G.T @ state.gaps
-        H[6:, 6:] += np.eye(6 * len(self.bodies)) + G.T @ G
-        return gradient, H
-
-    def moved(self, state: _State, step: FloatArray) -> _State:
-        """Move the whole and its bodies. Bodies go with the whole, or each keeps the place in the base it steps to.
-
-        Both are the same to first order. Where tolerances are small against the errors of the touches, the first
-        follows the valley of the cost, otherwise the second: the lower one is taken.
-        """
-        return min((self.with_whole(state, step), self.in_place(state, step)), key=self.cost)
-
-    def with_whole(self, state: _State, step: FloatArray) -> _State:
-        """Move the bodies within the part."""
-        motions, by = state.motions, step[6:].reshape(-1, 6) * self.bodies.scales
-        whole = self._whole(motions.T_base_part, step)
-        return self.state(Motions(self.bodies, whole, motions.omega + by[:, :3], motions.v_mm + by[:, 3:]))
-
-    def in_place(self, state: _State, step: FloatArray) -> _State:
-        """Move the bodies within the base."""
-        motions, by = state.motions, step[6:].reshape(-1, 6) * self.bodies.scales
-        T, c = motions.T_base_part, self.bodies.centroid_part
-        whole = self._whole(T, step)
-        turn = step[:3] / self.length_mm
-        centre = T.apply(c + motions.v_mm)
-        centre += np.cross(turn, centre - self.pivot) + step[3:6] + by[:, 3:] @ T.R.T
-        own_turn = np.einsum("bij,bj->bi", left_jacobian(motions.omega), by[:, :3]) @ T.R.T + turn
-        omega = log_rotation(whole.R.T @ exp_rotation(own_turn) @ motions.poses()[0])
-        return self.state(Motions(self.bodies, whole, omega, (centre - whole.t_mm) @ whole.R - c))
-
-    def _whole(self, T: RigidTransform, step: FloatArray) -> RigidTransform:
-        turn = exp_rotation(step[:3] / self.length_mm)
-        t = turn @ (T.t_mm - self.pivot) + self.pivot + step[3:6]
-        return RigidTransform(turn @ T.R, t, target=T.target, source=T.source)
-
-    def jacobian(self, state: _State) -> FloatArray:
-        """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b)."""
-        n, b = len(self.touches), len(self.bodies)
-        at, T = state.at, state.motions.T_base_part
-        J = np.zeros((n, 3, 6 + 6 * b))
-        J[:, :, :6] = -at.A @ point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        rows = np.flatnonzero(self.body >= 0)
-        own = self.body[rows]
-        by_body = state.motions.displacement_jacobian(own, at.contact_part[rows]) * self.bodies.scales[own][:, None, :]
-        blocks = J[:, :, 6:].reshape(n, 3, b, 6)
-        blocks[rows, :, own] = -at.A[rows] @ (T.R @ by_body)
-        J[:, :, 6:] = blocks.reshape(n, 3, 6 * b)
-        return J
-
-    def covariances(self, state: _State) -> tuple[FloatArray, FloatArray]:
-        """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""
-        _, H = self.normal_equations(state)
-        inverse = np.linalg.inv(H)
-        bodies_part = inverse[:, 6:]
-        S = np.zeros((len(H), len(H)))
-        S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        S[6:, 6:] = np.diag(self.bodies.scales.ravel())
-        return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
-
-    def whitened(self, state: _State) -> Whitened:
-        """Return the linear model at a state; contacts count as touches of a gap of zero."""
-        values, vectors = np.linalg.eigh(state.weights)
-        roots = np.sqrt(np.maximum(values, 0.0))[..., None] * vectors.transpose(0, 2, 1)
-        J = (roots @ self.jacobian(state)).reshape(-1, 6 + 6 * len(self.bodies))
-        r = (roots @ state.at.d[..., None]).ravel()
-        is_seen = (roots**2).sum(axis=2).ravel() > LEAST_HELD * float(values.max())
-        G = self._contact_jacobian(state.motions)
-        first = np.concatenate([J[is_seen, :6], np.zeros((len(G), 6))])
-        touch = np.concatenate([np.repeat(np.arange(len(self.touches)), 3)[is_seen], np.full(len(G), -1)])
-        bodies = np.concatenate([J[is_seen, 6:], G])
-        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, bodies, touch)
-
-    def _scaled(self, motions: Motions) -> FloatArray:
-        return np.concatenate([motions.omega, motions.v_mm], axis=1) / self.bodies.scales
-
-    def _gaps(self, motions: Motions) -> FloatArray:
-        c = self.contacts
-        apart = motions.apply(c.first, c.p_part) - motions.apply(c.second, c.p_part)
-        return np.asarray(np.einsum("ki,ki->k", apart, c.normal_part) / c.sigma_mm)
-
-    def _contact_jacobian(self, motions: Motions) -> FloatArray:
-        """Derivative of the gaps by u, shape (k, 6 b)."""
-        c, b = self.contacts, len(self.bodies)
-        G = np.zeros((len(c), b, 6))
-        for own, sign in ((c.first, 1.0), (c.second, -1.0)):
-            rows = np.flatnonzero(own >= 0)
-            by = motions.displacement_jacobian(own[rows], c.p_part[rows]) * self.bodies.scales[own[rows]][:, None, :]
-            each = np.einsum("ki,kij->kj", c.normal_part[rows], by) / c.sigma_mm[rows, None]
-            G[rows, own[rows]] += sign * each
-        return G.reshape(len(c), 6 * b)
-
-
-def _settled(problem: _Problem, first: _State) -> _State:
+def _settled(problem: Problem, first: State) -> State:
     """Return the state of least cost near the first one.
 
     Gauss-Newton settles in 5 to 8 steps where the touches hold all bodies. Where they leave one almost free, it is
@@ -316,7 +154,9 @@ def _settled(problem: _Problem, first: _State) -> _State:
     found = minimise_squares(problem, first, still=still, most_steps=GAUSS_NEWTON_STEPS, first_damping=FIRST_DAMPING)
     if found.converged:
         return found.state
-    at = found.state
+    at, slope = _polished(problem, found.state, still)
+    if slope <= POLISHED:
+        return at
     values, vectors = np.linalg.eigh(problem.normal_equations(at)[1])
     root = vectors / np.sqrt(np.maximum(values, LEAST_SHARE * values[-1]))
 
@@ -338,17 +178,32 @@ def _settled(problem: _Problem, first: _State) -> _State:
     return state
 
 
-def linearised_each(touches: Touches, R: FloatArray, t: FloatArray) -> Linearised:
-    """Return residuals where the target of every touch has a pose of its own; R, t of shapes (n, 3, 3), (n, 3)."""
-    x = np.einsum("nij,ni->nj", R, touches.p_base - t)
-    near = touches.targets.nearest(touches.rows, x)
-    contact = near.p + touches.radius_mm[:, None] * near.normal
-    d = np.einsum("nij,nj->ni", near.projector, x - contact)
-    A = R @ near.projector @ R.transpose(0, 2, 1)
-    return Linearised(contact, np.einsum("nij,nj->ni", R, d), A, np.einsum("nij,nj->ni", R, contact) + t)
+def _polished(problem: Problem, state: State, still: float) -> tuple[State, float]:
+    """Follow Gauss-Newton below the round-off of the cost, and return the slope there too, in standard deviations.
+
+    The cost of a hundred touches has a round-off of 1e-14, which hides steps of 1e-7 standard deviations.
+    """
+    gradient, H = problem.normal_equations(state)
+    step = _newton_step(gradient, H)
+    slope = math.sqrt(abs(float(step @ gradient)))
+    for _ in range(POLISHING_STEPS):
+        if slope <= still:
+            break
+        trial = problem.moved(state, step)
+        gradient, H = problem.normal_equations(trial)
+        step = _newton_step(gradient, H)
+        after = math.sqrt(abs(float(step @ gradient)))
+        if after >= slope:
+            break
+        state, slope = trial, after
+    return state, slope
 
 
-def _require_held(problem: _Problem, state: _State) -> None:
+def _newton_step(gradient: FloatArray, H: FloatArray) -> FloatArray:
+    return np.asarray(-np.linalg.lstsq(H, gradient, rcond=LEAST_SHARE)[0])
+
+
+def _require_held(problem: Problem, state: State) -> None:
     """Refuse touches that leave a motion of the whole free: then no motion of a body is known either."""
     _, H = problem.normal_equations(state)
     values = np.linalg.eigvalsh(H[:6, :6])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,28 @@ from scipy.special import chdtrc
 
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
-from wpcal.calibrate.bodies.fit import BodiesFit, Whitened, fit_bodies
+from wpcal.calibrate.bodies.fit import BodiesFit, fit_bodies
+from wpcal.calibrate.bodies.problem import Whitened
 from wpcal.calibrate.outlier_limits import FALSE_ALARM
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
+
+
+class ToleranceSource(Enum):
+    """How the tack tolerances are known."""
+
+    STATED = "stated"
+    ASSUMED = "assumed"
+    ESTIMATED = "estimated"
+
+
+_IN_WORDS = {
+    ToleranceSource.STATED: "as stated",
+    ToleranceSource.ASSUMED: "assumed: too few touches to estimate them",
+    ToleranceSource.ESTIMATED: "estimated from the touches",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,8 +43,8 @@ class MovedBodies:
     ----------
     fit : BodiesFit
     evidence : MotionEvidence
-    are_estimated : bool
-        Whether the tack tolerances were estimated from the touches; otherwise they are stated or assumed.
+    source : ToleranceSource
+        How the tack tolerances are known.
     touches : ndarray of int, shape (b,)
         How many touches lie on each body.
     wrong : tuple of str
@@ -36,7 +53,7 @@ class MovedBodies:
 
     fit: BodiesFit
     evidence: MotionEvidence
-    are_estimated: bool
+    source: ToleranceSource
     touches: IntArray
     wrong: tuple[str, ...]
 
@@ -74,9 +91,8 @@ class MovedBodies:
         """Say which tack tolerances the answer rests on."""
         values = sorted({(t.mm, t.mrad) for t in self.fit.motions.bodies.tolerances})
         told = listed([f"{mm:.3g} mm and {mrad:.3g} mrad" for mm, mrad in values])
-        how = "estimated from the touches" if self.are_estimated else "assumed or stated"
         rest = f"; never touched: {listed(list(self.untouched))}" if self.untouched else ""
-        return f"tack tolerance {told}, {how}{rest}"
+        return f"tack tolerance {told}, {_IN_WORDS[self.source]}{rest}"
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for ``calibration.json``."""
@@ -86,7 +102,8 @@ class MovedBodies:
         return {
             "sentence": self.sentence(),
             "p_rigid": self.evidence.p_rigid,
-            "tolerances": "estimated" if self.are_estimated else "stated",
+            "tolerances": self.source.value,
+            "tolerances_sentence": self.tolerances_sentence(),
             "motions_seen": self.evidence.seen,
             "wrong_touches": list(self.wrong),
             "bodies": [
@@ -101,7 +118,8 @@ class MovedBodies:
                     "sigma_mm": spread[b, 3:].tolist(),
                     "sigma_mrad": (1e3 * spread[b, :3]).tolist(),
                     "p_still": float(self.evidence.p_body[b]),
-                    "sigmas": float(self.evidence.sigmas[b]),
+                    "sigmas": max(float(self.evidence.sigmas[b]), 0.0),
+                    "has_moved": b in self.moved,
                     "T_part_moved": _matrix(R[b], t[b]),
                 }
                 for b, name in enumerate(motions.bodies.names)
@@ -147,10 +165,12 @@ def fit_moved_bodies(
     estimated = estimated_tolerances(fit.whitened, bodies) if estimate else None
     if estimated is not None:
         fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts)
+    source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED
+    source = source if estimated is None else ToleranceSource.ESTIMATED
     rows = wrong_rows(fit.whitened)
     names = [touches.names[i] for i in np.unique(fit.whitened.touch[rows]).tolist() if i >= 0]
     counts = np.bincount(body[body >= 0], minlength=len(bodies))
-    return MovedBodies(fit, evidence, estimated is not None, counts, tuple(names))
+    return MovedBodies(fit, evidence, source, counts, tuple(names))
 
 
 def wrong_rows(touched: Whitened) -> IntArray:
@@ -159,20 +179,21 @@ def wrong_rows(touched: Whitened) -> IntArray:
     A row that is off by itself leaves a normalised residual; the largest one of m is a false alarm with the probability
     of each times m (Bonferroni). The row is left out, and the others are judged again.
     """
-    left = np.arange(len(touched.r))
+    J, B = touched.J, touched.B
+    W = np.linalg.inv(np.eye(len(J)) + B @ B.T)
+    WJ = W @ J
+    P = W - WJ @ np.linalg.pinv(J.T @ WJ) @ WJ.T
+    left = np.arange(len(J))
     wrong: list[int] = []
-    while len(left) > touched.J.shape[1] + 1:
-        J, B, r = touched.J[left], touched.B[left], touched.r[left]
-        V = np.eye(len(left)) + B @ B.T
-        W = np.linalg.inv(V)
-        WJ = W @ J
-        P = W - WJ @ np.linalg.pinv(J.T @ WJ) @ WJ.T
+    while len(left) > J.shape[1] + 1:
         spread = np.diag(P)
-        square = np.where(spread > 1e-9, (P @ r) ** 2 / np.maximum(spread, 1e-9), 0.0)
+        square = np.where(spread > 1e-9, (P @ touched.r[left]) ** 2 / np.maximum(spread, 1e-9), 0.0)
         worst = int(np.argmax(square))
         if float(chdtrc(1, square[worst])) * len(left) > FALSE_ALARM:
             break
         wrong.append(int(left[worst]))
+        P -= np.outer(P[:, worst], P[worst]) / P[worst, worst]  # the model without this row
+        P = np.delete(np.delete(P, worst, axis=0), worst, axis=1)
         left = np.delete(left, worst)
     return np.array(wrong, dtype=np.int64)
 

@@ -6,15 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_errors, meeting_jacobian
+from wpcal.calibrate.bodies.errors import MOST_POINTS, MeetingPoints, joint_error, meeting_errors, meeting_jacobian
 from wpcal.calibrate.bodies.moved import MovedBodies
-from wpcal.calibrate.uncertainty import COVERAGE
 from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
 from wpcal.core.wording import listed
-
-SAMPLES = 2000
-MOST_POINTS = 200
-"""The largest error of all seams is among the points with the largest errors of their own."""
 
 
 def judge_bodies(
@@ -36,7 +31,8 @@ def judge_bodies(
     """
     own = meeting_errors(moved.fit, points).total_mm
     worst = np.argsort(-own, kind="stable")[:MOST_POINTS]
-    error_mm = _joint_error(moved, points.select(worst))
+    J = meeting_jacobian(moved.fit.motions, points.select(worst))
+    error_mm = joint_error(J, moved.fit.covariance)
     seam = seam_names[int(worst[0])]
     if moved.wrong:
         sentence = f"the other touches contradict {listed(moved.wrong)}, also if bodies moved: touch there again"
@@ -50,13 +46,3 @@ def judge_bodies(
         f"({what}): touch its bodies again"
     )
     return Verdict(VerdictKind.UNSURE, sentence, seam, VerdictReason.ERROR, error_mm)
-
-
-def _joint_error(moved: MovedBodies, points: MeetingPoints) -> float:
-    """Return the length that no point's error exceeds, with 95 % probability, mm."""
-    values, vectors = np.linalg.eigh(moved.fit.covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    J = meeting_jacobian(moved.fit, points)
-    drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
-    off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
-    return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))

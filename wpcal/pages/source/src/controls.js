@@ -45,3 +45,31 @@ export function tooltip(parent) {
     },
   };
 }
+
+/**
+ * A slider for the factor by which vectors are drawn longer, with the factor beside it.
+ *
+ * @param {{layer: string, label: string, test: string, factors: number[], start: number,
+ *   pathsOf: function(number): object[], onTop?: boolean}} options  `pathsOf` gives the paths of the layer at a factor
+ */
+export function factorSlider(viewer, { layer, label, test, factors, start, pathsOf, onTop = false }) {
+  const output = el("output", { "data-test": test });
+  const draw = (factor) => {
+    const wasShown = viewer.isShown(layer);
+    viewer.clear(layer);
+    const lines = viewer.addPaths(layer, pathsOf(factor), { width: 3 });
+    if (onTop) drawOnTop(lines);
+    viewer.show(layer, wasShown);
+    output.textContent = `× ${factor}`;
+  };
+  const slider = el("input", { type: "range", min: 0, max: factors.length - 1, value: factors.indexOf(start) });
+  slider.addEventListener("input", () => draw(factors[slider.value]));
+  draw(start);
+  return el("label", { class: "slider" }, el("span", {}, label), slider, output);
+}
+
+/** Draws lines also where the part is before them. */
+export function drawOnTop(lines) {
+  lines.material.depthTest = false;
+  lines.renderOrder = 1;
+}

@@ -45,13 +45,22 @@ function sizes(nodes, document) {
   return { points, corners, ends };
 }
 
+/** Moves the points in a range of an array by a row-major 4×4; a turn of milliradians leaves the shading as it is. */
+function moveRows(positions, start, end, T) {
+  for (let i = start; i < end; i += 3) {
+    const [x, y, z] = [positions[i], positions[i + 1], positions[i + 2]];
+    for (let row = 0; row < 3; row += 1) positions[i + row] = T[row][0] * x + T[row][1] * y + T[row][2] * z + T[row][3];
+  }
+}
+
 /**
  * Decodes all solids into one geometry of faces and one geometry of edges.
  *
+ * @param {Map<string, number[][]>|null} moves  where solids are, by their names: row-major 4×4
  * @returns {{faces: BufferGeometry, edges: BufferGeometry, solids: {name: string, end: number}[]}}  `end`: index of
  *   the first triangle of the next solid
  */
-export function decodePart(bytes, defaultColour) {
+export function decodePart(bytes, defaultColour, moves = null) {
   const { document, read } = readerOf(bytes);
   const nodes = document.nodes.filter((node) => "mesh" in node);
   const total = sizes(nodes, document);
@@ -81,6 +90,8 @@ export function decodePart(bytes, defaultColour) {
     colours.set(repeated(colourOfSolid(document, faces, defaultColour), p.count), 3 * at.point);
     at.corner = append(corners, at.corner, read(faces.indices).data, at.point);
     if (lines) at.end = append(ends, at.end, read(lines.indices).data, at.point);
+    const T = moves?.get(node.name);
+    if (T) moveRows(positions, 3 * at.point, 3 * (at.point + p.count), T);
     at.point += p.count;
     return { name: node.name, end: at.corner / 3 };
   });

@@ -23,10 +23,11 @@ const SURFACE = {
  * The part in the bytes of `part.glb`.
  *
  * @param {{part: string, edge: string}} colours
+ * @param {Map<string, number[][]>|null} moves  where solids are, by their names
  * @returns {{mesh: Mesh, edges: LineSegments, solids: {name: string}[]}}
  */
-export function partObjects(bytes, colours) {
-  const { faces, edges, solids } = decodePart(bytes, new Color(colours.part));
+export function partObjects(bytes, colours, moves = null) {
+  const { faces, edges, solids } = decodePart(bytes, new Color(colours.part), moves);
   const mesh = new Mesh(faces, new MeshLambertMaterial({ ...SURFACE, vertexColors: true }));
   mesh.userData.solids = solids;
   mesh.layers.enable(OCCLUDERS);

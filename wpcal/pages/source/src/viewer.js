@@ -121,11 +121,12 @@ class Viewer {
 
   /**
    * Draws a part from the bytes of `part.glb`. Its faces become the layer NAME, its edges the layer "NAME edges".
+   * `moves`: solids that are not where the model has them, as a Map of row-major 4×4 by name.
    *
    * @returns {{solids: {name: string}[], setOpacity: function(number)}}
    */
-  addPart(bytes, { name = "part", T = null } = {}) {
-    const { mesh, edges, solids } = partObjects(bytes, this.colours);
+  addPart(bytes, { name = "part", T = null, moves = null, edge = this.colours.edge } = {}) {
+    const { mesh, edges, solids } = partObjects(bytes, { part: this.colours.part, edge }, moves);
     this.cut.add(mesh, edges);
     this.layer(name).add(mesh);
     this.layer(`${name} edges`).add(edges);

@@ -1,7 +1,9 @@
 // The report of a calibration: report.html.
+import { centreOf } from "../bodies.js";
 import { el } from "../dom.js";
 import { buildScene, lookAtPoint, lookAtSeam } from "../report/scene.js";
 import {
+  bodiesSection,
   criteriaSection,
   fitSection,
   notesSection,
@@ -20,7 +22,20 @@ async function main() {
   const [frames, part] = await Promise.all([readJsonBlob("frames"), readBlob("part")]);
   const root = document.getElementById("page");
   const view = el("section", { id: "view", "aria-label": "3-D view" });
-  const said = [verdict(calibration, seams, frames), stepsSection(steps, help), notesSection(calibration)];
+  const focusPlace = (p) => {
+    if (viewer) lookAtPoint(viewer, p);
+    view.scrollIntoView({ behavior: "smooth" });
+  };
+  const said = [
+    verdict(calibration, seams, frames),
+    bodiesSection(
+      calibration,
+      (body) => focusPlace(centreOf(body, calibration.T_base_part)),
+      (name) => focus(seams.findIndex((seam) => seam.name === name)),
+    ),
+    stepsSection(steps, help),
+    notesSection(calibration),
+  ];
   root.append(...said.filter(Boolean), view);
   const viewer = buildOrSayWhy(view, () => buildScene(view, { calibration, seams, frames, part }));
   const focus = (row) => {
@@ -29,14 +44,10 @@ async function main() {
     if (viewer) lookAtSeam(viewer, frames[row]);
     view.scrollIntoView({ behavior: "smooth" });
   };
-  const focusPoint = ({ p_base_mm }) => {
-    if (viewer) lookAtPoint(viewer, p_base_mm);
-    view.scrollIntoView({ behavior: "smooth" });
-  };
   root.append(
     ...[
       poseSection(calibration, pendant),
-      pointsSection(calibration, focusPoint),
+      pointsSection(calibration, ({ p_base_mm }) => focusPlace(p_base_mm)),
       seamsSection(seams, frames, calibration.tolerance_mm, focus),
       criteriaSection(calibration),
       fitSection(calibration),

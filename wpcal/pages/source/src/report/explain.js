@@ -7,7 +7,7 @@ function place(p) {
 }
 
 /** One frame of a seam. */
-export function seamTip(seam, { s, p, u95, slope, rotation, position }, i) {
+export function seamTip(seam, { s, p, u95, slope, rotation, position, across, placing, unseen, gap }, i) {
   const rows = [
     ["arc length", `${fixed(s[i])} of ${fixed(seam.length_mm)} mm`],
     ["x, y, z", `${place(p[i])} mm`],
@@ -17,6 +17,9 @@ export function seamTip(seam, { s, p, u95, slope, rotation, position }, i) {
     rows.push(["slope / rotation", `${fixed(slope[i], 1)}° / ${turn}${position[i] ? ` (${position[i]})` : ""}`]);
   }
   if (u95) rows.push(["95 % error", `${fixed(u95[i], 4)} mm`]);
+  if (across) rows.push(["across the seam", `${fixed(across[i], 4)} mm`]);
+  if (placing) rows.push(["from placing / not seen", `${fixed(placing[i], 4)} / ${fixed(unseen[i], 4)} mm`]);
+  if (gap) rows.push(["gap", `${fixed(gap[i], 2)} mm`]);
   const kind = `${seam.joint} ${seam.weld}${seam.accepted ? "" : ", candidate"}`;
   return el("div", {}, el("strong", {}, seam.name), " ", el("span", { class: "kind" }, kind), facts(rows));
 }
@@ -33,8 +36,21 @@ export function pointTip({ name, use, p_base_mm, residual_mm, distance_mm, error
   return el("div", {}, el("strong", {}, name), " ", el("span", { class: "kind" }, kind), facts(rows));
 }
 
+/** One body that may have moved. */
+export function bodyTip({ name, touches, moved_mm, turned_mrad, sigma_mm, sigma_mrad, sigmas, has_moved: hasMoved }) {
+  const withSigma = (values, sigmas, digits) =>
+    values.map((value, i) => `${signed(value, digits)} ± ${fixed(sigmas[i], digits)}`).join(", ");
+  const rows = [
+    ["moved x, y, z", `${withSigma(moved_mm, sigma_mm, 2)} mm`],
+    ["turned x, y, z", `${withSigma(turned_mrad, sigma_mrad, 1)} mrad`],
+    ["evidence", `${fixed(sigmas, 1)} sigma, ${touches} touches`],
+  ];
+  const kind = touches ? (hasMoved ? "has moved" : "not shown to have moved") : "never touched";
+  return el("div", {}, el("strong", {}, name), " ", el("span", { class: "kind" }, kind), facts(rows));
+}
+
 /** The colour scale of the seams. */
-export function legend(tolerance) {
+export function legend(tolerance, title = "95 % error of the seam, mm") {
   const bar = el("div", { class: "ramp" });
   bar.style.background = ramp();
   const ticks = [0, 0.5, 1].map((share) => el("span", {}, short(share * tolerance)));
@@ -48,5 +64,5 @@ export function legend(tolerance) {
     el("div", { class: "ticks" }, ticks),
     el("span", {}, "more"),
   );
-  return el("div", { class: "legend" }, el("div", {}, "95 % error of the seam, mm"), scale);
+  return el("div", { class: "legend" }, el("div", {}, title), scale);
 }

@@ -1,15 +1,18 @@
 // The report's 3-D view: the part where it is, the seams in the colours of their errors, the taught points.
-import { sides, toggles, tooltip } from "../controls.js";
+import { centreOf, motionFactor, motionPaths, movesOfSolids } from "../bodies.js";
+import { factorSlider, sides, toggles, tooltip } from "../controls.js";
 import { el } from "../dom.js";
 import { arrow, FACTORS, fittingFactor } from "../residuals.js";
 import { buildStage, seeThroughBox } from "../stage.js";
 import { cutControl, measureTool } from "../view_tools.js";
 import { colourOf } from "../viewer.js";
-import { legend, pointTip, seamTip } from "./explain.js";
+import { bodyTip, legend, pointTip, seamTip } from "./explain.js";
 
 const FITTED = "#1d3f94";
 const CHECKED = "#6d7682";
 const CANDIDATE = "#8a94a0";
+const MODEL = "model";
+const GHOST = "#c77d0a"; // edges at their place in the model
 const MOST_TRIADS = 600; // more would cover the part
 const TRIAD_PART = 0.035; // of the radius of everything
 const OBLIQUE = [-0.62, -0.68, 0.5]; // from the front, the left and above
@@ -19,24 +22,36 @@ const AROUND_SEAM = 0.15; // of the radius of everything: shown around a seam th
 export function buildScene(host, { calibration, seams, frames, part }) {
   const label = "3-D view of the part, its seams and the taught points";
   const { viewer, stage } = buildStage(host, label);
-  const solid = part && viewer.addPart(part, { T: calibration.T_base_part });
-  addSeams(viewer, seams, frames, calibration.tolerance_mm);
+  const { bodies, T_base_part: T, tolerance_mm: tolerance } = calibration;
+  const solid = part && viewer.addPart(part, { T, moves: bodies && movesOfSolids(bodies) });
+  if (part && bodies) viewer.addPart(part, { name: MODEL, T, edge: GHOST });
+  viewer.show(MODEL, false); // its edges are enough
+  const lines = addSeams(viewer, seams, frames, tolerance);
   addPoints(viewer, calibration.points);
   const radius = viewer.extent().radius;
   addFrames(viewer, frames, radius * TRIAD_PART);
-  const residuals = residualControl(viewer, calibration.points, radius);
+  const sliders = [residualControl(viewer, calibration.points, radius)];
+  const legends = { "95 % error": legend(tolerance) };
+  if (bodies) {
+    sliders.push(motionControl(viewer, bodies, T, radius));
+    legends["error across"] = legend(tolerance, "95 % error across the seam, mm");
+    legends["error across"].hidden = true;
+    legends.gap = legend(bodies.gap_limit_mm, "gap between the bodies, mm");
+    legends.gap.hidden = true;
+    sliders.push(colourChoice(viewer, legends, lines, { seams, frames, tolerance, limit: bodies.gap_limit_mm }));
+  }
   const tip = tooltip(stage);
   viewer.onHover((found) => showTip(viewer, tip, found, frames, radius * TRIAD_PART));
   const panel = el(
     "div",
     { class: "panel" },
-    toggles(viewer, layersOf(seams, part)),
+    toggles(viewer, layersOf(seams, part, bodies)),
     part && seeThroughBox(solid),
-    residuals,
+    sliders,
     measureTool(viewer).element,
     part && cutControl(viewer),
   );
-  stage.append(sides(viewer), legend(calibration.tolerance_mm));
+  stage.append(sides(viewer), ...Object.values(legends));
   host.append(panel);
   viewer.view("iso");
   return viewer;
@@ -64,7 +79,7 @@ export function lookAtPoint(viewer, p) {
   viewer.lookAt(around, OBLIQUE);
 }
 
-function layersOf(seams, part) {
+function layersOf(seams, part, bodies) {
   const candidates = seams.some(({ accepted }) => !accepted);
   return [
     part && { label: "part", layers: ["part"], on: true },
@@ -74,20 +89,23 @@ function layersOf(seams, part) {
     { label: "frames", layers: ["frames"], on: false },
     { label: "taught points", layers: ["points"], on: true },
     { label: "residuals", layers: ["residuals"], on: true },
+    bodies && { label: "motions", layers: ["motions drawn", "motions"], on: true },
+    bodies && part && { label: "place in the model", layers: [`${MODEL} edges`], on: false },
     { label: "names", layers: ["names"], on: true },
   ].filter(Boolean);
 }
 
 function addSeams(viewer, seams, frames, tolerance) {
-  seams.forEach((seam, row) => {
+  return seams.map((seam, row) => {
     const { p, u95 } = frames[row];
     const layer = seam.accepted ? "seams" : "candidates";
     const colors = u95 && seam.accepted ? u95.map((mm) => colourOf(mm / tolerance)) : null;
     const path = colors ? { points: p, colors } : { points: p, color: CANDIDATE };
-    viewer.addPaths(layer, [path], { width: seam.accepted ? 6 : 3 });
+    const line = viewer.addPaths(layer, [path], { width: seam.accepted ? 6 : 3 });
     viewer.addTargets(layer, p, { kind: "seam", seam, row });
     const middle = p[Math.floor(p.length / 2)];
     if (seam.accepted) viewer.addLabels("names", [{ p: middle, text: seam.name }], { className: "of-seam" });
+    return { row, line };
   });
 }
 
@@ -119,28 +137,59 @@ function addFrames(viewer, frames, length) {
 
 /** A slider for the factor by which residuals are drawn longer. */
 function residualControl(viewer, points, radius) {
-  const start = FACTORS.indexOf(
-    fittingFactor(
-      points.map(({ distance_mm }) => distance_mm),
-      radius,
-    ),
+  const distances = points.map(({ distance_mm }) => distance_mm);
+  return factorSlider(viewer, {
+    layer: "residuals",
+    label: "residuals drawn",
+    test: "factor",
+    factors: FACTORS,
+    start: fittingFactor(distances, radius),
+    pathsOf: (factor) => points.flatMap((point) => arrow(fittedPlace(point), point.residual_mm, factor)),
+  });
+}
+
+/** The arrows and arcs of the bodies that moved, with their names and the slider of their factor. */
+function motionControl(viewer, { bodies }, T, radius) {
+  const places = bodies.map((body) => centreOf(body, T));
+  viewer.addTargets("motions", places, { kind: "body", bodies }, { priority: 1 });
+  viewer.addLabels(
+    "names",
+    bodies.map(({ name: text }, row) => ({ p: places[row], text })),
+    { className: "of-body" },
   );
-  const output = el("output", { "data-test": "factor" });
-  const draw = (factor) => {
-    const wasShown = viewer.isShown("residuals");
-    viewer.clear("residuals");
-    viewer.addPaths(
-      "residuals",
-      points.flatMap((point) => arrow(fittedPlace(point), point.residual_mm, factor)),
-      { width: 3 },
-    );
-    viewer.show("residuals", wasShown);
-    output.textContent = `× ${factor}`;
+  return factorSlider(viewer, {
+    layer: "motions drawn",
+    label: "motions drawn",
+    test: "motion-factor",
+    factors: FACTORS,
+    start: motionFactor(bodies, radius),
+    pathsOf: (factor) => motionPaths(bodies, T, factor, radius),
+    onTop: true, // they begin inside their bodies
+  });
+}
+
+/** Colours the seams by their 95 % error, or by the gap between their bodies. */
+function colourChoice(viewer, legends, lines, { seams, frames, tolerance, limit }) {
+  const scales = {
+    "95 % error": { of: ({ u95 }) => u95, full: tolerance },
+    "error across": { of: ({ across }) => across, full: tolerance },
+    gap: { of: ({ gap }) => gap?.map(Math.abs), full: limit },
   };
-  const slider = el("input", { type: "range", min: 0, max: FACTORS.length - 1, value: start });
-  slider.addEventListener("input", () => draw(FACTORS[slider.value]));
-  draw(FACTORS[start]);
-  return el("label", { class: "slider" }, el("span", {}, "residuals drawn"), slider, output);
+  const choose = (name) => {
+    const { of, full } = scales[name];
+    for (const { row, line } of lines) {
+      const colors = of(frames[row])?.map((mm) => colourOf(mm / full));
+      if (colors && seams[row].accepted) viewer.recolour(line, [{ points: frames[row].p, colors }]);
+    }
+    for (const [of, legend] of Object.entries(legends)) legend.hidden = of !== name;
+  };
+  const names = Object.keys(scales);
+  const select = el(
+    "select",
+    { "data-test": "colour", onchange: () => choose(select.value) },
+    names.map((name) => el("option", { value: name }, name)),
+  );
+  return el("label", { class: "choice" }, el("span", {}, "colours"), select);
 }
 
 function fittedPlace({ p_base_mm: taught, residual_mm: r }) {
@@ -151,6 +200,7 @@ function showTip(viewer, tip, found, frames, length) {
   viewer.clear("hovered");
   if (!found) return tip.hide();
   const { data, index } = found;
+  if (data.kind === "body") return tip.show(bodyTip(data.bodies[index]), found);
   if (data.kind === "point") return tip.show(pointTip(data.points[index]), found);
   const of = frames[data.row];
   viewer.addTriads("hovered", [{ p: of.p[index], R: of.R[index] }], 1.6 * length, { width: 3 });

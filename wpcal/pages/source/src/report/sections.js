@@ -1,4 +1,5 @@
 // The sections of the report below the view: tables, charts and the sources.
+import { bodiesTable, bodiesWords, seamsOfBodiesTable } from "../bodies.js";
 import { el, facts, fixed, short, signed, table } from "../dom.js";
 import { bar } from "../shares.js";
 import { plural } from "../words.js";
@@ -18,6 +19,21 @@ function section(id, title, ...content) {
 export function whyNot({ accepted, against = [], edit }) {
   if (accepted) return "";
   return [...(edit?.accept === false ? ["rejected by hand"] : []), ...against].join("; ");
+}
+
+/** Whether bodies moved, and which; null for a part that was fitted as one piece. */
+export function bodiesSection({ bodies }, focus = null, focusSeam = null) {
+  if (!bodies) return null;
+  const [sentence, tolerances] = bodiesWords(bodies);
+  return section(
+    "bodies",
+    "Bodies that may have moved",
+    el("p", { class: "sentence" }, sentence),
+    el("p", { class: "caption" }, tolerances),
+    bodiesTable(bodies, focus),
+    el("h3", {}, "Seams where the moved faces meet"),
+    seamsOfBodiesTable(bodies, focusSeam),
+  );
 }
 
 export function seamsSection(seams, frames, tolerance, focus) {

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""What a document keeps: seams, taught points and calibration, and the session with wpcal that belongs to it."""

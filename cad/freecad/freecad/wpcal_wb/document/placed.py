@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""The part where it really is: links to the user's objects in an `App::Part` at the pose in the robot's base.
+
+The origin of the document is the origin of the robot's base there. The user's objects stay as and where they are.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Iterable, NamedTuple, Sequence
+
+import FreeCAD
+
+from ..words import translate
+from .kinds import GROUP, HIDDEN, KIND
+
+FRAME_TYPES = (("PartDesign::CoordinateSystem", "PartDesign"), ("Part::LocalCoordinateSystem", "Part"))
+"""Datum coordinate systems: the first type that this FreeCAD makes, and the module that must be loaded for it."""
+MOST_FRAMES = 500
+"""Each is an object of the tree, and thousands make FreeCAD slow. All frames can be drawn as one object instead."""
+PLACED = "placed"
+"""The kind of the `App::Part`: it is not exported with the model."""
+
+
+class NamedFrame(NamedTuple):
+    """A seam frame with a name, in the coordinates of the part."""
+
+    name: str
+    placement: Any
+
+
+def placed_part(document: Any) -> Any | None:
+    """Return the part at its pose; None if the document has none."""
+    found = (obj for obj in document.Objects if getattr(obj, KIND, "") == PLACED and obj.TypeId == "App::Part")
+    return next(found, None)
+
+
+def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
+    """Show the part at its pose. Call it inside a `transaction`.
+
+    Parameters
+    ----------
+    document : FreeCAD.Document
+    objects : sequence
+        The objects of the exported part.
+    pose : FreeCAD.Placement
+        T_base_part.
+
+    Returns
+    -------
+    App::Part
+        With one link per object. What it had of an earlier calibration is replaced.
+    """
+    part = placed_part(document)
+    if part is None:
+        part = document.addObject("App::Part", "WpCalPlaced")
+        part.Label = translate("Part in the robot's base")
+        _mark(part)
+    wanted = [obj.Name for obj in objects]
+    links = [obj for obj in part.Group if obj.TypeId == "App::Link"]
+    for link in links:
+        if link.LinkedObject is None or link.LinkedObject.Name not in wanted:
+            document.removeObject(link.Name)
+        else:
+            wanted.remove(link.LinkedObject.Name)
+    for name in wanted:
+        obj = document.getObject(name)
+        link = document.addObject("App::Link", f"Placed_{name}")
+        link.LinkedObject = obj
+        link.LinkTransform = True  # the object keeps its place inside the part
+        link.Label = translate("{label} in the base").format(label=obj.Label)
+        _mark(link)
+        part.addObject(link)
+    part.Placement = pose
+    return part
+
+
+def remove_placed(document: Any) -> None:
+    """Remove the part at its pose, with its links and frames. The linked objects stay."""
+    part = placed_part(document)
+    if part is not None:
+        remove_frames(document)
+        for obj in list(part.Group):
+            document.removeObject(obj.Name)
+        document.removeObject(part.Name)
+
+
+def seam_frames(seams: Iterable[Any], T_part_base: Any, *, ends_only: bool) -> list[NamedFrame]:
+    """Return the frames of the accepted seams in the part.
+
+    Parameters
+    ----------
+    seams : iterable of dict
+        With frames in the base, as `calibrate` answers.
+    T_part_base : FreeCAD.Placement
+    ends_only : bool
+        Whether only the first and the last frame of every seam are wanted.
+    """
+    found = []
+    for seam in seams:
+        if not seam["accepted"]:
+            continue
+        places, axes = seam["frames"]["p"], seam["frames"]["R"]
+        rows = sorted({0, len(places) - 1}) if ends_only else range(len(places))
+        for row in rows:
+            T_base_seam = FreeCAD.Placement(FreeCAD.Vector(*places[row]), _rotation(axes[row]))
+            found.append(NamedFrame(f"{seam['name']}_{row + 1}", T_part_base.multiply(T_base_seam)))
+    return found
+
+
+def add_frames(document: Any, part: Any, frames: Sequence[NamedFrame]) -> Any:
+    """Add frames as datum coordinate systems to the placed part; those of an earlier call are replaced.
+
+    Raises
+    ------
+    ValueError
+        If there are more than `MOST_FRAMES`, or this FreeCAD has no datum coordinate systems.
+    """
+    if len(frames) > MOST_FRAMES:
+        message = translate("{count} seam frames are too many for coordinate systems; at most {most}")
+        raise ValueError(message.format(count=len(frames), most=MOST_FRAMES))
+    remove_frames(document)
+    group = document.addObject("App::DocumentObjectGroup", "WpCalFrames")
+    group.Label = translate("Seam frames")
+    _mark(group)
+    part.addObject(group)
+    for frame in frames:
+        datum = _coordinate_system(document, frame.name)
+        datum.Label = frame.name
+        _mark(datum)
+        datum.Placement = frame.placement
+        group.addObject(datum)
+    return group
+
+
+def remove_frames(document: Any) -> None:
+    """Remove the datum coordinate systems of the placed part."""
+    part = placed_part(document)
+    groups = [] if part is None else [obj for obj in part.Group if obj.TypeId == "App::DocumentObjectGroup"]
+    for group in groups:
+        for datum in list(group.Group):
+            document.removeObject(datum.Name)
+        document.removeObject(group.Name)
+
+
+def _mark(obj: Any) -> None:
+    """Mark an object as no part of the user's model."""
+    obj.addProperty("App::PropertyString", KIND, GROUP, "What this object is")
+    setattr(obj, KIND, PLACED)
+    obj.setEditorMode(KIND, HIDDEN)
+
+
+def _coordinate_system(document: Any, name: str) -> Any:
+    for type_name, module in FRAME_TYPES:
+        import_module(module)
+        if type_name in document.supportedTypes():
+            return document.addObject(type_name, f"Frame_{name}")
+    raise ValueError(translate("this FreeCAD has no datum coordinate systems"))
+
+
+def _rotation(axes: Sequence[Sequence[float]]) -> Any:
+    (a, b, c), (d, e, f), (g, h, i) = axes
+    return FreeCAD.Placement(FreeCAD.Matrix(a, b, c, 0, d, e, f, 0, g, h, i, 0, 0, 0, 0, 1)).Rotation

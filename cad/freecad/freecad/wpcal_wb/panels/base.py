@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: MIT
+"""What all task panels have: a line of messages, progress with Cancel, and questions to wpcal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import FreeCAD
+import FreeCADGui
+
+from ..client import Failure
+from ..client.process import Result
+from ..document.session import Ask, session_of
+from ..qt import QtCore, widgets
+from ..words import translate
+
+PROGRESS_AFTER_MS = 400
+"""A question that is answered sooner shows no progress bar: it would only flicker."""
+
+
+class TaskPanel:
+    """Base of the task panels. A subclass names its title and builds its widgets in `build`.
+
+    Attributes
+    ----------
+    document : FreeCAD.Document
+    session : Session
+    form : QWidget
+        What FreeCAD shows.
+    body : QVBoxLayout
+        The place of the subclass's widgets.
+    """
+
+    title = ""
+
+    def __init__(self, document: Any) -> None:
+        self.document = document
+        self.session = session_of(document)
+        self._asks: list[Ask] = []
+        self.form = widgets().QWidget()
+        self.form.setWindowTitle(translate(self.title))
+        outer = widgets().QVBoxLayout(self.form)
+        self.body = widgets().QVBoxLayout()
+        outer.addLayout(self.body)
+        outer.addWidget(self._message_line())
+        outer.addLayout(self._progress_line())
+        self.build()
+
+    def build(self) -> None:
+        """Make the widgets of the panel, in `body`."""
+        raise NotImplementedError
+
+    def closed(self) -> None:
+        """Take away what the panel had put into the view or into FreeCAD's selection."""
+
+    # -- questions --------------------------------------------------------------------------------------------------
+
+    def ask(self, method: str, params: dict[str, Any] | None, on_result: Result, *, quiet: bool = False) -> Ask:
+        """Ask wpcal about the part, with progress and Cancel below the widgets; a failure is shown as a message.
+
+        Parameters
+        ----------
+        method : str
+        params : dict or None
+            Without `handle`.
+        on_result : callable
+            Takes the result. Not called once the panel was closed.
+        quiet : bool
+            Whether no progress is shown, as for the fit while the user types.
+        """
+        on_progress = None if quiet else self._show_progress
+        return self._follow(
+            lambda done, failed: self.session.ask(
+                method, params, on_result=done, on_failure=failed, on_progress=on_progress
+            ),
+            on_result,
+            quiet,
+        )
+
+    def open_part(self, on_result: Result) -> Ask:
+        """Open the part of the document in wpcal; the result has its features."""
+        return self._follow(
+            lambda done, failed: self.session.open(on_result=done, on_failure=failed, on_progress=self._show_progress),
+            on_result,
+            False,
+        )
+
+    def ask_plain(self, method: str, params: dict[str, Any] | None, on_result: Result) -> Ask:
+        """Ask wpcal something that needs no part, for example about a result folder."""
+
+        def start(done: Any, failed: Any) -> Ask:
+            ask = Ask(done, failed)
+            ask.request = self.session.client.call(
+                method, params, on_result=ask.succeed, on_failure=ask.fail, on_progress=self._show_progress
+            )
+            return ask
+
+        return self._follow(start, on_result, False)
+
+    def _follow(self, start: Any, on_result: Result, quiet: bool) -> Ask:
+        asks: list[Ask] = []
+
+        def end() -> bool:
+            is_ours = asks[0] in self._asks
+            if is_ours:
+                self._asks.remove(asks[0])
+            if not self._asks:
+                self._stop_progress()
+            return is_ours
+
+        def done(result: Any) -> None:
+            if end():
+                if not quiet:
+                    self.say("")
+                on_result(result)
+
+        def failed(failure: Failure) -> None:
+            if end():
+                self.failed(failure)
+
+        asks.append(start(done, failed))
+        self._asks.append(asks[0])
+        if not quiet:
+            self._clock.start(PROGRESS_AFTER_MS)
+        return asks[0]
+
+    def failed(self, failure: Failure) -> None:
+        """Show why there is no answer."""
+        self.say(translate("Cancelled.") if failure.is_cancelled else failure.text, is_error=True)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a question is not answered yet."""
+        return bool(self._asks)
+
+    def cancel(self) -> None:
+        """Cancel every question that is not answered yet."""
+        for ask in list(self._asks):
+            ask.cancel()
+
+    # -- messages ---------------------------------------------------------------------------------------------------
+
+    def say(self, text: str, *, is_error: bool = False) -> None:
+        """Show a message below the widgets; an empty text removes it."""
+        self.message.setText(text)
+        self.message.setStyleSheet("color: #b00020" if is_error else "")
+        self.message.setVisible(bool(text))
+
+    def _message_line(self) -> Any:
+        self.message = widgets().QLabel()
+        self.message.setWordWrap(True)
+        self.message.setTextFormat(QtCore.Qt.PlainText)
+        self.message.setTextInteractionFlags(QtCore.Qt.TextSelectableByMouse)
+        self.message.hide()
+        return self.message
+
+    def _progress_line(self) -> Any:
+        line = widgets().QHBoxLayout()
+        self.progress = widgets().QProgressBar()
+        self.progress_text = widgets().QLabel()
+        self.cancel_button = widgets().QPushButton(translate("Cancel"))
+        self.cancel_button.clicked.connect(self.cancel)
+        for widget in (self.progress_text, self.progress, self.cancel_button):
+            widget.hide()
+            line.addWidget(widget)
+        self._clock = QtCore.QTimer()
+        self._clock.setSingleShot(True)
+        self._clock.timeout.connect(lambda: self._show_progress(translate("wpcal works …"), None))
+        return line
+
+    def _show_progress(self, text: str, fraction: float | None) -> None:
+        if not self._asks:
+            return
+        self._clock.stop()
+        self.progress_text.setText(text)
+        self.progress.setRange(0, 0 if fraction is None else 1000)
+        if fraction is not None:
+            self.progress.setValue(int(fraction * 1000))
+        for widget in (self.progress_text, self.progress, self.cancel_button):
+            widget.show()
+
+    def _stop_progress(self) -> None:
+        self._clock.stop()
+        for widget in (self.progress_text, self.progress, self.cancel_button):
+            widget.hide()
+
+    # -- FreeCAD's task dialog --------------------------------------------------------------------------------------
+
+    def getStandardButtons(self) -> int:
+        """Return the buttons above the panel: Close."""
+        return int(widgets().QDialogButtonBox.Close)
+
+    def reject(self) -> bool:
+        """Close the panel."""
+        for ask in self._asks:
+            ask.cancel()
+        self._asks.clear()
+        self._stop_progress()
+        self.closed()
+        FreeCADGui.Control.closeDialog()
+        return True
+
+    def isAllowedAlterSelection(self) -> bool:
+        """The user may select while the panel is open."""
+        return True
+
+    def isAllowedAlterView(self) -> bool:
+        """The user may turn the view while the panel is open."""
+        return True
+
+    def isAllowedAlterDocument(self) -> bool:
+        """Undo and Redo work while the panel is open."""
+        return True
+
+
+def show_panel(panel: Any) -> Any:
+    """Show a task panel; one that is open is closed first."""
+    if FreeCADGui.Control.activeDialog():
+        FreeCADGui.Control.closeDialog()
+    FreeCADGui.Control.showDialog(panel)
+    FreeCAD.Console.PrintLog(f"wpcal: panel {type(panel).__name__}\n")
+    return panel

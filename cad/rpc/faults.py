@@ -1,0 +1,68 @@
+"""What a client is told of an exception."""
+
+from __future__ import annotations
+
+import os
+import traceback
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+from cad.pick.rows import Rows
+from cad.pick.session import fault_record
+from cad.rpc.messages import Id, error_line
+from wpcal.cli.hints import HINTS
+from wpcal.core.errors import FormatError, InputError, OutOfMemoryError, WpcalError
+
+KERNEL = "KernelError"
+
+
+def fault_line_of(request_id: Id, error: Exception, message: Mapping[str, Any]) -> bytes:
+    """Return the line that says why a request has no result.
+
+    Parameters
+    ----------
+    request_id : int or str
+    error : exception
+    message : mapping
+        The request: an error about a row of its table names the row.
+    """
+    if isinstance(error, MemoryError | OutOfMemoryError):
+        what = "the CAD kernel needs more memory than its limit; set WPCAL_KERNEL_MEMORY_GB to allow more"
+        return error_line(request_id, KERNEL, what, code="kernel")
+    if isinstance(error, WpcalError):
+        return _told(request_id, error, message)
+    if isinstance(error, click.ClickException):
+        return error_line(request_id, "InputError", error.format_message(), code="input")
+    if type(error).__module__.startswith("OCP."):
+        what = f"the CAD kernel failed ({type(error).__name__}: {error}); the file may be damaged"
+        return error_line(request_id, KERNEL, what, code="kernel")
+    if isinstance(error, OSError) and error.filename is not None:
+        what = f"{error.filename}: {(error.strerror or str(error)).lower()}"
+        return error_line(request_id, "InputError", what, code="input")
+    if os.environ.get("WPCAL_DEBUG"):
+        traceback.print_exception(error)
+    what = f"internal error ({type(error).__name__}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where"
+    return error_line(request_id, "InternalError", what, code="internal")
+
+
+def _told(request_id: Id, error: WpcalError, message: Mapping[str, Any]) -> bytes:
+    """Return the line about an error that wpcal raised on purpose."""
+    kind, place = type(error).__name__, dict[str, Any]()
+    record: dict[str, Any] = {"message": str(error), "code": str(error.code)}
+    taught = message["params"].get("taught")
+    if isinstance(error, FormatError):
+        place = {"path": error.path or None, "line": error.line, "column": error.column}
+        if isinstance(taught, dict) and "path" not in taught and not error.path:
+            record = fault_record(error, _rows_of(taught))
+            place = {"row": record["row"], "column": record["column"]}
+    text, code = record["message"], record["code"]
+    return error_line(request_id, kind, text, code=code, hint=HINTS.get(code), **place)
+
+
+def _rows_of(taught: dict[str, Any]) -> Rows | None:
+    try:
+        return Rows.from_record(taught)
+    except InputError:
+        return None

@@ -1,0 +1,153 @@
+"""The parts that a client opened: as they were read, in memory while there is room for them."""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from cad.pick.part import PickPart
+from cad.pick.session import PickSession
+from cad.rpc.warm_answers import WarmAnswers
+from cad.workpiece.answer_cache import user_cache
+from cad.workpiece.features import judge_workpiece
+from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.seams import SeamChoice, find_seams
+from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.core.errors import ErrorCode, InputError
+from wpcal.core.progress import Progress
+from wpcal.features import Touchable
+from wpcal.seam import Seam, SeamOptions
+from wpcal.seam.member.note import MemberNotes
+from wpcal.taught.user_frames import ProgramReading
+
+MOST_PARTS = 4
+"""In memory; others are read again when they are asked for."""
+
+
+@dataclass(eq=False)
+class OpenPart:
+    """A part with what is known of it.
+
+    Parameters
+    ----------
+    path : Path
+        As the client named it.
+    workpiece : Workpiece
+    signature : tuple
+        Size, time and number of the file when it was read.
+    """
+
+    path: Path
+    workpiece: Workpiece
+    signature: tuple[int, ...]
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the file."""
+        return self.workpiece.file.sha256
+
+    @property
+    def answers(self) -> WarmAnswers:
+        """What was found, for commands on the same file."""
+        found = self.workpiece.file.cache
+        assert isinstance(found, WarmAnswers)
+        return found
+
+    @cached_property
+    def touchables(self) -> tuple[Touchable, ...]:
+        """The reference features, the easiest to touch first."""
+        return judge_workpiece(self.workpiece)
+
+    def seams(self, options: SeamOptions, choice: SeamChoice) -> tuple[tuple[Seam, ...], Workpiece]:
+        """Return the seams and the part with what its solids are taken for, as `find_seams` does."""
+        return find_seams(self.workpiece, options, choice)
+
+    def session(
+        self, options: CalibrateOptions, nominal: Any = None, *, reading: ProgramReading | None = None
+    ) -> PickSession:
+        """Return what the picker knows of the part, with seams as the options say."""
+        seams, with_seams = self.seams(options.seams, options.choice)
+        return PickSession(
+            self._pick_part(options.seams, seams, with_seams), options, nominal, reading or ProgramReading()
+        )
+
+    def reader(self, reading: ProgramReading) -> PickSession:
+        """Return what reads taught rows: it needs no seams."""
+        return PickSession(self._pick_part(SeamOptions(), (), self.workpiece), program=reading)
+
+    def _pick_part(self, options: SeamOptions, seams: tuple[Seam, ...], with_seams: Workpiece) -> PickPart:
+        file, notes = self.workpiece.file, with_seams.member_notes
+        plain = replace(self.workpiece, source=None, member_notes=notes or MemberNotes(options.judging, ()))
+        plain.__dict__["trimmed"] = self.workpiece.trimmed
+        return PickPart(
+            file.file_name, file.sha256, plain, self.touchables, seams, (), with_seams.graph, options, None, ()
+        )
+
+
+def read_part(path: Path, progress: Progress) -> OpenPart:
+    """Read a STEP file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not a STEP file.
+    """
+    from cad.step.open_text import require_step_file
+
+    require_step_file(path)
+    signature = signature_of(path)
+    return OpenPart(path, open_workpiece(path, cache=WarmAnswers.before(user_cache()), progress=progress), signature)
+
+
+def signature_of(path: Path) -> tuple[int, ...]:
+    """Return what changes when a file is replaced.
+
+    Raises
+    ------
+    InputError
+        If the file is gone.
+    """
+    try:
+        found = os.stat(path)
+    except OSError as error:
+        what = f"is gone since it was opened ({(error.strerror or str(error)).lower()}); put it back, or open another"
+        raise InputError(f"{path}: {what}", code=ErrorCode.INPUT) from None
+    return found.st_size, found.st_mtime_ns, found.st_ino
+
+
+@dataclass(eq=False)
+class OpenParts:
+    """The parts in memory, the last used ones."""
+
+    _parts: OrderedDict[str, OpenPart] = field(default_factory=OrderedDict)
+
+    def put(self, handle: str, part: OpenPart) -> None:
+        """Keep a part, in place of the one that was not used for the longest time if there are too many."""
+        self._parts[handle] = part
+        self._parts.move_to_end(handle)
+        while len(self._parts) > MOST_PARTS:
+            self._parts.popitem(last=False)
+
+    def get(self, handle: str, path: Path, progress: Progress) -> OpenPart:
+        """Return a part; it is read if it is not in memory, or its file changed.
+
+        Raises
+        ------
+        InputError
+            If the file is gone or cannot be read.
+        """
+        part = self._parts.get(handle)
+        if part is None or part.signature != signature_of(path):
+            part = read_part(path, progress)
+        self.put(handle, part)
+        return part
+
+    def drop(self, handles: Sequence[str]) -> None:
+        """Forget parts."""
+        for handle in handles:
+            self._parts.pop(handle, None)

@@ -1,0 +1,165 @@
+"""Options of a request: those of the command, by their names without dashes, with the values of JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import click
+
+from wpcal.cli.number_options import with_strict_numbers
+from wpcal.cli.option_groups import takes
+from wpcal.core.errors import InputError
+from wpcal.core.wording import shown
+
+_NUMBER, _WHOLE, _TRUTH, _TEXT = "number", "integer", "boolean", "string"
+
+
+def name_of(option: click.Option) -> str:
+    """Return the name of an option in a request: its long flag without dashes, with underscores."""
+    return next(flag for flag in option.opts if flag.startswith("--")).removeprefix("--").replace("-", "_")
+
+
+def describe_options(options: Iterable[click.Option]) -> list[dict[str, Any]]:
+    """Return what a client needs to know of options: name, type, default, choices and help."""
+    return [
+        {
+            "name": name_of(option),
+            "type": _type_of(option),
+            "repeated": option.multiple,
+            "default": _default_of(option),
+            "choices": list(option.type.choices) if isinstance(option.type, click.Choice) else None,
+            "help": option.help or "",
+        }
+        for option in options
+    ]
+
+
+def words_of(options: Iterable[click.Option], values: Mapping[str, Any]) -> list[str]:
+    """Return options as they are typed.
+
+    Parameters
+    ----------
+    options : iterable of click.Option
+        The known ones.
+    values : mapping
+        By name. An option that is null or false is as if it were not given.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or a value has another type.
+    """
+    known = {name_of(option): option for option in options}
+    words = list[str]()
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(f"options: {shown(name)} is unknown; known: {', '.join(known)}")
+        option = known[name]
+        if option.multiple and value is not None and not isinstance(value, list):
+            raise InputError(f"options: {name}: expected a list, got {shown(value)}")
+        for each in value if option.multiple and value is not None else [value]:
+            words += _words(option, name, each)
+    return words
+
+
+def _words(option: click.Option, name: str, value: object) -> list[str]:
+    flag, kind = f"--{name.replace('_', '-')}", _type_of(option)
+    is_flag_alone = kind == _TRUTH or option._flag_needs_value
+    if value is None or (value is False and is_flag_alone):
+        return []
+    if value is True and is_flag_alone:
+        return [flag]
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float | str)
+        or isinstance(value, str) != (kind == _TEXT)
+        or kind == _TRUTH
+    ):
+        raise _wrong(name, kind, value)
+    if kind == _WHOLE and float(value) != int(value):
+        raise _wrong(name, kind, value)
+    return [f"{flag}={int(value) if kind == _WHOLE else value}"]
+
+
+def _wrong(name: str, kind: str, value: object) -> InputError:
+    expected = {_TRUTH: "true or false", _TEXT: "a text", _NUMBER: "a number", _WHOLE: "a whole number"}[kind]
+    return InputError(f"options: {name}: expected {expected}, got {shown(value)}")
+
+
+def _type_of(option: click.Option) -> str:
+    if option.is_flag:
+        return _TRUTH
+    if isinstance(option.type, click.types.IntParamType):
+        return _WHOLE
+    return _NUMBER if isinstance(option.type, click.types.FloatParamType) else _TEXT
+
+
+def _default_of(option: click.Option) -> Any:
+    default = option.to_info_dict()["default"]
+    if option.multiple:
+        return list(default or ())
+    return default if isinstance(default, bool | int | float | str) else None
+
+
+class OptionSet:
+    """The options of some groups (`wpcal.cli.option_groups`), for a method that has no command of its own.
+
+    Parameters
+    ----------
+    without : sequence of str
+        Names of options that a request cannot have.
+    **groups : type
+        The groups by the names under which `read` returns them.
+    """
+
+    def __init__(self, *, without: Sequence[str] = (), **groups: type[Any]) -> None:
+        def collect(**found: Any) -> dict[str, Any]:
+            return found
+
+        call: Any = collect
+        for name, group in groups.items():
+            call = takes(name, group)(call)
+        self._without = without
+        self._command = with_strict_numbers(click.command(name="rpc")(call))
+
+    @property
+    def options(self) -> Sequence[click.Option]:
+        """All options of the groups."""
+        found = [each for each in self._command.params if isinstance(each, click.Option)]
+        return [each for each in found if name_of(each) not in self._without]
+
+    def read(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the groups with the values of a request.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or a value cannot be used.
+        """
+        words = words_of(self.options, values)
+        with usage_told():
+            found: dict[str, Any] = self._command.main(words, "wpcal rpc", standalone_mode=False)
+        return found
+
+
+@contextmanager
+def usage_told() -> Iterator[None]:
+    """Turn click's errors of use into an `InputError`."""
+    try:
+        yield
+    except click.ClickException as error:
+        raise InputError(error.format_message()) from None
+
+
+@cache
+def command_named(name: str) -> click.Command:
+    """Return a command of `wpcal`, imported now."""
+    from wpcal.cli.main import wpcal
+
+    found = wpcal.get_command(click.Context(wpcal), name)
+    if found is None:
+        raise InputError(f"the command {name} is not installed")
+    return found

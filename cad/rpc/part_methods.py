@@ -1,0 +1,292 @@
+"""The methods about an opened part: what is on it, what was touched, and where it is."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
+from cad.cli.holder import HolderFlags
+from cad.cli.options import BodiesFlags, CalibrateFlags, SeamChoiceFlags
+from cad.pick.rows import Rows, read_rows
+from cad.pick.session import place_points
+from cad.pick.shared_seams import read_decisions
+from cad.rpc.open_parts import OpenPart
+from cad.rpc.options import OptionSet, name_of, words_of
+from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
+from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.seams import SeamChoice
+from wpcal.cli.program_options import ProgramFlags
+from wpcal.controllers.touch_run import TouchRun
+from wpcal.core.errors import InputError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.progress import Progress
+from wpcal.core.records import check_writable, write_file
+from wpcal.core.transform import RigidTransform
+from wpcal.features import features_record
+from wpcal.pages.report import seam_columns
+from wpcal.results.next_steps import next_steps
+from wpcal.seam.member.note import take_members
+from wpcal.seam.options import Judging
+from wpcal.seam.record import seams_record
+from wpcal.taught.table import TaughtPoints, taught_csv
+from wpcal.taught.table import read_taught as read_table
+from wpcal.taught.user_frames import ProgramReading
+
+DECISIONS = "decisions"
+"""Name of the decisions in messages."""
+PART_OPTIONS = OptionSet(
+    without=("details", "json", "accept_unsure"),
+    calibration=CalibrateFlags,
+    moving=BodiesFlags,
+    holder=HolderFlags,
+    reading=ProgramFlags,
+    choice=SeamChoiceFlags,
+    output=OutputFlags,
+)
+"""Those of `wpcal calibrate`: every method about a part takes all of them, and uses those that concern it."""
+PROGRAM_NAMES = tuple(map(name_of, OptionSet(reading=ProgramFlags).options))
+PartMethod = Callable[[OpenPart, Mapping[str, Any], Progress], dict[str, Any]]
+
+
+def open_part(part: OpenPart, _: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Return what is on a part."""
+    workpiece = part.workpiece
+    progress(f"judging {len(workpiece.features)} features")
+    ease = {item.feature.name: item.ease.word for item in part.touchables}
+    record = features_record([item.feature for item in part.touchables], ease, workpiece.issues)
+    members = take_members(workpiece.graph, workpiece.trimmed, Judging()).notes
+    return {
+        "path": str(part.path),
+        "unit": workpiece.file.unit,
+        "size": workpiece.size,
+        "solids": list(workpiece.graph.solid_names),
+        "features": record["features"],
+        "members": members.to_record()["members"],
+        "notes": [issue.message for issue in workpiece.issues],
+    }
+
+
+def seams(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Return the seams of a part in its own frame."""
+    groups = _groups(params)
+    options, choice = groups["calibration"].seams.to_options(), _choice(groups["choice"], params)
+    progress(f"finding seams: {part.workpiece.size}")
+    found, workpiece = part.seams(options, choice)
+    torch, notes = options.reach.torch, workpiece.member_notes
+    record = seams_record(found, notes=notes, join_mm=options.most_join_mm, torch=torch)
+    return {
+        **{key: record[key] for key in ("frame", "judging", "members", "join_mm", "torch") if key in record},
+        "seams": _with_columns(record["seams"]),
+        "notes": [issue.message for issue in workpiece.issues],
+    }
+
+
+def _groups(params: Mapping[str, Any]) -> dict[str, Any]:
+    return PART_OPTIONS.read(params.get("options", {}))
+
+
+def _with_columns(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{**seam, "frames": seam_columns(seam["frames"])} for seam in records]
+
+
+def _choice(flags: SeamChoiceFlags, params: Mapping[str, Any]) -> SeamChoice:
+    """Return the decisions of the request after those of a file."""
+    choice = flags.to_choice()
+    edits = read_decisions(params.get("decisions", []), path=DECISIONS)
+    return replace(choice, edits=(*choice.edits, *edits))
+
+
+def read_taught(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
+    """Return the rows of a table, a program, or the results of a touch program."""
+    groups, path = _groups(params), Path(params["path"])
+    if "touches" in params:
+        run = _touch_run(part, params, groups)
+        rows = read_rows(taught_csv(run.taught).encode("utf-8"), path=str(path))
+        return {**rows.to_record(), "left_out": [], "notes": [issue.message for issue in run.issues]}
+    raw = params["text"].encode("utf-8") if "text" in params else read_bytes(path)
+    rows, left_out = part.reader(groups["reading"].to_reading()).read(raw, name=str(path))
+    return {**rows.to_record(), "left_out": list(left_out), "notes": []}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """What a request wants to be calibrated.
+
+    Parameters
+    ----------
+    options : CalibrateOptions
+    nominal : RigidTransform or None
+    taught : TaughtPoints
+    rows : Rows or None
+        The rows of the request; None if it names a file.
+    run : TouchRun or None
+    """
+
+    options: CalibrateOptions
+    nominal: RigidTransform | None
+    taught: TaughtPoints
+    rows: Rows | None
+    run: TouchRun | None
+
+    @property
+    def row_of(self) -> dict[str, int]:
+        """The row of every point, by its name."""
+        numbers = range(len(self.taught.names)) if self.rows is None else self.rows.complete()
+        return dict(zip(self.taught.names, numbers, strict=True))
+
+
+def _asked(part: OpenPart, groups: Mapping[str, Any], params: Mapping[str, Any]) -> Asked:
+    given, reading = params["taught"], groups["reading"]
+    rows = None if "path" in given else _rows(given)
+    run = _touch_run(part, given, groups) if "touches" in given else None
+    flags = CalibrationFlags(
+        TouchFlags(touches=None, setup=None), groups["calibration"], groups["moving"], reading, groups["choice"]
+    )
+    options, nominal = flags.to_options(run, is_criterion_given="criterion" in params.get("options", {}))
+    options = replace(options, choice=_choice(groups["choice"], params))
+    if rows is not None:
+        return Asked(options, nominal, rows.to_taught(), rows, None)
+    taught = reading.read_taught(Path(given["path"])) if run is None else run.taught
+    return Asked(options, nominal, taught, None, run)
+
+
+def _rows(given: Mapping[str, Any]) -> Rows:
+    if {"columns", "rows"} - set(given):
+        raise InputError("taught: expected columns and rows, or the path of a file")
+    return Rows.from_record(given)
+
+
+def _touch_run(part: OpenPart, given: Mapping[str, Any], groups: Mapping[str, Any]) -> TouchRun:
+    """Read what a touch program stored, with the plan and the setup of the request."""
+    flags = TouchFlags(touches=Path(given["touches"]), setup=Path(given["setup"]) if given.get("setup") else None)
+    run = flags.read(part.path, Path(given["path"]), groups["calibration"].fit, groups["reading"])
+    assert run is not None  # `touches` is given
+    return run
+
+
+def calibrate(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Fit the part to taught rows; nothing is written."""
+    asked = _asked(part, _groups(params), params)
+    found = calibrate_workpiece(
+        part.workpiece,
+        asked.taught,
+        T_nominal_part=asked.nominal,
+        options=asked.options,
+        silent=None if asked.run is None else asked.run.silent,
+        progress=progress,
+    )
+    record = found.to_record(() if asked.run is None else asked.run.issues)
+    points = [dict(point) for point in record["points"]]
+    place_points(points, asked.row_of, found.T_base_part)
+    return {
+        "record": record,
+        "T_base_part": found.T_base_part.matrix.tolist(),
+        "points": points,
+        "features": _features(asked, found),
+        "u95_mm": _errors(found),
+        "seams": _with_columns(found.seams_record()["seams"]) if params.get("frames") else None,
+        "notes": [issue["message"] for issue in record["issues"]],
+        "steps": next_steps(record),
+    }
+
+
+def _features(asked: Asked, found: WorkpieceCalibration) -> dict[str, str]:
+    """Return the feature of every row, found or given, by the number of the row."""
+    row_of = asked.row_of
+    return {
+        str(row_of[name]): feature
+        for name, feature in zip(found.taught.names, found.taught.features, strict=True)
+        if feature
+    }
+
+
+def _errors(found: WorkpieceCalibration) -> list[dict[str, Any]]:
+    return [
+        {
+            "seam": seam.name,
+            "accepted": seam.accepted,
+            "max_mm": float(np.max(errors)) if len(errors) else None,
+            "frames_mm": np.round(errors, 6).tolist(),
+        }
+        for seam, errors in zip(found.seams, found.u95_mm, strict=True)
+    ]
+
+
+def suggest(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
+    """Return the features to touch next."""
+    groups = _groups(params)
+    options = groups["calibration"].to_options(_choice(groups["choice"], params))
+    return part.session(options).suggest(_rows(params["taught"]))
+
+
+def touch_at(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
+    """Return what a click on the part touches."""
+    point, normal = (np.array(params[name], dtype=np.float64) for name in ("p_mm", "normal"))
+    return part.reader(ProgramReading()).touch(point, normal)
+
+
+def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Write the result folder of a calibration, as `wpcal calibrate` does."""
+    groups = _groups(params)
+    asked, output, out = _asked(part, groups, params), groups["output"], Path(params["out"])
+    holding, taught = groups["holder"].read(), asked.taught
+    check_writable(out, overwrite=output.force)
+    if asked.rows is not None:
+        taught = _write_table(asked.rows, params.get("table"), overwrite=output.force)
+    written = calibrate_files(
+        part.workpiece,
+        taught,
+        out,
+        overwrite=output.force,
+        T_nominal_part=asked.nominal,
+        options=asked.options,
+        mark_seams=output.mark_seams,
+        bake=output.bake,
+        holding=holding,
+        **run_arguments(asked.run),
+        progress=progress,
+    )
+    return {
+        "record": written.record,
+        "files": [str(out / file) for file in written.files],
+        "notes": [issue.message for issue in written.notes],
+        "command": _command(part, params, has_rows=asked.rows is not None),
+    }
+
+
+def _write_table(rows: Rows, table: str | None, *, overwrite: bool) -> TaughtPoints:
+    """Write the rows that are complete as a table, and read it again as `wpcal calibrate` does."""
+    if table is None:
+        raise InputError("table: expected the file in which the rows are written before they are calibrated")
+    path, text = Path(table), rows.to_csv()
+    if not (path.is_file() and path.read_bytes() == text.encode("utf-8")):
+        write_file(path, text, overwrite=overwrite)
+    return read_table(path)
+
+
+def _command(part: OpenPart, params: Mapping[str, Any], *, has_rows: bool) -> str:
+    """Return the command that writes the same. Decisions of the request are in the seams.json that was written."""
+    values = {key: value for key, value in params.get("options", {}).items() if not (has_rows and key in PROGRAM_NAMES)}
+    words = words_of(PART_OPTIONS.options, values)
+    words += ["--touches", params["taught"]["touches"]] if "touches" in params["taught"] else []
+    words += ["--setup", params["taught"]["setup"]] if params["taught"].get("setup") else []
+    words += ["--seams", str(Path(params["out"]) / "seams.json")] if params.get("decisions") else []
+    taught = params["table"] if has_rows else params["taught"]["path"]
+    return shlex.join(["wpcal", "calibrate", str(part.path), taught, *words, "-o", params["out"]])
+
+
+METHODS: Mapping[str, PartMethod] = {
+    "open": open_part,
+    "seams": seams,
+    "read_taught": read_taught,
+    "calibrate": calibrate,
+    "suggest": suggest,
+    "touch_at": touch_at,
+    "save": save,
+}

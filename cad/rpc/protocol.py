@@ -1,0 +1,67 @@
+"""Which methods there are, and what their params must be: as the schemas in ``schemas`` say, one per method."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from cad.rpc.messages import MessageFaultError, Request
+from wpcal.core.errors import FormatError
+from wpcal.core.record_check import check_complete
+from wpcal.printable import printable
+
+HANDLE = "handle"
+ANSWER = "answer"
+"""The schema of every line that is sent; the others are those of methods."""
+_FOLDER = files("cad") / "rpc" / "schemas"
+_ENDING = "-1.schema.json"
+
+
+@cache
+def method_names() -> tuple[str, ...]:
+    """Return the names of all methods, sorted."""
+    names = sorted(file.name.removesuffix(_ENDING) for file in _FOLDER.iterdir() if file.name.endswith(_ENDING))
+    return tuple(name for name in names if name != ANSWER)
+
+
+@cache
+def schema_of(name: str) -> Mapping[str, Any]:
+    """Return the JSON Schema of a method, of its ``params`` and ``result``, or of `ANSWER`."""
+    found: Mapping[str, Any] = json.loads((_FOLDER / f"{name}{_ENDING}").read_text(encoding="utf-8"))
+    return found
+
+
+@cache
+def params_of(method: str) -> Mapping[str, Any]:
+    """Return the schemas of the params of a method, by their names."""
+    found: Mapping[str, Any] = schema_of(method)["properties"]["params"]["properties"]
+    return found
+
+
+def takes_handle(method: str) -> bool:
+    """Tell whether a method is about an opened part."""
+    return HANDLE in params_of(method)
+
+
+def check_request(request: Request) -> None:
+    """Refuse a request whose method is unknown, or whose params are not as its schema says.
+
+    Raises
+    ------
+    MessageFaultError
+    """
+    if request.method not in method_names():
+        what = f"{printable(request.method[:100])}: no such method; known: {', '.join(method_names())}"
+        raise MessageFaultError(what, id=request.id, kind="UnknownMethod")
+    known = params_of(request.method)
+    unknown = sorted(set(request.params) - set(known))
+    if unknown:
+        what = f"params: {printable(', '.join(unknown)[:200])}: not known by {request.method}"
+        raise MessageFaultError(f"{what}; known: {', '.join(known) or 'none'}", id=request.id)
+    try:
+        check_complete({"params": request.params}, schema_of(request.method), path="")
+    except FormatError as error:
+        raise MessageFaultError(error.what, id=request.id) from None

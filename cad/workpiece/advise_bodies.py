@@ -1,0 +1,175 @@
+"""Which features of a weldment to teach whose bodies may have moved; `wpcal.advise.moved_advice` makes the choice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
+from cad.workpiece.moved_bodies import bodies_at, bodies_of, meeting_points
+from cad.workpiece.workpiece import Workpiece
+from wpcal.advise.advice import where_it_is
+from wpcal.advise.candidates import fills_a_plane
+from wpcal.advise.design import farthest_rows
+from wpcal.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
+from wpcal.advise.moved_model import MovedModel, SeamPoints, Tacked
+from wpcal.calibrate.bodies.errors import MeetingPoints
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.core.arrays import FloatArray
+from wpcal.features import Ease, ReferenceFeature, Touchable
+from wpcal.seam.path.moved import moved_seams
+from wpcal.seam.seam import Seam
+
+PER_BODY = 12
+"""Features of a body that are judged, far from one another, if there are many bodies."""
+MOST_CHOICES = 400
+"""Features that are judged together."""
+TOUCHES_PER_BODY = 2
+"""How many are advised if nothing is said."""
+MOST_TAUGHT = 60
+"""A person teaches no more to reach a tolerance."""
+
+
+def tacked_bodies(workpiece: Workpiece, seams: Sequence[Seam], choice: BodiesOptions) -> Tacked:
+    """Return the bodies of a part with the points of seams at which they meet.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    seams : sequence of Seam
+        Where the error counts; frames in `part`.
+    choice : BodiesOptions
+
+    Raises
+    ------
+    InputError
+        As in `find_bodies`.
+    """
+    part = find_bodies(workpiece.trimmed, choice)
+    return Tacked(part.bodies, part.face_body, _seam_points(workpiece, seams, part))
+
+
+def _seam_points(workpiece: Workpiece, seams: Sequence[Seam], part: PartBodies) -> SeamPoints:
+    some = [seam for seam in seams if len(seam.frames)]
+    count = len(part.bodies)
+    still = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
+    points = [meeting_points(moved) for moved in moved_seams(workpiece.graph, some, part.face_body, *still)]
+    names = tuple(seam.name for seam in some for _ in range(len(seam.frames)))
+    return SeamPoints(MeetingPoints.joined(points), names)
+
+
+def advise_bodies(
+    workpiece: Workpiece,
+    seams: Sequence[Seam],
+    allowed: Sequence[Touchable],
+    choice: BodiesOptions,
+    *,
+    sigma_mm: float,
+    have: Sequence[ReferenceFeature] = (),
+    touched: Touches | None = None,
+    count: int | None = None,
+    tolerance_mm: float | None = None,
+) -> MovedAdvice:
+    """Choose the features of a weldment to teach whose bodies may have moved.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    seams : sequence of Seam
+        Where the error counts; frames in `part`.
+    allowed : sequence of Touchable
+        What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
+        reached without them.
+    choice : BodiesOptions
+    sigma_mm : float
+        Teaching error: standard deviation per axis.
+    have : sequence of ReferenceFeature
+        Features that are taught anyway.
+    touched : Touches, optional
+        Other touches that were made already, at their points on the model.
+    count, tolerance_mm :
+        As in `wpcal.advise.moved_advice.advise_moved`; with neither, two features for each body.
+
+    Returns
+    -------
+    MovedAdvice
+
+    Raises
+    ------
+    InputError, GeometryError
+        As in `find_bodies` and `advise_moved`.
+    """
+    tacked = tacked_bodies(workpiece, seams, choice)
+    model = tacked.model()
+    taught = {feature.name for feature in have}
+    if count is None and tolerance_mm is None:
+        count = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)
+    rows = [_of_features(workpiece, tacked, model, have, sigma_mm)]
+    if touched is not None:
+        rows.append(_of_touches(touched, tacked, model, sigma_mm))
+    free = [item for item in allowed if item.feature.name not in taught]
+    for is_easy in (True, False):
+        advice = advise_moved(
+            model,
+            _choices(workpiece, tacked, model, free, sigma_mm, is_easy=is_easy),
+            tacked.seams,
+            count=count,
+            tolerance_mm=tolerance_mm,
+            most=MOST_TAUGHT,
+            have=np.concatenate(rows),
+        )
+        if not advice.why:
+            break
+    return advice
+
+
+def _of_touches(touched: Touches, tacked: Tacked, model: MovedModel, sigma_mm: float) -> FloatArray:
+    """Return the rows of touches on faces, edges and points, shape (n, 3, m)."""
+    near = touched.targets.nearest(touched.rows, touched.p_base)
+    return model.rows(near.p, near.projector / sigma_mm, bodies_of(touched, tacked.face_body))
+
+
+def _of_features(
+    workpiece: Workpiece,
+    tacked: Tacked,
+    model: MovedModel,
+    features: Sequence[ReferenceFeature],
+    sigma_mm: float,
+) -> FloatArray:
+    """Return the rows of features, each taught as a point with an error per axis, shape (n, 3, m)."""
+    p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
+    body = bodies_at(workpiece.graph, p, tacked.face_body)
+    return model.rows(p, np.tile(np.eye(3) / sigma_mm, (len(p), 1, 1)), body)
+
+
+def _choices(
+    workpiece: Workpiece,
+    tacked: Tacked,
+    model: MovedModel,
+    allowed: Sequence[Touchable],
+    sigma_mm: float,
+    *,
+    is_easy: bool,
+) -> TouchChoices:
+    """Return the features to choose from: on each body the easiest, or all, far from one another."""
+    p = np.array([item.feature.p_mm for item in allowed]).reshape(-1, 3)
+    body = bodies_at(workpiece.graph, p, tacked.face_body)
+    each = max(PER_BODY, MOST_CHOICES // len(tacked.bodies))
+    kept = list[int]()
+    for b in range(-1, len(tacked.bodies)):
+        own = np.flatnonzero(body == b)
+        eases = np.array([allowed[k].ease for k in own.tolist()], dtype=np.int64)
+        for ease in Ease if is_easy else ():
+            easy = own[eases <= ease]
+            if len(easy) and fills_a_plane(p[easy]):
+                own = easy
+                break
+        kept += own[farthest_rows(p[own], each)].tolist() if len(own) else []
+    features = [allowed[k].feature for k in sorted(kept)]
+    return TouchChoices(
+        tuple(feature.name for feature in features),
+        tuple(where_it_is(feature) for feature in features),
+        body[sorted(kept)],
+        _of_features(workpiece, tacked, model, features, sigma_mm),
+    )

@@ -1,0 +1,59 @@
+"""What a person sees of bodies that moved, after `wpcal calibrate --bodies`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.running import Ended, run_here
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Ended, Path]:
+    """The sample part, of two solids; one touch is on its web."""
+    folder = tmp_path_factory.mktemp("bodies")
+    options = ("--bodies", "--sigma-mm", "0.3", "--details", "-o", folder / "out")
+    ended = run_here("calibrate", TEE / "tee.step", TEE / "taught.csv", *options)
+    return ended, folder / "out"
+
+
+def test_first_line_says_whether_bodies_moved(run: tuple[Ended, Path]) -> None:
+    first, second, *_ = run[0].stdout.splitlines()
+    assert first.startswith("The touches fit a rigid part (p = ")
+    assert second == "Tack tolerance 1 mm and 3 mrad, assumed: too few touches to estimate them."
+
+
+def test_tables_say_motions_errors_and_gaps(run: tuple[Ended, Path]) -> None:
+    record = json.loads((run[1] / "calibration.json").read_text(encoding="utf-8"))["bodies"]
+    text = run[0].stdout
+    assert "of 12 motions of the bodies" in text
+    for seam in record["seams"]:
+        row = next(line for line in text.split("error and gap")[1].splitlines() if f" {seam['seam']} " in line)
+        assert f"{seam['u95_mm']:.3f}" in row
+        assert f"{seam['u95_unseen_mm']:.3f}" in row
+    for body in record["bodies"]:
+        assert body["name"] in text
+
+
+def test_summary_of_a_seam_is_that_of_its_frames(run: tuple[Ended, Path]) -> None:
+    calibration = json.loads((run[1] / "calibration.json").read_text(encoding="utf-8"))
+    seams = json.loads((run[1] / "seams.json").read_text(encoding="utf-8"))["seams"]
+    told = {row["seam"]: row for row in calibration["bodies"]["seams"]}
+    accepted = [seam for seam in seams if seam["accepted"]]
+    assert set(told) == {seam["name"] for seam in accepted}
+    for seam in accepted:
+        row = told[seam["name"]]
+        assert row["u95_mm"] == max(frame["u95_mm"] for frame in seam["frames"])
+        assert row["gap_max_mm"] == max(frame["gap_mm"] for frame in seam["frames"])
+        assert row["bodies"] == ["base plate", "web"]
+
+
+def test_check_points_and_their_errors_are_on_the_moved_bodies(run: tuple[Ended, Path]) -> None:
+    points = json.loads((run[1] / "calibration.json").read_text(encoding="utf-8"))["points"]
+    errors = {point["name"]: point["error_95_mm"] for point in points}
+    assert [point["name"] for point in points if point["use"] == "check"] == ["V6", "H1"]
+    assert errors["V6"] > 2.0 * errors["H1"]  # a corner of the web, which one touch holds, and a hole of the base

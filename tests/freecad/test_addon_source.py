@@ -1,0 +1,53 @@
+"""The workbench's source: what it imports, which Python it needs, and what the ZIP file holds."""
+
+import ast
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ADDON = ROOT / "cad/freecad"
+PACKAGE = ADDON / "freecad/wpcal_wb"
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+FREECADS = {"FreeCAD", "FreeCADGui", "Part", "Import", "PySide", "pivy"}
+"""Modules that every FreeCAD brings."""
+OLDEST_PYTHON = (3, 8)
+
+
+def imported(tree: ast.AST) -> set[str]:
+    """Return the first names of all modules that are imported absolutely, anywhere in a file."""
+    names = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and not node.level]
+    return {name.split(".")[0] for name in names}
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(PACKAGE).as_posix())
+def test_only_freecad_qt_and_the_standard_library_are_imported(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"), feature_version=OLDEST_PYTHON)
+    assert imported(tree) <= FREECADS | set(sys.stdlib_module_names)
+    assert path.read_text(encoding="utf-8").startswith("# SPDX-License-Identifier: MIT\n")
+
+
+def test_the_zip_file_is_one_folder_with_all_that_freecad_reads(tmp_path: Path) -> None:
+    target = tmp_path / "dist" / "workbench.zip"
+    subprocess.run([sys.executable, str(ADDON / "build.py"), str(target)], check=True)
+    with zipfile.ZipFile(target) as archive:
+        names = archive.namelist()
+        package = ET.fromstring(archive.read("WpCal/package.xml"))
+    assert all(name.startswith("WpCal/") for name in names)
+    assert {f"WpCal/{path.relative_to(ADDON).as_posix()}" for path in SOURCES} <= set(names)
+    assert "WpCal/freecad/__init__.py" not in names, "FreeCAD's own package would be hidden"
+    space = {"p": "https://wiki.freecad.org/Package_Metadata"}
+    for icon in package.iterfind(".//p:icon", space):
+        assert f"WpCal/{icon.text}" in names
+    version = re.search(r'__version__ = "(.+)"', (ROOT / "wpcal/__init__.py").read_text(encoding="utf-8"))
+    assert version is not None
+    assert package.findtext("p:version", namespaces=space) == version[1]
+    license_file = package.find("p:license", space)
+    assert license_file is not None
+    assert f"WpCal/{license_file.get('file')}" in names

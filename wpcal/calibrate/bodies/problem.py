@@ -1,0 +1,235 @@
+"""The sum of squares of a weldment's touches, as a function of its pose and of the motions of its bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wpcal.calibrate.bodies.bodies import Bodies, Contacts
+from wpcal.calibrate.bodies.motions import Motions, left_jacobian
+from wpcal.calibrate.touches.touches import Linearised, Touches
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
+from wpcal.core.transform import RigidTransform
+
+LEAST_HELD = 1e-9
+"""A direction whose information is below this share of the largest is not seen."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitened:
+    """Touches as a linear model with unit errors: r = J ξ + B u + e, at the rigid fit.
+
+    Parameters
+    ----------
+    r : ndarray, shape (m,)
+    J : ndarray, shape (m, 6 + s)
+        By the scaled motion of the whole, and by errors that all touches share.
+    B : ndarray, shape (m, 6 b)
+        By the motions of the bodies, in units of their tolerances.
+    touch : ndarray of int, shape (m,)
+        The touch of each row; -1: a kept contact.
+    """
+
+    r: FloatArray
+    J: FloatArray
+    B: FloatArray
+    touch: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Motions with the residuals there.
+
+    Parameters
+    ----------
+    at : Linearised
+        In `base`; `contact_part` in the model's coordinates of the own body.
+    weights : ndarray, shape (n, 3, 3)
+    gaps : ndarray, shape (k,)
+        Of the kept contacts, in units of their sigma.
+    shared : ndarray, shape (s,)
+        The errors that all touches share, in standard deviations.
+    """
+
+    motions: Motions
+    at: Linearised
+    weights: FloatArray
+    gaps: FloatArray
+    shared: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """The sum of squares as a `SquaresProblem` of states.
+
+    Unknowns are (L ω, v) of the whole, u of the bodies, and the errors that all touches share.
+
+    Parameters
+    ----------
+    own : ndarray, shape (n, 3, 3)
+        Covariances of the touches without the errors that they share.
+    shared : ndarray, shape (n, 3, s)
+    """
+
+    touches: Touches
+    own: FloatArray
+    shared: FloatArray
+    body: IntArray
+    bodies: Bodies
+    contacts: Contacts
+    pivot: FloatArray
+    length_mm: float
+
+    @classmethod
+    def of(cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: Contacts, start: RigidTransform) -> Problem:
+        """Build it for n touches near a rigid fit; `body` has the shape (n,)."""
+        pivot = touches.p_base.mean(axis=0)
+        reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
+        shared = np.zeros((len(touches), 3, 0)) if touches.shared is None else touches.shared
+        assert touches.covariances is not None  # of `fit_bodies`
+        own = touches.covariances - shared @ shared.transpose(0, 2, 1)
+        return cls(touches, own, shared, body, bodies, contacts, pivot, max(reach, 1.0))
+
+    @property
+    def first(self) -> FloatArray:
+        """No shared error, shape (s,)."""
+        return np.zeros(self.shared.shape[2])
+
+    def state(self, motions: Motions, shared: FloatArray) -> State:
+        """Return a state with its residuals; `shared` has the shape (s,)."""
+        touched = replace(self.touches, p_base=self.touches.p_base - self.shared @ shared)
+        at = linearised_each(touched, *motions.poses_of(self.body))
+        return State(motions, at, at.information(self.own), self._gaps(motions), shared)
+
+    def cost(self, state: State) -> float:
+        """Return the sum of squares."""
+        d = state.at.d
+        u = self._scaled(state.motions)
+        touched = float(np.einsum("ni,nij,nj->", d, state.weights, d))
+        return touched + float(np.sum(u**2)) + float(np.sum(state.gaps**2)) + float(np.sum(state.shared**2))
+
+    def normal_equations(self, state: State) -> tuple[FloatArray, FloatArray]:
+        """Return the gradient and the normal matrix, shapes (k,) and (k, k)."""
+        J = self.jacobian(state)
+        WJ = (state.weights @ J).reshape(-1, J.shape[2])
+        gradient = WJ.T @ state.at.d.ravel()
+        H = J.reshape(WJ.shape).T @ WJ
+        G, known = self._contact_jacobian(state.motions), len(H) - 6
+        gradient[6:] += np.concatenate([self._scaled(state.motions).ravel() + G.T @ state.gaps, state.shared])
+        H[6:, 6:] += np.eye(known)
+        H[self.of_bodies, self.of_bodies] += G.T @ G
+        return gradient, H
+
+    @property
+    def of_bodies(self) -> slice:
+        """Where the unknowns of the bodies are."""
+        return slice(6, 6 + 6 * len(self.bodies))
+
+    def moved(self, state: State, step: FloatArray) -> State:
+        """Move the whole and its bodies by a step of shape (k,).
+
+        Bodies go with the whole, or each keeps the place in the base it steps to. Both are the same to first order.
+        Where tolerances are small against the errors of the touches, the first follows the valley of the cost,
+        otherwise the second: the lower one is taken.
+        """
+        return min((self.with_whole(state, step), self.in_place(state, step)), key=self.cost)
+
+    def with_whole(self, state: State, step: FloatArray) -> State:
+        """Move the bodies within the part by a step of shape (k,)."""
+        motions, by = state.motions, step[self.of_bodies].reshape(-1, 6) * self.bodies.scales
+        whole = self._whole(motions.T_base_part, step)
+        moved = Motions(self.bodies, whole, motions.omega + by[:, :3], motions.v_mm + by[:, 3:])
+        return self.state(moved, state.shared + step[self.of_bodies.stop :])
+
+    def in_place(self, state: State, step: FloatArray) -> State:
+        """Move the bodies within the base by a step of shape (k,)."""
+        motions, by = state.motions, step[self.of_bodies].reshape(-1, 6) * self.bodies.scales
+        T, c = motions.T_base_part, self.bodies.centroid_part
+        whole = self._whole(T, step)
+        turn = step[:3] / self.length_mm
+        centre = T.apply(c + motions.v_mm)
+        centre += np.cross(turn, centre - self.pivot) + step[3:6] + by[:, 3:] @ T.R.T
+        own_turn = np.einsum("bij,bj->bi", left_jacobian(motions.omega), by[:, :3]) @ T.R.T + turn
+        omega = log_rotation(whole.R.T @ exp_rotation(own_turn) @ motions.poses()[0])
+        moved = Motions(self.bodies, whole, omega, (centre - whole.t_mm) @ whole.R - c)
+        return self.state(moved, state.shared + step[self.of_bodies.stop :])
+
+    def _whole(self, T: RigidTransform, step: FloatArray) -> RigidTransform:
+        turn = exp_rotation(step[:3] / self.length_mm)
+        t = turn @ (T.t_mm - self.pivot) + self.pivot + step[3:6]
+        return RigidTransform(turn @ T.R, t, target=T.target, source=T.source)
+
+    def jacobian(self, state: State) -> FloatArray:
+        """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + s)."""
+        n, b = len(self.touches), len(self.bodies)
+        at, T = state.at, state.motions.T_base_part
+        J = np.zeros((n, 3, 6 + 6 * b + self.shared.shape[2]))
+        J[:, :, :6] = -at.A @ point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
+        rows = np.flatnonzero(self.body >= 0)
+        own = self.body[rows]
+        by_body = state.motions.displacement_jacobian(own, at.contact_part[rows]) * self.bodies.scales[own][:, None, :]
+        blocks = np.zeros((n, 3, b, 6))
+        blocks[rows, :, own] = -at.A[rows] @ (T.R @ by_body)
+        J[:, :, self.of_bodies] = blocks.reshape(n, 3, 6 * b)
+        J[:, :, self.of_bodies.stop :] = -at.A @ self.shared
+        return J
+
+    def covariances(self, state: State) -> tuple[FloatArray, FloatArray]:
+        """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""
+        _, H = self.normal_equations(state)
+        kept = self.of_bodies.stop
+        inverse = np.linalg.inv(H)[:kept, :kept]
+        bodies_part = inverse[:, 6:]
+        S = np.zeros((kept, kept))
+        S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
+        S[6:, 6:] = np.diag(self.bodies.scales.ravel())
+        return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
+
+    def whitened(self, state: State) -> Whitened:
+        """Return the linear model at a state; contacts count as touches of a gap of zero.
+
+        Errors that all touches share join the pose: the touches are judged without what such an error explains.
+        """
+        values, vectors = np.linalg.eigh(state.weights)
+        roots = np.sqrt(np.maximum(values, 0.0))[..., None] * vectors.transpose(0, 2, 1)
+        by_all = self.jacobian(state)
+        J = (roots @ by_all).reshape(-1, by_all.shape[2])
+        r = (roots @ state.at.d[..., None]).ravel()
+        is_seen = (roots**2).sum(axis=2).ravel() > LEAST_HELD * float(values.max())
+        G = self._contact_jacobian(state.motions)
+        common = np.delete(J[is_seen], self.of_bodies, axis=1)
+        first = np.concatenate([common, np.zeros((len(G), common.shape[1]))])
+        touch = np.concatenate([np.repeat(np.arange(len(self.touches)), 3)[is_seen], np.full(len(G), -1)])
+        bodies = np.concatenate([J[is_seen, self.of_bodies], G])
+        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, bodies, touch)
+
+    def _scaled(self, motions: Motions) -> FloatArray:
+        return np.concatenate([motions.omega, motions.v_mm], axis=1) / self.bodies.scales
+
+    def _gaps(self, motions: Motions) -> FloatArray:
+        c = self.contacts
+        apart = motions.apply(c.first, c.p_part) - motions.apply(c.second, c.p_part)
+        return np.asarray(np.einsum("ki,ki->k", apart, c.normal_part) / c.sigma_mm)
+
+    def _contact_jacobian(self, motions: Motions) -> FloatArray:
+        """Derivative of the gaps by u, shape (k, 6 b)."""
+        c, b = self.contacts, len(self.bodies)
+        G = np.zeros((len(c), b, 6))
+        for own, sign in ((c.first, 1.0), (c.second, -1.0)):
+            rows = np.flatnonzero(own >= 0)
+            by = motions.displacement_jacobian(own[rows], c.p_part[rows]) * self.bodies.scales[own[rows]][:, None, :]
+            each = np.einsum("ki,kij->kj", c.normal_part[rows], by) / c.sigma_mm[rows, None]
+            G[rows, own[rows]] += sign * each
+        return G.reshape(len(c), 6 * b)
+
+
+def linearised_each(touches: Touches, R: FloatArray, t: FloatArray) -> Linearised:
+    """Return residuals where the target of every touch has a pose of its own; R, t of shapes (n, 3, 3), (n, 3)."""
+    x = np.einsum("nij,ni->nj", R, touches.p_base - t)
+    near = touches.targets.nearest(touches.rows, x)
+    contact = near.p + touches.radius_mm[:, None] * near.normal
+    d = np.einsum("nij,nj->ni", near.projector, x - contact)
+    A = R @ near.projector @ R.transpose(0, 2, 1)
+    return Linearised(contact, np.einsum("nij,nj->ni", R, d), A, np.einsum("nij,nj->ni", R, contact) + t)
