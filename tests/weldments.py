@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
-from wpcal.calibrate.touches.touches import Nearest, Touches
+from wpcal.calibrate.touches.touches import Nearest, Touches, TouchTargets
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation
@@ -36,7 +36,7 @@ class Planes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weldment:
-    """A base plate 600 × 400 mm with four uprights of 300 × 120 mm.
+    """Bodies that may move, and where they are touched.
 
     Parameters
     ----------
@@ -45,12 +45,15 @@ class Weldment:
     p, n : ndarray, shape (m, 3)
         Touched points and outward normals, in the model, mm.
     body : ndarray of int, shape (m,)
+    targets : TouchTargets
+        One row for each touch.
     """
 
     bodies: Bodies
     p: FloatArray
     n: FloatArray
     body: IntArray
+    targets: TouchTargets
 
     def drawn(self, rng: np.random.Generator, *, scale: float = 1.0) -> Motions:
         """Draw where a real part stands, and how its bodies moved: within their tolerances times `scale`."""
@@ -66,7 +69,11 @@ class Weldment:
         q = np.einsum("nij,nj->ni", R, self.p) + t + sigma_mm * rng.normal(size=self.p.shape)
         n = len(q)
         names = tuple(f"T{i}" for i in range(n))
-        return Touches(names, q, np.zeros(n), Planes(self.p, self.n), names, None, RobotSpace.NOMINAL, np.arange(n))
+        return Touches(names, q, np.zeros(n), self.targets, names, None, RobotSpace.NOMINAL, np.arange(n))
+
+    def targets_at(self, rows: IntArray) -> Planes:
+        """Return the planes of some touches, of shape (k,)."""
+        return Planes(self.p[rows], self.n[rows])
 
     def fitted(self, touches: Touches, start: RigidTransform, sigma_mm: float, factor: float = 1.0) -> BodiesFit:
         """Fit it with tolerances times `factor`."""
@@ -105,4 +112,5 @@ def uprights(touches_each: int, *, on_base: int = 6) -> Weldment:
         for point, normal in own[:touches_each]:
             p.append(point), n.append(normal), body.append(k)
     bodies = Bodies(("base", "U1", "U2", "U3", "U4"), np.array(centres), (TackTolerance(1.0, 4.0),) * 5)
-    return Weldment(bodies, np.array(p, dtype=float), np.array(n, dtype=float), np.array(body))
+    points, normals = np.array(p, dtype=float), np.array(n, dtype=float)
+    return Weldment(bodies, points, normals, np.array(body), Planes(points, normals))

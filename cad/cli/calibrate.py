@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.holder import HolderFlags
-from cad.cli.options import MESH, PART, BodiesFlags, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
+from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP

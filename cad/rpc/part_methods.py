@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
 from cad.cli.holder import HolderFlags
-from cad.cli.options import BodiesFlags, CalibrateFlags, SeamChoiceFlags
+from cad.cli.options import CalibrateFlags, SeamChoiceFlags
 from cad.pick.rows import Rows, read_rows
 from cad.pick.session import place_points
 from cad.pick.shared_seams import read_decisions

@@ -207,7 +207,7 @@ def calibrate_workpiece(
             progress("fitting the motions of the bodies")
             moved = fit_weldment(workpiece, named.taught, observed, result, seams, options, options.bodies)
             result, seams = moved.result, moved.told_seams()
-            u95 = tuple(error.total_mm for error in moved.errors)
+            u95 = moved.u95_mm
     return WorkpieceCalibration(
         workpiece,
         result,
@@ -334,7 +334,7 @@ def calibrate_files(
         issues = means.write_moved(
             source, found.T_base_part, folder / moved, seams=marked, bake=bake, T_part_moved=own, progress=progress
         )
-        issues = (*apart, *issues)
+        issues = (*apart, *(() if found.moved is None else found.moved.gap_notes()), *issues)
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*run_issues, *issues, *mesh_issues))

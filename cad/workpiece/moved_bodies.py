@@ -13,15 +13,14 @@ from cad.workpiece.fit_taught import CalibrateOptions, Observed
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
-from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, meeting_errors
-from wpcal.calibrate.bodies.fit import BodiesFit
+from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
 from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.bodies.verdict import judge_bodies
-from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies
+from wpcal.calibrate.criteria import RIVAL, SILENT, Criterion
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, Sigma, SigmaSource
+from wpcal.calibrate.uncertainty import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
@@ -31,6 +30,11 @@ from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
 
+STILL_TRUE = (RIVAL, SILENT)
+"""Codes of issues of the part as one body that hold for its bodies, too: another place of the whole is not excluded."""
+
+OVERLAP_MM = 0.05
+"""A smaller overlap of two plates is a burr or round-off, and is not told."""
 NAMED_MM = 1e-3
 """A point this near to a vertex or to the centre of a circle is taken for it."""
 
@@ -50,7 +54,7 @@ class MovedWorkpiece:
     errors : tuple of MeetingErrors
         At the frames of each seam.
     gap_limit_mm : float
-        Largest gap between members that a seam may have.
+        Members count as in contact up to this gap (`SeamOptions.gap_for`); a wider one is told per seam.
     """
 
     bodies: MovedBodies
@@ -59,6 +63,11 @@ class MovedWorkpiece:
     seams: tuple[MovedSeam, ...]
     errors: tuple[MeetingErrors, ...]
     gap_limit_mm: float
+
+    @property
+    def u95_mm(self) -> tuple[FloatArray, ...]:
+        """The 95 % error at every frame of each seam, mm."""
+        return tuple(error.total_mm for error in self.errors)
 
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
@@ -110,11 +119,44 @@ class MovedWorkpiece:
         names = self.bodies.fit.motions.bodies.names
         return [names[b] for b in dict.fromkeys([*moved.base_body.tolist(), *moved.wall_body.tolist()]) if b >= 0]
 
+    def gap_notes(self) -> tuple[Issue, ...]:
+        """Return which accepted seams are wider than usual, and which overlap by more than errors explain."""
+        accepted = [seam for seam in self.seams if seam.seam.accepted]
+        wide = [seam for seam in accepted if seam.gap_mm.max() > self.gap_limit_mm]
+        found = []
+        if wide:
+            worst = max(wide, key=lambda seam: float(seam.gap_mm.max()))
+            message = (
+                f"the gap of {listed([seam.seam.name for seam in wide])} is wider than {self.gap_limit_mm:g} mm "
+                f"(--gap-mm); the widest is {worst.gap_mm.max():.2f} mm at {worst.seam.name}"
+            )
+            found.append(Issue("gap-too-wide", message, tuple(seam.seam.name for seam in wide)))
+        into = [seam for seam in accepted if (seam.gap_mm + self._gap_errors(seam)).min() < -OVERLAP_MM]
+        if into:
+            worst = min(into, key=lambda seam: float(seam.gap_mm.min()))
+            message = (
+                f"the bodies of {listed([seam.seam.name for seam in into])} overlap by more than the errors explain, "
+                f"by {-worst.gap_mm.min():.2f} mm at {worst.seam.name}: a plate is bent, shorter than its model, or a "
+                "touch is wrong"
+            )
+            found.append(Issue("bodies-overlap", message, tuple(seam.seam.name for seam in into)))
+        return tuple(found)
+
+    def _gap_errors(self, moved: MovedSeam) -> FloatArray:
+        return gap_errors_mm(self.bodies.fit, meeting_points(moved))
+
     def _told(self, moved: MovedSeam) -> str:
-        own = self.bodies_of_seam(moved)
-        gap = f"gap {moved.gap_mm.min():.2f} to {moved.gap_mm.max():.2f} mm after its bodies moved"
-        never = [name for name in own if name in self.bodies.untouched]
-        return f"{gap}; {listed(never)} was never touched: its place rests on the tack tolerance" if never else gap
+        least, most = float(moved.gap_mm.min()), float(moved.gap_mm.max())
+        told = [f"gap {least:.2f} to {most:.2f} mm after its bodies moved"]
+        if most > self.gap_limit_mm:
+            told.append(f"wider than {self.gap_limit_mm:g} mm")
+        if least < -OVERLAP_MM:
+            told.append("a negative gap is an overlap")
+        never = [name for name in self.bodies_of_seam(moved) if name in self.bodies.untouched]
+        if never:
+            verb = "was" if len(never) == 1 else "were"
+            told.append(f"{listed(never)} {verb} never touched: the place rests on the tack tolerance")
+        return "; ".join(told)
 
 
 def fit_weldment(
@@ -160,7 +202,7 @@ def fit_weldment(
         body,
         part.bodies,
         rigid.T_base_part,
-        sigma_mm=sigma.mm,
+        sigma_mm=options.teaching.per_axis_mm or sigma.mm,  # a smaller one than the digits show is for exact touches
         estimate=not choice.is_stated,
         seed=options.seed,
     )
@@ -168,8 +210,9 @@ def fit_weldment(
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
-    result = _with_points(_result(rigid, found, moved, sigma), found.fit, observed_on)
-    return MovedWorkpiece(found, part, result, moved, errors, options.seams.gap_for(workpiece.graph))
+    result = _judged(rigid, found, moved, sigma, observed_on)
+    gap_limit_mm = options.seams.gap_for(workpiece.graph)
+    return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm)
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
@@ -233,7 +276,7 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
     """Return the frames of a moved seam as points whose error is known."""
     frames = moved.seam.frames
     return MeetingPoints(
-        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, frames.R[:, :, 0], moved.is_met
+        frames.p, moved.wall_body, moved.base_body, moved.n_wall, moved.n_base, moved.x_wall, moved.is_met
     )
 
 
@@ -245,42 +288,48 @@ def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions
     return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated is None else Sigma.stated(stated)
 
 
-def _result(
-    rigid: CalibrationResult, found: MovedBodies, moved: Sequence[MovedSeam], sigma: Sigma
+def _judged(
+    rigid: CalibrationResult,
+    found: MovedBodies,
+    moved: Sequence[MovedSeam],
+    sigma: Sigma,
+    observed: Sequence[tuple[Touches, IntArray]],
 ) -> CalibrationResult:
-    """Return the result of this fit: what was judged of the part as one body does not hold any more."""
+    """Return the result of this fit: what was judged of the part as one body does not hold any more.
+
+    Its fitted points, then its check points, are on the moved bodies, with their errors there.
+    """
+    fit, T = found.fit, found.fit.T_base_part
+    pairs = [fit.paired(touches, body) for touches, body in observed]
+    points = [MeetingPoints.on(body, each.p_source) for (_, body), each in zip(observed, pairs, strict=True)]
     accepted = [seam for seam in moved if seam.seam.accepted]
-    judgement = rigid.judgement
-    if accepted:
-        joined = MeetingPoints.joined([meeting_points(seam) for seam in accepted])
-        names = [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))]
-        judgement = judge_bodies(found, joined, names, tolerance_mm=rigid.tolerance_mm)
-    T = found.fit.T_base_part
-    return replace(
+    evidence = BodiesEvidence(
+        found,
+        observed[0][0].names,
+        MeetingPoints.joined([meeting_points(seam) for seam in accepted]) if accepted else points[0],
+        [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))],
+        sigma,
+        POSTURE_FACTOR * rigid.teaching.tcp_bias_mm,
+        (pairs[1], observed[1][1]) if len(pairs) > 1 else None,
+        rigid.issues,
+        rigid.tolerance_mm,
+    )
+    result = replace(
         rigid,
+        pairs=pairs[0],
+        check=pairs[1] if len(pairs) > 1 else None,
         T_base_part=T,
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
         sigma=sigma,
-        covariance=found.fit.covariance[:6, :6],
-        judgement=judgement,
+        covariance=fit.covariance[:6, :6],
+        judgement=judge_bodies(evidence),
         criteria=None,
-        issues=(),
+        issues=tuple(issue for issue in rigid.issues if issue.code in STILL_TRUE),
         distrusted=None,
         suspect=None,
         criterion_advice=None,
+        known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm,
     )
-
-
-def _with_points(
-    result: CalibrationResult, fit: BodiesFit, observed: Sequence[tuple[Touches, IntArray]]
-) -> CalibrationResult:
-    """Return the result with its fitted points, then its check points, on the moved bodies, and their errors there."""
-    pairs = [fit.paired(touches, body) for touches, body in observed]
-    points = MeetingPoints.on(
-        np.concatenate([body for _, body in observed]), np.concatenate([each.p_source for each in pairs])
-    )
-    errors = meeting_errors(fit, points).total_mm
-    found = replace(result, pairs=pairs[0], check=pairs[1] if len(pairs) > 1 else None, known_errors_mm=errors)
-    return replace(found, objective_mm=found.residuals.rms_mm)
+    return replace(result, objective_mm=result.residuals.rms_mm)

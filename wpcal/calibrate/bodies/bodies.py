@@ -10,6 +10,9 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 
+LARGEST = 1e4
+"""Of a tolerance in mm and mrad: it holds nothing any more, and a larger one costs digits."""
+
 
 @dataclass(frozen=True, slots=True)
 class TackTolerance:
@@ -39,7 +42,7 @@ class TackTolerance:
     @property
     def scales(self) -> FloatArray:
         """Standard deviations of (ω, v), rad and mm, shape (6,)."""
-        return np.repeat([self.mrad * 1e-3, self.mm], 3)
+        return np.repeat([min(self.mrad, LARGEST) * 1e-3, min(self.mm, LARGEST)], 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

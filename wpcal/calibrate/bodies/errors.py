@@ -38,7 +38,7 @@ class MeetingPoints:
     wall_body, base_body : ndarray of int, shape (n,)
         -1: a face that does not move within the part.
     n_wall, n_base, x : ndarray, shape (n, 3)
-        Outward normals of the faces, and the travel.
+        Outward normals of the faces, and of the plane that goes with the wall, across the seam.
     is_met : ndarray of bool, shape (n,)
         Whether the faces fix the place across the seam.
     """

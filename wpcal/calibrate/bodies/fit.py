@@ -31,7 +31,9 @@ from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ConvergenceError, GeometryError, InputError
 from wpcal.core.pairs import PointPairs
+from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import counted
 from wpcal.optim.levenberg_marquardt import minimise_squares
 
 GAUSS_NEWTON_STEPS = 40
@@ -46,6 +48,8 @@ POLISHING_STEPS = 5
 LEAST_SHARE = 1e-14
 """Eigenvalues of the normal matrix below this share of the largest are round-off."""
 FIRST_DAMPING = 1e-9
+LOOSE_MM, LOOSE_RAD = 100.0, 0.3
+"""Standard deviations from which a body counts as not held: its motion is then not small, and no answer means much."""
 RESTS_MM = 1e-8
 """The fit ends at a step that changes no residual by more; the next one would be below round-off."""
 
@@ -126,7 +130,7 @@ def fit_bodies(
     InputError
         When no touch carries an error and none is given, or there is no body.
     GeometryError
-        When the touches leave a motion of the whole free.
+        When the touches leave a motion of the whole free, or the touches of a body and its tolerance do not hold it.
     ConvergenceError
         When the fit does not come to rest.
     """
@@ -141,7 +145,9 @@ def fit_bodies(
     _require_held(problem, first)
     found = _settled(problem, first)
     covariance, unseen = problem.covariances(found)
-    return BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first))
+    fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first))
+    _require_bodies_held(fit, body)
+    return fit
 
 
 def _settled(problem: Problem, first: State) -> State:
@@ -201,6 +207,25 @@ def _polished(problem: Problem, state: State, still: float) -> tuple[State, floa
 
 def _newton_step(gradient: FloatArray, H: FloatArray) -> FloatArray:
     return np.asarray(-np.linalg.lstsq(H, gradient, rcond=LEAST_SHARE)[0])
+
+
+def _require_bodies_held(fit: BodiesFit, body: IntArray) -> None:
+    """Refuse a body whose place in the base neither its touches nor its tack tolerance tells."""
+    motions = fit.motions
+    T, bodies = fit.T_base_part, motions.bodies
+    for b, tolerance in enumerate(bodies.tolerances):
+        if tolerance.mm <= LOOSE_MM and tolerance.mrad <= 1e3 * LOOSE_RAD:
+            continue
+        J = np.zeros((6, len(fit.covariance)))
+        J[:3, :3], J[3:, :6] = np.eye(3), point_jacobian(T.apply(bodies.centroid_part[b] + motions.v_mm[b])[None])[0]
+        J[:3, 6 + 6 * b : 9 + 6 * b] = J[3:, 9 + 6 * b : 12 + 6 * b] = T.R
+        spread = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", J, fit.covariance, J), 0.0))
+        if (spread[:3] > LOOSE_RAD).any() or (spread[3:] > LOOSE_MM).any():
+            raise GeometryError(
+                f"body {bodies.names[b]}: {counted(int(np.count_nonzero(body == b)), 'touch')} and a tack tolerance of "
+                f"{tolerance.mm:g} mm and {tolerance.mrad:g} mrad do not hold it: touch more of its faces, or state a "
+                "smaller tolerance"
+            )
 
 
 def _require_held(problem: Problem, state: State) -> None:

@@ -19,6 +19,9 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 
+MOST_TOLD = 5
+"""Bodies whose motions a sentence names; a table has all."""
+
 
 class ToleranceSource(Enum):
     """How the tack tolerances are known."""
@@ -83,9 +86,10 @@ class MovedBodies:
         told = [
             f"{motions.bodies.names[b]} by {np.linalg.norm(motions.v_mm[b]):.2f} mm and "
             f"{1e3 * np.linalg.norm(motions.omega[b]):.1f} mrad ({self.evidence.sigmas[b]:.1f} sigma)"
-            for b in self.moved
+            for b in self.moved[:MOST_TOLD]
         ]
-        return f"bodies moved ({shown}): {listed(told)}"
+        more = f" and {len(self.moved) - MOST_TOLD} more" if len(self.moved) > MOST_TOLD else ""
+        return f"bodies moved ({shown}): {', '.join(told)}{more}"
 
     def tolerances_sentence(self) -> str:
         """Say which tack tolerances the answer rests on."""

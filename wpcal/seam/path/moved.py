@@ -33,6 +33,8 @@ class MovedSeam:
         The bodies of the two faces at every frame; -1: a face that did not move.
     n_wall, n_base : ndarray, shape (n, 3)
         Outward normals of the moved faces, in `part`.
+    x_wall : ndarray, shape (n, 3)
+        The travel as it turned with the wall: each point lies in the plane across it that goes with the wall.
     is_met : ndarray of bool, shape (n,)
         Whether the faces fix the place across the seam.
     gap_mm : ndarray, shape (n,)
@@ -44,6 +46,7 @@ class MovedSeam:
     base_body: IntArray
     n_wall: FloatArray
     n_base: FloatArray
+    x_wall: FloatArray
     is_met: BoolArray
     gap_mm: FloatArray
 
@@ -98,13 +101,27 @@ def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, R: FloatArray
     n_now = [face.feet(graph, moved)[1] for face in now]
     x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), _unit(x_each[0] + x_each[1]))
     turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x, *n_still).transpose(0, 2, 1)
-    foot, normal = now[1].feet(graph, with_each[0])
+    gap = _gaps(graph, seam, piece, now)
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(moved, axis=0), axis=1))])
     angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
     frames = SeamFrames(s, moved, turn @ seam.frames.R, angle, seam.frames.frame)
-    gap = np.einsum("ni,ni->n", with_each[0] - foot, normal)
-    own = replace(seam, frames=frames, length_mm=float(s[-1]))
-    return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], is_met, gap)
+    pieces = replace(seam.pieces, gap_mm=_gaps_of_pieces(piece, gap, len(seam.pieces)))
+    own = replace(seam, frames=frames, pieces=pieces, length_mm=float(s[-1]))
+    return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], x_each[0], is_met, gap)
+
+
+def _gaps(graph: BrepGraph, seam: Seam, piece: IntArray, now: Sequence[MovedFaces]) -> FloatArray:
+    """Return how far the moved edge of the wall is from the moved base at every frame, shape (n,)."""
+    edge, _ = project_to_edges(graph, seam.pieces.edge[piece], seam.frames.p)
+    p = np.einsum("nij,nj->ni", now[0].R, edge) + now[0].t
+    foot, normal = now[1].feet(graph, p)
+    return np.asarray(np.einsum("ni,ni->n", p - foot, normal))
+
+
+def _gaps_of_pieces(piece: IntArray, gap: FloatArray, count: int) -> FloatArray:
+    """Return the least, mean and largest gap of every piece, shape (k, 3); of one without a frame, those of all."""
+    own = [gap[piece == k] if (piece == k).any() else gap for k in range(count)]
+    return np.array([(each.min(), each.mean(), each.max()) for each in own])
 
 
 def _crossing(normals: Sequence[FloatArray], x: FloatArray) -> FloatArray:

@@ -64,6 +64,13 @@ COMMANDS: tuple[PanelCommand, ...] = (
         "FeaturesAndSeamsPanel",
     ),
     PanelCommand(
+        "WpCal_TaughtPoints",
+        "Taught points and touches",
+        "Click what was touched, type or paste what the robot shows, and see the fit",
+        "taught_points",
+        "TaughtPointsPanel",
+    ),
+    PanelCommand(
         "WpCal_Calibrate",
         "Calibrate",
         "Fit the taught points, show the errors, place the part, and write the result folder",

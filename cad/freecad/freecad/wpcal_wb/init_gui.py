@@ -10,6 +10,7 @@ import FreeCADGui
 
 from . import RESOURCES, icon
 from .document.restore import watch_documents
+from .document.session import start_client
 from .preferences import PreferencePage
 from .words import translate
 
@@ -32,6 +33,10 @@ class WpCalWorkbench(FreeCADGui.Workbench):
         names = list(register())
         self.appendToolbar("wpcal", names)
         self.appendMenu("wpcal", names)
+
+    def Activated(self) -> None:
+        """Start wpcal when the workbench is chosen."""
+        start_client()
 
     def ContextMenu(self, _recipient: Any) -> None:
         """Add nothing to the context menus."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from contextlib import contextmanager
 from enum import Enum
+from functools import lru_cache
 from typing import Any, Iterator, Tuple
 
 import FreeCAD
@@ -50,7 +51,6 @@ PROPERTIES: dict[Kind, tuple[_Property, ...]] = {
     ),
     Kind.TAUGHT: (
         ("App::PropertyString", "Table", "Taught points, as the file that wpcal calibrate reads (JSON)", HIDDEN),
-        ("App::PropertyString", "Fit", "The last fit of these points (JSON)", HIDDEN),
         ("App::PropertyString", "FitOptions", "Options of the fit (JSON)", HIDDEN),
     ),
     Kind.CALIBRATION: (
@@ -159,11 +159,19 @@ def attach_proxies(document: Any) -> None:
             attach_proxy(obj)
 
 
+@lru_cache(maxsize=32)
+def _parsed(text: str) -> Any:
+    return json.loads(text)
+
+
 def data_of(obj: Any, name: str) -> Any:
-    """Return the JSON value of a property; None if it is empty or was damaged outside FreeCAD."""
+    """Return the JSON value of a property; None if it is empty or was damaged outside FreeCAD.
+
+    The value is shared between all who ask: copy what is to be changed.
+    """
     text = getattr(obj, name, "")
     try:
-        return json.loads(text) if text else None
+        return _parsed(text) if text else None
     except ValueError:
         FreeCAD.Console.PrintWarning(f"wpcal: {obj.Label}.{name} is not JSON; it is taken as empty\n")
         return None

@@ -88,6 +88,7 @@ class Session:
         self.part: export.ExportedPart | None = None
         self.opened: dict[str, Any] | None = None
         self._opened_in = 0
+        self._opened_path: Path | None = None
         self._changes = export.Changes(document)
         self._written_at = -1
         self._written_names: list[str] = []
@@ -173,7 +174,6 @@ class Session:
 
     def _open(self, ask: Ask, ready: Ready, on_progress: Progress | None) -> None:
         application()
-        before = self.part
         try:
             part = self.write_part()
         except (ValueError, OSError, RuntimeError) as error:
@@ -181,7 +181,7 @@ class Session:
             QtCore.QTimer.singleShot(0, lambda: ask.fail(failure))
             return
         is_open = self.opened is not None and self._opened_in == self.client.starts and self.client.is_running
-        if is_open and before is not None and before.path == part.path:
+        if is_open and self._opened_path == part.path:
             QtCore.QTimer.singleShot(0, ready)
             return
         if is_open and self.opened is not None:
@@ -189,7 +189,7 @@ class Session:
         self.opened = None
 
         def take(result: dict[str, Any]) -> None:
-            self.opened, self._opened_in = result, self.client.starts
+            self.opened, self._opened_in, self._opened_path = result, self.client.starts, part.path
             ready()
 
         ask.request = self.client.call(
@@ -212,12 +212,15 @@ class _Sessions:
         self._sessions: dict[str, Session] = {}
         self.client: Client | None = None
 
-    def of(self, document: Any) -> Session:
+    def shared_client(self) -> Client:
         if self.client is None:
             self.client = Client()
             application().aboutToQuit.connect(self.stop)
+        return self.client
+
+    def of(self, document: Any) -> Session:
         if document.Name not in self._sessions:
-            self._sessions[document.Name] = Session(document, self.client)
+            self._sessions[document.Name] = Session(document, self.shared_client())
         return self._sessions[document.Name]
 
     def slotDeletedDocument(self, document: Any) -> None:
@@ -242,6 +245,11 @@ FreeCAD.addDocumentObserver(_SESSIONS)
 def session_of(document: Any) -> Session:
     """Return the session of a document; it is made by the first call."""
     return _SESSIONS.of(document)
+
+
+def start_client() -> None:
+    """Start wpcal now: it loads its CAD kernel while the user looks for the button. A failure is told by the panel."""
+    _SESSIONS.shared_client().call("hello")
 
 
 def stop_sessions() -> None:

@@ -9,12 +9,7 @@ from ..document.calibration import kept_fit_of, shown_of
 from ..document.kinds import Kind, kind_of
 from .base import RecordView
 from .seams import SeamsView
-
-
-class TaughtView(RecordView):
-    """Taught points."""
-
-    icon_name = "WpCal_TaughtPoints"
+from .taught import TaughtView
 
 
 class CalibrationView(RecordView):

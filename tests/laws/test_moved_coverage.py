@@ -1,0 +1,61 @@
+"""Simulated weldments of real parts, on the full model: whether the band covers, and what a fit of bodies gains."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.weldments_of_parts import PartWeldment, part_weldment, simulated, uprights_weldment
+
+ROOT = Path(__file__).parents[2]
+SHARED = ROOT.parent / "shared"
+RIGID = 1e-6
+"""Tolerances times this are those of a rigid part."""
+PARTS = {
+    "uprights": None,
+    "drawbar": ROOT / "fixtures" / "welds" / "parts" / "drawbar.step",
+    "box_sides": SHARED / "step" / "box_sides.STEP",
+    "boom and vane": SHARED / "blind" / "afpm_boom_vane.step",
+}
+ASKED_RATIO = 0.35
+"""Worst seam error with two touches on each plate, over that of the rigid fit: issue 19."""
+
+
+def opened(name: str) -> PartWeldment:
+    path = PARTS[name]
+    if path is None:
+        return uprights_weldment(2)
+    if not path.exists():
+        pytest.skip(f"{path.name} is not here")
+    return part_weldment(path, each=3)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("name", PARTS)
+def test_the_band_covers_2000_weldments(name: str) -> None:
+    """93 to 97 % with the right tolerance; what half of it, twice as much, and an estimated one give is printed."""
+    factors = (1.0, 0.5, 2.0, None)
+    inside = np.array(
+        [[one.inside for one in fits] for fits in simulated(opened(name), np.random.default_rng(2003), 2000, factors)]
+    )
+    covered = inside.mean(axis=(0, 2))
+    print(name, {str(factor): round(float(share), 3) for factor, share in zip(factors, covered, strict=True)})
+    assert 0.93 <= covered[0] <= 0.97
+
+
+def test_two_touches_on_each_plate_gain_most_of_the_error_and_the_band_covers() -> None:
+    fits = list(simulated(uprights_weldment(2), np.random.default_rng(2), 24, (1.0, RIGID)))
+    moved, rigid = (np.median([pair[k].across_mm.max() for pair in fits]) for k in range(2))
+    assert moved <= ASKED_RATIO * rigid
+    covered = np.mean([pair[0].inside for pair in fits])
+    assert 0.88 <= covered <= 0.995  # of 24 weldments; the 2000 are a deep test
+
+
+@pytest.mark.deep
+def test_two_touches_on_each_plate_gain_most_of_the_error_of_600_weldments() -> None:
+    fits = list(simulated(uprights_weldment(2), np.random.default_rng(3), 600, (1.0, RIGID)))
+    moved, rigid = (np.median([pair[k].across_mm.max() for pair in fits]) for k in range(2))
+    print(f"across the seams: {moved:.2f} mm, rigid {rigid:.2f} mm, ratio {moved / rigid:.2f}")
+    assert moved <= ASKED_RATIO * rigid

@@ -1,0 +1,95 @@
+"""The verdict on a weldment whose bodies may have moved: never PASS on what nothing tests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.weldments import Weldment, uprights
+from wpcal.calibrate import Sigma, SigmaSource
+from wpcal.calibrate.bodies.errors import MeetingPoints
+from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies, unchecked_touches
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
+from wpcal.core.issue import Issue
+
+SIGMA_MM = 0.05
+
+
+def fitted(part: Weldment, touches: Touches, start: object, sigma_mm: float) -> MovedBodies:
+    return fit_moved_bodies(touches, part.body, part.bodies, start, sigma_mm=sigma_mm, estimate=False)  # type: ignore[arg-type]
+
+
+def judged(
+    seed: int, *, touches_each: int = 6, sigma_mm: float = SIGMA_MM, source: SigmaSource = SigmaSource.STATED,
+    check_off_mm: float | None = None, issues: tuple[Issue, ...] = (), tolerance_mm: float = 0.5, scale: float = 1.0,
+    noise_mm: float = SIGMA_MM,
+) -> Verdict:  # fmt: skip
+    """Judge the touched points of the weldment, as for a part without seams."""
+    rng = np.random.default_rng(seed)
+    part = uprights(touches_each)
+    part = replace(part, bodies=part.bodies.scaled(scale, scale))
+    true = part.drawn(rng, scale=min(1.0, 1.0 / scale))
+    touches = part.touched(true, noise_mm, rng)
+    moved = fitted(part, touches, true.T_base_part, sigma_mm)
+    pairs = moved.fit.paired(touches, part.body)
+    check = None
+    if check_off_mm is not None:
+        off = replace(pairs, p_target=pairs.p_target + check_off_mm * true.T_base_part.R[:, 2], covariances=None)
+        check = (off, part.body)
+    points = MeetingPoints.on(part.body, pairs.p_source)
+    seams = ["W1"] * len(part.body)
+    sigma = Sigma(sigma_mm, source)
+    return judge_bodies(BodiesEvidence(moved, touches.names, points, seams, sigma, 0.0, check, issues, tolerance_mm))
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "reason"),
+    [
+        ({"tolerance_mm": 5.0}, VerdictKind.PASS, VerdictReason.WITHIN),
+        ({"tolerance_mm": 0.01}, VerdictKind.UNSURE, VerdictReason.ERROR),
+        ({"tolerance_mm": 50.0, "noise_mm": 0.6}, VerdictKind.FAIL, VerdictReason.CONTRADICTION),
+        (
+            {"tolerance_mm": 50.0, "noise_mm": 0.08, "seed": 10, "scale": 0.02},
+            VerdictKind.FAIL,
+            VerdictReason.STATED_ERROR,
+        ),
+        (
+            {"tolerance_mm": 50.0, "noise_mm": 0.08, "seed": 10, "scale": 0.02, "source": SigmaSource.ASSUMED},
+            VerdictKind.UNSURE,
+            VerdictReason.LARGE_RESIDUALS,
+        ),
+        ({"tolerance_mm": 5.0, "check_off_mm": 30.0}, VerdictKind.FAIL, VerdictReason.CHECK_CONTRADICTS),
+        ({"tolerance_mm": 50.0, "touches_each": 2, "scale": 10.0}, VerdictKind.UNSURE, VerdictReason.UNCHECKED),
+        (
+            {"tolerance_mm": 5.0, "issues": (Issue("rival-placement", "another: look"),)},
+            VerdictKind.UNSURE,
+            VerdictReason.RIVAL,
+        ),
+    ],
+)
+def test_reasons(options: dict[str, object], kind: VerdictKind, reason: VerdictReason) -> None:
+    found = judged(**{"seed": 11, **options})  # type: ignore[arg-type]
+    assert (found.kind, found.reason) == (kind, reason), found.sentence
+
+
+def test_good_touches_pass_in_almost_every_part() -> None:
+    """Three tests with a false alarm in a hundred each."""
+    kinds = [judged(seed, tolerance_mm=5.0).kind for seed in range(30)]
+    assert kinds.count(VerdictKind.PASS) >= 26
+
+
+def test_a_touch_is_unchecked_where_the_tack_tolerance_hides_it() -> None:
+    rng = np.random.default_rng(1)
+    part = uprights(2)
+    true = part.drawn(rng)
+    touches = part.touched(true, SIGMA_MM, rng)
+    loose = replace(part, bodies=part.bodies.scaled(10.0, 10.0))
+    names = unchecked_touches(fitted(loose, touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
+    assert set(names) >= {touches.names[i] for i in np.flatnonzero(part.body > 0).tolist()}
+    tight = replace(part, bodies=part.bodies.scaled(0.1, 0.1))
+    names = unchecked_touches(fitted(tight, touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
+    assert not {touches.names[i] for i in np.flatnonzero(part.body > 0).tolist()} & set(names)
