@@ -1,7 +1,7 @@
 """Photograph the FreeCAD workbench for docs/how-to/freecad.md: `make shots`, or this script.
 
-Needs FreeCAD, Xvfb, openbox, xdotool and ImageMagick (`sh .ci/freecad`). The pictures are those of the test of the whole
-job (`tests/freecad/inside/steps_job.py`).
+Needs FreeCAD, Xvfb, openbox, xdotool and ImageMagick (`sh .ci/freecad`). The pictures are those of the test of the
+whole job (`tests/freecad/inside/steps_job.py`).
 """
 
 import os
