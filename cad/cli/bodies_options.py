@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wpcal.cli.option_groups import option
+from wpcal.core.wording import shown
 
 if TYPE_CHECKING:
     from cad.workpiece.bodies import BodiesOptions, BodyGroup
 
 EACH_SOLID = "each"
 """What ``--bodies`` means without a file."""
+USUAL_CONTACTS = "usual"
+"""What ``--contacts`` means without a number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,3 +72,34 @@ class BodiesFlags:
         from cad.workpiece.bodies import read_bodies
 
         return read_bodies(self.file)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitBodiesFlags(BodiesFlags):
+    """Whether they may have moved, and whether what lay on each other still does."""
+
+    contacts: str | None = option(
+        "--contacts",
+        metavar="[MM]",
+        is_flag=False,
+        flag_value=USUAL_CONTACTS,
+        help=(
+            "With --bodies: plane faces of two bodies that touch in the model stay on each other; they come apart by "
+            "MM (standard deviation).  [default: half of --gap-mm]"
+        ),
+    )
+
+    def to_options(self) -> BodiesOptions | None:
+        """Check and return them; errors as in `BodiesFlags.to_options`."""
+        from wpcal.core.errors import InputError
+
+        options = BodiesFlags.to_options(self)
+        if self.contacts is None:
+            return options
+        if options is None:
+            raise InputError("--contacts is for --bodies")
+        try:
+            sigma_mm = None if self.contacts == USUAL_CONTACTS else float(self.contacts)
+        except ValueError:
+            raise InputError(f"--contacts: expected a number of mm, got {shown(self.contacts)}") from None
+        return replace(options, keeps_contacts=True, contact_sigma_mm=sigma_mm)

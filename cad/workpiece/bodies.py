@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -52,11 +53,28 @@ class BodiesOptions:
         Whether a person stated it; otherwise it is estimated where there are enough touches.
     groups : tuple of BodyGroup
         Every solid that is in no group is a body of its own.
+    keeps_contacts : bool
+        Whether plane faces of two bodies that touch in the model stay on each other.
+    contact_sigma_mm : float or None
+        How far they may come apart or into each other: a standard deviation. None: half of the gap up to which members
+        count as in contact.
+
+    Raises
+    ------
+    InputError
+        When `contact_sigma_mm` is not positive.
     """
 
     tolerance: TackTolerance = field(default_factory=TackTolerance)
     is_stated: bool = False
     groups: tuple[BodyGroup, ...] = ()
+    keeps_contacts: bool = False
+    contact_sigma_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        sigma_mm = self.contact_sigma_mm
+        if sigma_mm is not None and not 0.0 < sigma_mm < math.inf:
+            raise InputError(f"the gap that contacts may open must be a positive number of mm, got {sigma_mm:g}")
 
     @classmethod
     def of(cls, tack_mm: float | None, tack_mrad: float | None, groups: tuple[BodyGroup, ...] = ()) -> BodiesOptions:
