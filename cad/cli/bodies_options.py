@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from wpcal.cli.option_groups import option
 from wpcal.core.wording import shown
 
@@ -27,6 +29,7 @@ class BodiesFlags:
         metavar="[FILE]",
         is_flag=False,
         flag_value=EACH_SOLID,
+        callback=lambda _context, _parameter, value: _json_file(value),
         help=(
             "The bodies may have moved since the model: each solid, the members of a part of one solid, or those of "
             "FILE (JSON: names, solids, tack_mm, tack_mrad). Seams are where moved faces meet."
@@ -103,3 +106,13 @@ class FitBodiesFlags(BodiesFlags):
         except ValueError:
             raise InputError(f"--contacts: expected a number of mm, got {shown(self.contacts)}") from None
         return replace(options, keeps_contacts=True, contact_sigma_mm=sigma_mm)
+
+
+def _json_file(value: str | None) -> str | None:
+    """Refuse a file that is no JSON file: what follows ``--bodies`` is taken for its file."""
+    if value is not None and value != EACH_SOLID and Path(value).suffix.lower() != ".json":
+        raise click.UsageError(
+            f"--bodies: expected a JSON file of bodies, got {shown(value)}; without a file, put --bodies last or "
+            "before another option"
+        )
+    return value
