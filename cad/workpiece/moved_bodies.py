@@ -20,6 +20,7 @@ from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies
 from wpcal.calibrate.criteria import RIVAL, SILENT, Criterion
 from wpcal.calibrate.result import CalibrationResult
+from wpcal.calibrate.solver_report import SolverReport
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
@@ -348,6 +349,7 @@ def _judged(
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
+        solver=_then_bodies(rigid.solver),
         sigma=sigma,
         covariance=fit.covariance[:6, :6],
         judgement=judge_bodies(evidence),
@@ -359,3 +361,9 @@ def _judged(
         known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm,
     )
     return replace(result, objective_mm=result.residuals.rms_mm)
+
+
+def _then_bodies(solver: SolverReport) -> SolverReport:
+    """Return how this answer was found; the course of the search is that of the part as one body."""
+    method = f"{solver.method}, then damped Gauss-Newton on the motions of the bodies"
+    return replace(solver, method=method, trace=None, annealed_objective_mm=None)
