@@ -103,7 +103,7 @@ PART, TAUGHT = str(UPRIGHTS / "uprights.step"), str(UPRIGHTS / "taught.csv")
         ([PART, TAUGHT, "--tack-mm", "1"], "--tack-mm and --tack-mrad are for --bodies"),
         ([PART, TAUGHT, "--contacts"], "--contacts is for --bodies"),
         ([PART, TAUGHT, "--bodies", "--contacts", "x"], "--contacts: expected a number of mm, got 'x'"),
-        ([PART, TAUGHT, "--bodies", "--contacts", "-1"], "must be a positive number of mm, got -1"),
+        ([PART, TAUGHT, "--bodies", "--contacts", "0"], "must be a positive number of mm, got 0"),
         ([PART, TAUGHT, "--bodies", "--tack-mrad", "0"], "the tack tolerance in mrad must be a positive number"),
         ([PART, "--bodies", TAUGHT], "--bodies: expected a JSON file of bodies"),
         ([PART, TAUGHT, "--bodies", "none.json"], "none.json: no such file"),
