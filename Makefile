@@ -61,7 +61,7 @@ viewer: ## build the pages' JavaScript anew; needs Node
 
 .PHONY: freecad-addon
 freecad-addon: ## build dist/wpcal-workbench.zip, which is unpacked into FreeCAD's folder Mod
-	$(PYTHON) cad/freecad/build.py dist/wpcal-workbench.zip
+	$(PYTHON) -m cad.freecad.build dist/wpcal-workbench.zip
 
 shots: $(VENV)/ready ## photograph the pages and the FreeCAD workbench for docs/; needs chromium and FreeCAD
 	sh .ci/browser
