@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import FitBodiesFlags
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import CalibrateFlags, SeamChoiceFlags
@@ -21,6 +21,7 @@ from cad.rpc.open_parts import OpenPart
 from cad.rpc.options import OptionSet, name_of, words_of
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.means import Means
 from cad.workpiece.seams import SeamChoice
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.controllers.touch_run import TouchRun
@@ -44,7 +45,7 @@ DECISIONS = "decisions"
 PART_OPTIONS = OptionSet(
     without=("details", "json", "accept_unsure"),
     calibration=CalibrateFlags,
-    moving=BodiesFlags,
+    moving=FitBodiesFlags,
     holder=HolderFlags,
     reading=ProgramFlags,
     choice=SeamChoiceFlags,
@@ -180,7 +181,7 @@ def calibrate(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> 
         T_nominal_part=asked.nominal,
         options=asked.options,
         silent=None if asked.run is None else asked.run.silent,
-        find=part.seams,
+        means=Means(find_seams=lambda _, options, choice: part.seams(options, choice)),
         progress=progress,
     )
     record = found.to_record(() if asked.run is None else asked.run.issues)
