@@ -46,6 +46,13 @@ def test_a_click_and_typed_coordinates_become_the_golden_calibration(job: tuple[
     assert run.facts["residuals"] == distances
 
 
+def test_the_preferences_find_wpcal_and_say_how_to_install_it(job: tuple[WindowRun, Path]) -> None:
+    run, _ = job
+    assert Path(run.facts["found"]).samefile(Path(sys.executable).parent / "wpcal")
+    assert "/nowhere/wpcal" in run.facts["missing"]
+    assert "pipx install" in run.facts["missing"]
+
+
 def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
     finished = read_finished(Path(run.facts["result"]))
