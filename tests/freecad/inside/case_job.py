@@ -160,6 +160,13 @@ class JobTest(unittest.TestCase):
         ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 60)
         self.assertFalse(model.is_stale)
+        container = other.addObject("App::Part", "Part")
+        model.use_objects([plate, rib])
+        for obj in (plate, rib):
+            container.addObject(obj)
+        self.assertFalse(model.is_stale)
+        container.Placement.Base.x = 10
+        self.assertTrue(model.is_stale, "the same part at another place")
 
     def test_saved_and_opened_again_nothing_is_lost_and_nothing_is_stale(self) -> None:
         self.document.saveAs(str(SAVED))

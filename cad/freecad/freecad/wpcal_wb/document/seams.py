@@ -13,6 +13,7 @@ from typing import Any, Dict, Sequence, Tuple
 
 from ..client.process import Result
 from ..words import translate
+from .export import is_same_placement
 from .kinds import Kind, data_of, ensure_object, object_of, set_data, transaction
 from .session import Session
 
@@ -69,13 +70,14 @@ class SeamModel:
 
     @property
     def is_stale(self) -> bool:
-        """Whether the part was changed after the seams were found. True also if it cannot be written now."""
+        """Whether the part was changed or moved after the seams were found. True also if it cannot be written now."""
         if self.object is None:
             return False
         try:
-            return bool(self.session.write_part().hash != self.object.PartHash)
+            part = self.session.write_part()
         except ValueError:
             return True
+        return bool(part.hash != self.object.PartHash) or not is_same_placement(part.frame, self.object.PartFrame)
 
     def _data(self, name: str) -> Any:
         return None if self.object is None else data_of(self.object, name)

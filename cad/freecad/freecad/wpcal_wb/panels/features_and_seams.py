@@ -17,7 +17,7 @@ from ..words import translate
 from .base import TaskPanel
 from .option_form import OptionForm
 from .watching import DocumentWatch, SelectionWatch
-from .widgets import button, folded
+from .widgets import button, folded, view_of
 
 COLUMNS = ("weld", "joint", "mm", "sure", "reason")
 FIRST_OPTIONS = {
@@ -150,7 +150,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         return box
 
     def _view(self) -> Any:
-        return None if self.model.object is None else self.model.object.ViewObject.Proxy
+        return view_of(self.model.object)
 
     def _show_in_view(self) -> None:
         view = self._view()
