@@ -154,10 +154,19 @@ class JobTest(unittest.TestCase):
         model = SeamModel(session_of(other))
         ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 50)
+        longest = max(model.seams, key=lambda seam: seam["length_mm"])
+        shortest = min(model.seams, key=lambda seam: seam["length_mm"])
+        model.reverse(longest)
+        model.weld(shortest, True)
         rib.Length = 60
         other.recompute()
         self.assertTrue(model.is_stale)
+        found = model.session.ask("seams", {"options": model.options}).wait()
+        self.assertEqual(
+            model.drop_unfitting(found["seams"]), [longest["name"]], "one end of the rib stayed where it was"
+        )
         ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
+        self.assertEqual([one["candidate"]["name"] for one in model.decisions], [shortest["name"]])
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 60)
         self.assertFalse(model.is_stale)
         container = other.addObject("App::Part", "Part")
