@@ -107,7 +107,7 @@ class JobTest(unittest.TestCase):
         taught = TaughtModel(self.session)
         read = self.session.ask("read_taught", {"path": str(TEE / "taught.csv")}).wait()
         taught.write(read["columns"], read["rows"], "Read")
-        fit = self.session.ask("calibrate", fit_params(self.document, {})).wait()
+        fit = self.session.ask("calibrate", fit_params(self.document)).wait()
         golden = json.loads((TEE / "golden/calibration.json").read_text())
         ours, of_command = ([x for row in record["T_base_part"] for x in row] for record in (fit, golden))
         self.assertEqual(len(ours), len(of_command))
