@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import FitBodiesFlags
 from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
 from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
 from wpcal.cli.option_groups import option_names, takes
@@ -37,7 +37,7 @@ NOT_CALIBRATE = (
     "browser",
     "other_part",
     *option_names(ProgramFlags),
-    *option_names(BodiesFlags),
+    *option_names(FitBodiesFlags),
 )
 """Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
@@ -68,7 +68,7 @@ DEFAULT_TABLE = Path("taught.csv")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
 @click.option("--other-part", is_flag=True, help="Take rows that were taught on another part.")
 @takes("calibration", CalibrateFlags)
-@takes("moving", BodiesFlags)
+@takes("moving", FitBodiesFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
 @no_cache_option
@@ -85,7 +85,7 @@ def pick(
     browser: bool,
     other_part: bool,
     calibration: CalibrateFlags,
-    moving: BodiesFlags,
+    moving: FitBodiesFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
     no_cache: bool,
@@ -112,7 +112,7 @@ def pick(
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
-    asked = None if moving.to_options() is None else MovingChoice(True, moving.tack_mm, moving.tack_mrad)
+    asked = MovingChoice.of(moving)
     if str(part_step) != STDIN:
         require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
