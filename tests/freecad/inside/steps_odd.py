@@ -89,6 +89,17 @@ def decisions(window, document):
     yield lambda: panel.table.rowCount() == 0
     document.undo()
     yield lambda: panel.table.rowCount() == 4
+
+    window.say("the part is changed under a decision")
+    panel._choose_rows({"W2"})
+    panel.reverse_chosen()
+    yield lambda: panel.model.object.Edits not in ("", "[]")
+    document.getObject("Web").Length = 140
+    document.recompute()
+    panel.find()
+    yield lambda: "W2" in panel.message.text()
+    window.facts["changed"] = panel.message.text()
+    yield lambda: panel.model.object.Edits == "[]"
     panel.reject()
 
 

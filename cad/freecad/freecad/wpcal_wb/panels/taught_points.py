@@ -9,7 +9,7 @@ from typing import Any
 import FreeCADGui
 
 from ..client import Failure
-from ..document.calibration import fit_params, seam_params
+from ..document.calibration import fit_options, fit_params, seam_params
 from ..document.kinds import Kind
 from ..document.pasted import pasted_points
 from ..document.picks import Pick, feature_under, picks_of, touch_of
@@ -186,7 +186,7 @@ class TaughtPointsPanel(TaskPanel):
             self.summary.setText(translate("Click corners, holes, edges or faces; then type what the robot shows."))
             self._show_residuals([])
             return
-        params = fit_params(self.document, {})
+        params = fit_params(self.document)
         self._fit = self.ask("calibrate", params, self._fitted, quiet=True)
 
     def _fitted(self, fit: dict[str, Any]) -> None:
@@ -225,7 +225,8 @@ class TaughtPointsPanel(TaskPanel):
 
     def suggest(self) -> None:
         """Ask which features to touch next, and add rows for them."""
-        self.ask("suggest", {"taught": self.model.request(), **seam_params(self.document, {})}, self._suggested)
+        params = seam_params(self.document, fit_options(self.document))
+        self.ask("suggest", {"taught": self.model.request(), **params}, self._suggested)
 
     def _suggested(self, answer: dict[str, Any]) -> None:
         names = [name for name in answer["features"] if self.model.row_of_feature(name) is None]
