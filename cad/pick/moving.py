@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cad.workpiece.bodies import BodiesOptions, BodyGroup
 from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
-
-if TYPE_CHECKING:
-    from cad.cli.bodies_options import FitBodiesFlags
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +30,6 @@ class MovingChoice:
     tack_mrad: float | None = None
     keeps_contacts: bool = False
     contact_mm: float | None = None
-
-    @classmethod
-    def of(cls, flags: FitBodiesFlags) -> MovingChoice | None:
-        """Return what the options of a command say; None if they say nothing of bodies."""
-        options = flags.to_options()
-        if options is None:
-            return None
-        return cls(True, flags.tack_mm, flags.tack_mrad, options.keeps_contacts, options.contact_sigma_mm)
 
     @classmethod
     def from_record(cls, record: Any) -> MovingChoice:
