@@ -34,8 +34,10 @@ class TouchFlags:
         "--touches",
         "--count",
         type=int,
-        help="Number of touches: searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more per "
-        "further body]",
+        help=(
+            "Number of touches: searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more "
+            "per further body]"
+        ),
     )
     tolerance_mm: float | None = option(
         "--tolerance-mm",
