@@ -113,14 +113,14 @@ class TaskPanel:
 
         def done(result: Any) -> None:
             if end():
-                if not quiet:
-                    self.say("")
                 on_result(result)
 
         def failed(failure: Failure) -> None:
             if end():
                 self.failed(failure)
 
+        if not quiet:
+            self.say("")  # what was said before belongs to an earlier question
         asks.append(start(done, failed))
         self._asks.append(asks[0])
         if not quiet:
