@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from wpcal.cli.option_groups import option
+from wpcal.core.wording import shown
 
 if TYPE_CHECKING:
     from cad.workpiece.bodies import BodiesOptions, BodyGroup
 
 EACH_SOLID = "each"
 """What ``--bodies`` means without a file."""
+USUAL_CONTACTS = "usual"
+"""What ``--contacts`` means without a number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,6 +29,7 @@ class BodiesFlags:
         metavar="[FILE]",
         is_flag=False,
         flag_value=EACH_SOLID,
+        callback=lambda _context, _parameter, value: _json_file(value),
         help=(
             "The bodies may have moved since the model: each solid, the members of a part of one solid, or those of "
             "FILE (JSON: names, solids, tack_mm, tack_mrad). Seams are where moved faces meet."
@@ -69,3 +75,44 @@ class BodiesFlags:
         from cad.workpiece.bodies import read_bodies
 
         return read_bodies(self.file)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitBodiesFlags(BodiesFlags):
+    """Whether they may have moved, and whether what lay on each other still does."""
+
+    contacts: str | None = option(
+        "--contacts",
+        metavar="[MM]",
+        is_flag=False,
+        flag_value=USUAL_CONTACTS,
+        help=(
+            "With --bodies: plane faces of two bodies that touch in the model stay on each other; they come apart by "
+            "MM (standard deviation).  [default: half of --gap-mm]"
+        ),
+    )
+
+    def to_options(self) -> BodiesOptions | None:
+        """Check and return them; errors as in `BodiesFlags.to_options`."""
+        from wpcal.core.errors import InputError
+
+        options = BodiesFlags.to_options(self)
+        if self.contacts is None:
+            return options
+        if options is None:
+            raise InputError("--contacts is for --bodies")
+        try:
+            sigma_mm = None if self.contacts == USUAL_CONTACTS else float(self.contacts)
+        except ValueError:
+            raise InputError(f"--contacts: expected a number of mm, got {shown(self.contacts)}") from None
+        return replace(options, keeps_contacts=True, contact_sigma_mm=sigma_mm)
+
+
+def _json_file(value: str | None) -> str | None:
+    """Refuse a file that is no JSON file: what follows ``--bodies`` is taken for its file."""
+    if value is not None and value != EACH_SOLID and Path(value).suffix.lower() != ".json":
+        raise click.UsageError(
+            f"--bodies: expected a JSON file of bodies, got {shown(value)}; without a file, put --bodies last or "
+            "before another option"
+        )
+    return value

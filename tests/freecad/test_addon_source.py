@@ -26,22 +26,51 @@ def imported(tree: ast.AST) -> set[str]:
     return {name.split(".")[0] for name in names}
 
 
+def newer_types(tree: ast.AST) -> list[str]:
+    """Return where `list[int]` or `int | None` is computed, not only annotated: Python 3.8 has neither."""
+    annotations = [
+        getattr(node, name)
+        for node in ast.walk(tree)
+        for name in ("annotation", "returns")
+        if getattr(node, name, None) is not None
+    ]
+    annotated = {id(part) for one in annotations for part in ast.walk(one)}
+    generic = {"dict", "list", "tuple", "set", "frozenset", "type"}
+    return [
+        ast.unparse(node)
+        for node in ast.walk(tree)
+        if id(node) not in annotated
+        and (
+            (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in generic)
+            or (
+                isinstance(node, ast.BinOp)
+                and isinstance(node.op, ast.BitOr)
+                and isinstance(node.right, ast.Constant)
+                and node.right.value is None
+            )
+        )
+    ]
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(PACKAGE).as_posix())
 def test_only_freecad_qt_and_the_standard_library_are_imported(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"), feature_version=OLDEST_PYTHON)
     assert imported(tree) <= FREECADS | set(sys.stdlib_module_names)
+    assert not newer_types(tree)
     assert path.read_text(encoding="utf-8").startswith("# SPDX-License-Identifier: MIT\n")
 
 
 def test_the_zip_file_is_one_folder_with_all_that_freecad_reads(tmp_path: Path) -> None:
     target = tmp_path / "dist" / "workbench.zip"
-    subprocess.run([sys.executable, str(ADDON / "build.py"), str(target)], check=True)
+    subprocess.run([sys.executable, "-m", "cad.freecad.build", str(target)], cwd=ROOT, check=True)
     with zipfile.ZipFile(target) as archive:
         names = archive.namelist()
         package = ET.fromstring(archive.read("WpCal/package.xml"))
+        texts = ET.fromstring(archive.read("WpCal/freecad/wpcal_wb/resources/translations/WpCal.ts"))
     assert all(name.startswith("WpCal/") for name in names)
     assert {f"WpCal/{path.relative_to(ADDON).as_posix()}" for path in SOURCES} <= set(names)
     assert "WpCal/freecad/__init__.py" not in names, "FreeCAD's own package would be hidden"
+    assert {"Features and seams", "Suggest next", "weld", "Cancelled."} <= {one.text for one in texts.iter("source")}
     space = {"p": "https://wiki.freecad.org/Package_Metadata"}
     for icon in package.iterfind(".//p:icon", space):
         assert f"WpCal/{icon.text}" in names

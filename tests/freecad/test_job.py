@@ -15,7 +15,7 @@ from wpcal.results.folder import read_finished
 
 TEE = ROOT / "fixtures" / "tee"
 STEPS = Path(__file__).parent / "inside" / "steps_job.py"
-LONGEST_S = 120
+LONGEST_S = 240
 SAME_POSE = 1e-6
 """FreeCAD writes coordinates of STEP files with 15 digits: the pose is that of the golden result."""
 LARGEST_PICTURE_BYTES = 150_000
@@ -46,6 +46,13 @@ def test_a_click_and_typed_coordinates_become_the_golden_calibration(job: tuple[
     assert run.facts["residuals"] == distances
 
 
+def test_the_preferences_find_wpcal_and_say_how_to_install_it(job: tuple[WindowRun, Path]) -> None:
+    run, _ = job
+    assert Path(run.facts["found"]).samefile(Path(sys.executable).parent / "wpcal")
+    assert "/nowhere/wpcal" in run.facts["missing"]
+    assert "pipx install" in run.facts["missing"]
+
+
 def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
     finished = read_finished(Path(run.facts["result"]))
@@ -57,9 +64,11 @@ def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple
     assert len(plan["searches"]) == 6
 
 
-def test_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowRun, Path]) -> None:
+def test_options_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
-    assert run.facts["undone"]
+    assert run.facts["verdict for 0.2 mm"] == "UNSURE"
+    assert run.facts["tolerance again"] == "0.4"
+    assert run.facts["undone"] == 4  # calibrate, two tolerances, coordinate systems
     assert run.facts["redone"]
     kept = run.facts["kept"]
     assert {"WpCalSeams", "WpCalTaught", "WpCalCalibration", "WpCalPlaced", "WpCalFrames"} <= set(kept)

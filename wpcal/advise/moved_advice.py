@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.advise.moved_model import UNKNOWN_MM, MovedModel, SeamPoints
-from wpcal.advise.moved_search import MovedSearch, deciding_points, inverse
+from wpcal.advise.moved_search import OFTEN, MovedSearch, deciding_points, inverse
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.wording import counted, listed
@@ -17,8 +17,6 @@ from wpcal.core.wording import counted, listed
 MOVED_ADVICE_SCHEMA = "wpcal/moved-advice/1"
 NOT_HELD_MM = UNKNOWN_MM / 100.0
 """A larger error means that the touches leave a motion of the whole part free."""
-OFTEN = 1e4
-"""Each possible touch is made so many times to see what no touch can lower."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,6 +163,7 @@ def advise_moved(
     count: int | None = None,
     tolerance_mm: float | None = None,
     most: int = 60,
+    usual: int = 1,
     have: FloatArray | None = None,
 ) -> MovedAdvice:
     """Choose touches that lower the largest error of the seams of a weldment most.
@@ -180,6 +179,8 @@ def advise_moved(
     tolerance_mm : float, optional
         Add as many as the worst seam needs, `most` at most. Give one of the two, or both.
     most : int
+    usual : int
+        How many to add at least if no number reaches the tolerance.
     have : ndarray, shape (r, q, m), optional
         Rows of touches that were made already; on some bodies there may be none.
 
@@ -196,13 +197,14 @@ def advise_moved(
         When there is no seam point, nothing to choose from, or all touches together leave the part free.
     """
     _require_asked(count, tolerance_mm, choices, seams)
-    search = MovedSearch(choices.rows, model.seam_rows(seams.points.select(deciding_points(seams.points))))
     start = model.prior() + (0.0 if have is None else _information(have))
+    deciding = model.seam_rows(seams.points.select(deciding_points(seams.points)))
+    search = MovedSearch.with_floor(choices.rows, deciding, start)
     least, why = count or 1, ""
     if tolerance_mm is None:
         chosen = search.chosen(start, least)
     else:
-        chosen, error = search.fewest(start, tolerance_mm, least, max(most, least))
+        chosen, error = search.fewest(start, tolerance_mm, least, max(most, least), usual)
         if error > tolerance_mm:
             why = _why_not(search, model, choices, start, len(chosen), error, tolerance_mm, seams)
     order = search.in_order(start, chosen)
@@ -212,16 +214,17 @@ def advise_moved(
     worst = int(np.argmax(errors))
     if errors[worst] > NOT_HELD_MM and len(chosen) == len(choices.names):
         raise GeometryError("the touches that are possible leave a motion of the whole part free")
-    told = _Told(model, choices, seams, every, start)
     best = search.added(start, order)
+    shown = order if best is None else [*order, best]
+    told = _told(model, choices, seams, every.errors_after(start, shown), shown)
     return MovedAdvice(
-        tuple(told.touch(order[:k], order[k]) for k in range(len(order))),
+        tuple(told[: len(order)]),
         float(errors[worst]),
         seams.seams[worst],
         _unseen(model, every, C, worst),
         every.joint_error(C),
-        told.by_seam(errors),
-        None if best is None else told.touch(order, best),
+        tuple((name, float(errors[rows].max())) for name, rows in _rows_of(seams).items()),
+        None if best is None else told[-1],
         model,
         tolerance_mm,
         why,
@@ -253,40 +256,37 @@ def _unseen(model: MovedModel, search: MovedSearch, C: FloatArray, point: int) -
     return float(one.errors(own @ own.T)[0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Told:
-    """What touches do to seams, in words of the part."""
+def _rows_of(seams: SeamPoints) -> dict[str, IntArray]:
+    """Return the points of each seam."""
+    names = np.array(seams.seams)
+    return {name: np.flatnonzero(names == name) for name in dict.fromkeys(seams.seams)}
 
-    model: MovedModel
-    choices: TouchChoices
-    seams: SeamPoints
-    search: MovedSearch
-    start: FloatArray
 
-    def by_seam(self, errors: FloatArray) -> tuple[tuple[str, float], ...]:
-        names = np.array(self.seams.seams)
-        return tuple((name, float(errors[names == name].max())) for name in dict.fromkeys(self.seams.seams))
-
-    def touch(self, before: Sequence[int], index: int) -> AdvisedTouch:
-        M = self.start + self.search.information(before)
-        errors = self.search.errors(inverse(M))
-        after = self.search.errors(inverse(M + self.search.information([index])))
-        body, points = int(self.choices.body[index]), self.seams.points
+def _told(
+    model: MovedModel, choices: TouchChoices, seams: SeamPoints, errors: FloatArray, order: Sequence[int]
+) -> list[AdvisedTouch]:
+    """Say what each touch does: `errors`, of shape (n + 1, k), are those before the first and after each of n."""
+    points, rows, touches = seams.points, _rows_of(seams), []
+    for number, index in enumerate(order):
+        before, after = errors[number], errors[number + 1]
+        body = int(choices.body[index])
         own = (points.wall_body == body) | (points.base_body == body)
-        own = own if own.any() else np.ones(len(errors), dtype=bool)
-        is_held = bool(errors.max() <= NOT_HELD_MM)
-        seam = self.seams.seams[int(np.argmax(np.where(own, errors if is_held else after, -1.0)))]
-        of_seam = np.array(self.seams.seams) == seam
-        now, then = float(errors[of_seam].max()), float(after[of_seam].max())
-        return AdvisedTouch(
-            index,
-            self.choices.names[index],
-            self.choices.where[index],
-            self.model.bodies.names[body] if body >= 0 else "the part",
-            seam,
-            now if now <= NOT_HELD_MM else None,
-            then if then <= NOT_HELD_MM else None,
+        own = own if own.any() else np.ones(len(before), dtype=bool)
+        is_held = bool(before.max() <= NOT_HELD_MM)
+        seam = seams.seams[int(np.argmax(np.where(own, before if is_held else after, -1.0)))]
+        now, then = (float(each[rows[seam]].max()) for each in (before, after))
+        touches.append(
+            AdvisedTouch(
+                index,
+                choices.names[index],
+                choices.where[index],
+                model.bodies.names[body] if body >= 0 else "the part",
+                seam,
+                now if now <= NOT_HELD_MM else None,
+                then if then <= NOT_HELD_MM else None,
+            )
         )
+    return touches
 
 
 def _why_not(

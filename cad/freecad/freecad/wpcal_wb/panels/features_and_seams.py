@@ -17,7 +17,7 @@ from ..words import translate
 from .base import TaskPanel
 from .option_form import OptionForm
 from .watching import DocumentWatch, SelectionWatch
-from .widgets import button, folded
+from .widgets import button, folded, view_of
 
 COLUMNS = ("weld", "joint", "mm", "sure", "reason")
 FIRST_OPTIONS = {
@@ -41,6 +41,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         """Make the widgets, and search if the document has no seams of the part as it is."""
         self.model = SeamModel(self.session)
         self._is_filling = False
+        self._shown: list[Seam] = []
         self.body.addWidget(self._part_box())
         self.body.addWidget(self._view_box())
         self.body.addWidget(self._list())
@@ -69,7 +70,21 @@ class FeaturesAndSeamsPanel(TaskPanel):
 
     def _opened(self, opened: dict[str, Any]) -> None:
         self.model.take_features(opened)
-        self._ask_seams(translate("Find seams"))
+        if self.model.decisions:
+            self.ask("seams", {"options": self.model.options}, self._decide_again)
+        else:
+            self._ask_seams(translate("Find seams"))
+
+    def _decide_again(self, result: dict[str, Any]) -> None:
+        """Keep the decisions that still fit their seam, and say which do not."""
+        dropped = self.model.drop_unfitting(result["seams"])
+        text = translate("The part has changed: what was decided about {names} does not fit any more.")
+        self._ask_seams(translate("Find seams"), text.format(names=", ".join(dropped)) if dropped else "")
+
+    def forget_decisions(self) -> None:
+        """Leave every seam to wpcal again."""
+        self.model.forget_decisions()
+        self._ask_seams(translate("Forget the decisions"))
 
     def _ask_seams(self, text: str, said: str = "") -> None:
         """Ask for the seams with the decisions so far; only the newest answer is kept."""
@@ -144,14 +159,14 @@ class FeaturesAndSeamsPanel(TaskPanel):
         ):
             self.boxes[name] = widgets().QCheckBox(text)
             self.boxes[name].setChecked(is_on)
-            self.boxes[name].toggled.connect(self._show_in_view)
+            self.boxes[name].toggled.connect(lambda _: self.refresh())
             layout.addWidget(self.boxes[name])
         return box
 
     def _view(self) -> Any:
-        return None if self.model.object is None else self.model.object.ViewObject.Proxy
+        return view_of(self.model.object)
 
-    def _show_in_view(self, _checked: bool = False) -> None:
+    def _show_in_view(self) -> None:
         view = self._view()
         if view is not None:
             view.show(**{name: box.isChecked() for name, box in self.boxes.items()})
@@ -177,12 +192,13 @@ class FeaturesAndSeamsPanel(TaskPanel):
         return self.table
 
     def refresh(self) -> None:
-        """Show the document's seams: after an answer, after Undo, after anybody's change."""
-        seams = self.model.seams
+        """Show the document's seams, the accepted ones first: after an answer, after Undo, after anybody's change."""
         chosen = {seam["name"] for seam in self.chosen()}
+        shown = [seam for seam in self.model.seams if seam["accepted"] or self.boxes["refused"].isChecked()]
+        self._shown = sorted(shown, key=lambda seam: (not seam["accepted"], -seam["confidence"]))
         self._is_filling = True
-        self.table.setRowCount(len(seams))
-        for row, seam in enumerate(seams):
+        self.table.setRowCount(len(self._shown))
+        for row, seam in enumerate(self._shown):
             self._fill_row(row, seam)
         self._is_filling = False
         self.table.resizeColumnsToContents()
@@ -220,13 +236,12 @@ class FeaturesAndSeamsPanel(TaskPanel):
 
     def chosen(self) -> list[Seam]:
         """Return the seams of the selected rows."""
-        seams = self.model.seams
         rows = sorted({index.row() for index in self.table.selectedIndexes()})
-        return [seams[row] for row in rows if row < len(seams)]
+        return [self._shown[row] for row in rows if row < len(self._shown)]
 
     def _choose_rows(self, names: set[str]) -> None:
         self.table.clearSelection()
-        for row, seam in enumerate(self.model.seams):
+        for row, seam in enumerate(self._shown):
             if seam["name"] in names:
                 last = self.table.columnCount() - 1
                 self.table.setRangeSelected(widgets().QTableWidgetSelectionRange(row, 0, row, last), True)
@@ -242,6 +257,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
             ("Add the edge", self.add_selected_edge, "Take the edge selected in the 3-D view for a seam"),
             ("Undo", self.document.undo, "Take the last change back"),
             ("Search again", self.find, "Write the part anew and search"),
+            ("Forget the decisions", self.forget_decisions, "Leave every seam to wpcal again; named edges, too"),
         )
         for number, (text, method, tip) in enumerate(buttons):
             layout.addWidget(button(translate(text), method, translate(tip)), number // 2, number % 2)
