@@ -102,7 +102,7 @@ class MovedBodies:
         """Return plain values for ``calibration.json``."""
         motions = self.fit.motions
         R, t = motions.moves()
-        spread = np.sqrt(np.maximum(np.diag(self.fit.covariance)[6:].reshape(-1, 6), 0.0))
+        spread = np.sqrt(np.maximum(np.diag(self.fit.covariance)[6 : 6 + 6 * len(motions.bodies)].reshape(-1, 6), 0.0))
         return {
             "sentence": self.sentence(),
             "p_rigid": self.evidence.p_rigid,
