@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.moved_advice import show_moved_advice
-from cad.cli.options import POINT_LETTERS, BodiesFlags, SeamChoiceFlags, SeamFlags, no_cache_option
+from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, KIND_HELP, ONLY_HELP, SIGMA_HELP
 
@@ -34,7 +35,7 @@ class AdviseFlags:
     tolerance_mm: float | None = option(
         "--tolerance-mm",
         type=float,
-        help="With --bodies: as many points as keep all accepted seams within this, with 95 % confidence.",
+        help="Allowed error: with --bodies, as many points as keep all accepted seams within it, with 95 % confidence.",
     )
     only: str | None = option(
         "--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: on all accepted seams]"

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.holder import HolderFlags
-from cad.cli.options import MESH, PART, BodiesFlags, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
+from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
@@ -166,24 +167,9 @@ def calibrate(
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.calibration_tables import exit_code
-    from wpcal.core.records import check_writable
 
     asked = CalibrationFlags(touching, calibration, moving, reading, choice)
-    run = touching.read(part_step, taught, calibration.fit, reading)
-    options, nominal = asked.to_options(run, is_criterion_given=is_given("criterion"))
-    holding = holder.read()
-    check_writable(out, overwrite=output.force)
-    arguments = {
-        "taught": reading.read_taught(taught) if run is None else run.taught,
-        **run_arguments(run),
-        "out": out,
-        "overwrite": output.force,
-        "T_nominal_part": nominal,
-        "options": options,
-        "mark_seams": output.mark_seams,
-        "bake": output.bake,
-        "holding": holding,
-    }
+    arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
     written: WrittenCalibration = run_on_part(
         "cad.workpiece.calibrate:calibrate_files",
         part_step,
@@ -199,6 +185,35 @@ def calibrate(
     else:
         show_written(written, out, details=output.details)
     return exit_code(written.result, accept_unsure=output.accept_unsure)
+
+
+def file_arguments(
+    asked: CalibrationFlags, holder: HolderFlags, output: OutputFlags, *, part_step: Path, taught: Path, out: Path
+) -> dict[str, Any]:
+    """Read what the options name, and return the arguments of `calibrate_files` except `step`.
+
+    Raises
+    ------
+    InputError
+        When an option or one of its files cannot be used, or the results cannot be written to `out`.
+    """
+    from wpcal.core.records import check_writable
+
+    run = asked.touching.read(part_step, taught, asked.calibration.fit, asked.reading)
+    options, nominal = asked.to_options(run, is_criterion_given=is_given("criterion"))
+    holding = holder.read()
+    check_writable(out, overwrite=output.force)
+    return {
+        "taught": asked.reading.read_taught(taught) if run is None else run.taught,
+        **run_arguments(run),
+        "out": out,
+        "overwrite": output.force,
+        "T_nominal_part": nominal,
+        "options": options,
+        "mark_seams": output.mark_seams,
+        "bake": output.bake,
+        "holding": holding,
+    }
 
 
 def is_given(parameter: str) -> bool:

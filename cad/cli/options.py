@@ -13,7 +13,6 @@ from wpcal.cli.shared_help import CRITERION_HELP, SOLVER_HELP, TOLERANCE_HELP, X
 from wpcal.cli.teaching_options import TeachingFlags
 
 if TYPE_CHECKING:
-    from cad.workpiece.bodies import BodiesOptions
     from cad.workpiece.fit_taught import CalibrateOptions
     from cad.workpiece.seams import SeamChoice
     from wpcal.core.transform import RigidTransform
@@ -28,9 +27,6 @@ KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")
 
 PART, MESH, LINES = "part", "mesh", "lines"
 """Questions of `cad.workpiece.step_file`; written out so that the help needs no NumPy."""
-
-EACH_SOLID = "each"
-"""What ``--bodies`` means without a file."""
 
 no_cache_option = click.option(
     "--no-cache",
@@ -275,54 +271,6 @@ class FitFlags:
     def to_nominal(self) -> RigidTransform | None:
         """Return ``T_nominal_part`` if it was given."""
         return None if self.nominal is None else read_pose(self.nominal)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BodiesFlags:
-    """Whether the plates of a weldment may have moved."""
-
-    bodies: str | None = option(
-        "--bodies",
-        metavar="[FILE]",
-        is_flag=False,
-        flag_value=EACH_SOLID,
-        help=(
-            "The bodies may have moved since the model: each solid, the members of a part of one solid, or those of "
-            "FILE (JSON: names, solids, tack_mm, tack_mrad). Seams are where moved faces meet."
-        ),
-    )
-    tack_mm: float | None = option(
-        "--tack-mm", type=float, help="With --bodies: how far tacks let a body move: standard deviation.  [default: 1]"
-    )
-    tack_mrad: float | None = option(
-        "--tack-mrad", type=float, help="With --bodies: how far they let it turn.  [default: 3]"
-    )
-
-    def to_options(self) -> BodiesOptions | None:
-        """Check and return them as the calibration takes them; None without --bodies.
-
-        Raises
-        ------
-        InputError
-            When a tolerance is not positive, is given without --bodies, or the file cannot be read.
-        """
-        from cad.workpiece.bodies import BodiesOptions, read_bodies
-        from wpcal.calibrate.bodies import TackTolerance
-        from wpcal.core.errors import InputError
-
-        is_stated = self.tack_mm is not None or self.tack_mrad is not None
-        if self.bodies is None:
-            if is_stated:
-                raise InputError("--tack-mm and --tack-mrad are for --bodies")
-            return None
-        usual = TackTolerance()
-        tolerance = TackTolerance(
-            usual.mm if self.tack_mm is None else self.tack_mm,
-            usual.mrad if self.tack_mrad is None else self.tack_mrad,
-        )
-        groups = () if self.bodies == EACH_SOLID else read_bodies(Path(self.bodies))
-        is_stated = is_stated or any(group.tolerance is not None for group in groups)
-        return BodiesOptions(tolerance, is_stated, groups)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
 from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
 from wpcal.cli.option_groups import option_names, takes
@@ -21,6 +22,7 @@ from wpcal.cli.program_options import ProgramFlags
 if TYPE_CHECKING:
     from cad.pick.part import PickPart
     from cad.pick.server import PickServer
+    from cad.pick.session import PickSession
     from cad.pick.shared_seams import SharedSeams
     from cad.workpiece.fit_taught import CalibrateOptions
     from wpcal.seam.options import Judging
@@ -35,8 +37,9 @@ NOT_CALIBRATE = (
     "browser",
     "other_part",
     *option_names(ProgramFlags),
+    *option_names(BodiesFlags),
 )
-"""Arguments that are not copied to `wpcal calibrate`: it has others, or the saved table no longer needs them."""
+"""Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
 OF_SOLIDS = ("weld", "not_welded")
 """What is said about solids is said in the page, too."""
@@ -65,6 +68,7 @@ DEFAULT_TABLE = Path("taught.csv")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
 @click.option("--other-part", is_flag=True, help="Take rows that were taught on another part.")
 @takes("calibration", CalibrateFlags)
+@takes("moving", BodiesFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
 @no_cache_option
@@ -81,6 +85,7 @@ def pick(
     browser: bool,
     other_part: bool,
     calibration: CalibrateFlags,
+    moving: BodiesFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
     no_cache: bool,
@@ -94,6 +99,7 @@ def pick(
     --host gives another of its addresses.
     """
     from cad.pick.draft import draft_of
+    from cad.pick.moving import MovingChoice
     from cad.pick.opening import find_table, start_table
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
@@ -106,6 +112,7 @@ def pick(
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
+    asked = None if moving.to_options() is None else MovingChoice(True, moving.tack_mm, moving.tack_mrad)
     if str(part_step) != STDIN:
         require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
@@ -117,13 +124,21 @@ def pick(
     said = said_in(choice.seams_file or seams_file_of(part_step, out))
     search = partial(_read_part, part_step, options, use_cache=not no_cache)
     part, said_notes = _first_part(search, options.seams.judging, joined(options.seams.judging, said))
-    session = PickSession(part, options, nominal, program)
+    session = PickSession(part, options, nominal, program, groups=moving.groups())
+    session.choose(asked or found.moving)
     again = None if str(part_step) == STDIN else search  # standard input was read to its end
     seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file, search=again)
-    command = partial(calibrate_command, ctx, part_step, seams=seams)
+    command = partial(calibrate_command, ctx, part_step, seams=seams, session=session, bodies=moving.file)
     given, left_out = (None, ()) if initial is None else session.read(initial, name=str(taught))
     table, notes = start_table(
-        found, part, part_step=part_step, given=given, given_name=str(taught), force=other_part, command=command
+        found,
+        part,
+        part_step=part_step,
+        given=given,
+        given_name=str(taught),
+        force=other_part,
+        command=command,
+        moving=session.moving,
     )
     notes = (*notes, *said_notes, *seam_notes)
     for note in (*(f"left out {point}" for point in left_out), *notes):
@@ -235,12 +250,20 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
     require_room(out)
 
 
-def calibrate_command(ctx: click.Context, part_step: Path, taught: Path, *, seams: SharedSeams) -> str:
+def calibrate_command(
+    ctx: click.Context,
+    part_step: Path,
+    taught: Path,
+    *,
+    seams: SharedSeams,
+    session: PickSession,
+    bodies: Path | None = None,
+) -> str:
     """Return the line that calibrates from the saved table with the options and the decisions that were given here."""
     from cad.pick.shared_seams import options_of
 
     given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
-    given += options_of(seams.judging)
+    given += [*options_of(seams.judging), *session.moving.words(bodies)]
     for parameter in ctx.command.params:
         name = parameter.name or ""
         is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from cad.workpiece.touches import DrawnTouches
     from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.seam.torch import TorchShape
-    from wpcal.searches import TouchPlan
+    from wpcal.searches import SeamPrediction, Search, TouchPlan
     from wpcal.touchplan import TouchOptions
 
 PATTERNS = ("best", "3-2-1", "three-point")
@@ -30,7 +31,16 @@ class TouchFlags:
     """How many touches, and what is known before them."""
 
     touches: int | None = option(
-        "--touches", type=int, help="Number of searches, without that on a post.  [default: 8; 6 with a pattern]"
+        "--touches",
+        "--count",
+        type=int,
+        help="Number of searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more per "
+        "further body]",
+    )
+    tolerance_mm: float | None = option(
+        "--tolerance-mm",
+        type=float,
+        help="As many searches, at most 60, as keep all seams within this, with 95 % confidence.",
     )
     pattern: str = option(
         "--pattern",
@@ -84,11 +94,10 @@ class TouchFlags:
         from wpcal.searches.setup import read_touch_setup
         from wpcal.touchplan import NominalError, Pattern, TouchOptions
 
-        pattern = Pattern(self.pattern)
-        usual = pattern.touches or 8
         return TouchOptions(
-            touches=usual if self.touches is None else self.touches,
-            pattern=pattern,
+            touches=self.touches,
+            tolerance_mm=self.tolerance_mm,
+            pattern=Pattern(self.pattern),
             wire_mm=self.wire_diameter_mm,
             torch=torch,
             nominal=NominalError(self.uncertainty_mm, math.radians(self.uncertainty_deg)),
@@ -154,6 +163,7 @@ class ArmFlags:
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @takes("touching", TouchFlags)
 @takes("moving", ArmFlags)
+@takes("weldment", BodiesFlags)
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
 @takes("seams", SeamFlags)
 @takes("choice", SeamChoiceFlags)
@@ -168,6 +178,7 @@ def touches(
     part_step: Path,
     touching: TouchFlags,
     moving: ArmFlags,
+    weldment: BodiesFlags,
     only: str | None,
     seams: SeamFlags,
     choice: SeamChoiceFlags,
@@ -181,6 +192,9 @@ def touches(
     Each touch is a search: the robot moves the wire straight towards a face until contact. The plan has start, end and
     direction of each search, the way of the torch between them, and the predicted 95 % error of each seam. `wpcal
     export` writes the program of a controller from it, and `wpcal calibrate --touches` fits what the robot found.
+
+    With --bodies the touches are chosen for plates that moved (`wpcal calibrate --touches --bodies`): strokes and ways
+    allow for the motion of each body, and the plan says which body each touch lies on and which seam it serves.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import check_writable, new_directory, to_json
@@ -200,6 +214,7 @@ def touches(
         "seams": split_names(only or ""),
         "T_base_part": None if place is None else place.relabelled(target="base", source="part"),
         "cell": moving.to_cell(options.torch, is_placed=place is not None),
+        "bodies": weldment.to_options(),
     }
     drawn: DrawnTouches = run_on_part(
         "cad.workpiece.touches:draw_touches",
@@ -222,7 +237,7 @@ def touches(
         click.echo(to_json(record), nl=False)
     else:
         _show(plan, output)
-    return 0
+    return 1 if plan.predicted is not None and plan.predicted.why_not else 0
 
 
 def _show(plan: TouchPlan, output: Path) -> None:
@@ -231,22 +246,41 @@ def _show(plan: TouchPlan, output: Path) -> None:
     console = plain_console()
     console.print(_searches_table(plan))
     if plan.predicted is not None:
-        error = f"{plan.predicted.error_95_mm:.2f} mm at {plan.predicted.seam}"
-        console.print(f"largest predicted 95 % error of the seams: {error}", highlight=False)
+        for line in _predicted_lines(plan, plan.predicted):
+            console.print(line, highlight=False)
     for note in plan.notes:
         console.print(f"note: {note}", highlight=False)
     console.print(f"wrote {output}: touches.json, touches.csv, touches.html", highlight=False)
+
+
+def _predicted_lines(plan: TouchPlan, predicted: SeamPrediction) -> list[str]:
+    unseen = f", of which {predicted.unseen_mm:.2f} mm from motions that no touch sees" if plan.bodies else ""
+    lines = [
+        f"largest predicted 95 % error of the seams: {predicted.error_95_mm:.2f} mm at {predicted.seam}{unseen}",
+        f"all seams together: within {predicted.joint_95_mm:.2f} mm with 95 % confidence",
+    ]
+    return [*lines, predicted.why_not] if predicted.why_not else lines
 
 
 def _searches_table(plan: TouchPlan) -> Table:
     from rich.table import Table
 
     table = Table(title=f"Touches of {plan.part}, in their order (part frame)")
-    for heading in ("search", "touches", "with", "at mm", "direction", "stroke mm"):
-        table.add_column(heading, no_wrap=heading != "touches")
+    served = ("body", "for seam", "95 % mm after") if plan.bodies else ()
+    for heading in ("search", "touches", "with", "at mm", "direction", "stroke mm", *served):
+        table.add_column(heading, no_wrap=heading not in ("touches", *served))
     for search in plan.searches:
         at = " ".join(f"{round(v, 1) + 0.0:g}" for v in search.contact_part.tolist())
         way = " ".join(f"{round(v, 2) + 0.0:g}" for v in search.direction.tolist())
         what = f"{search.target} {search.feature}".strip() if search.kind.value == "part" else "post"
-        table.add_row(search.name, what, f"{search.contact.value} of the wire", at, way, f"{search.stroke_mm:.1f}")
+        cells = [search.name, what, f"{search.contact.value} of the wire", at, way, f"{search.stroke_mm:.1f}"]
+        table.add_row(*cells, *(_served(search) if plan.bodies else ()))
     return table
+
+
+def _served(search: Search) -> tuple[str, str, str]:
+    served = search.serves
+    if served is None:
+        return search.body, "", ""
+    before, after = ("not held" if mm is None else f"{mm:.2f}" for mm in (served.before_mm, served.after_mm))
+    return search.body, served.seam, after if before == after else f"{before} → {after}"

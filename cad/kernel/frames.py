@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from typing import IO, Any
+from typing import Any, Protocol
 
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
@@ -14,18 +14,35 @@ LAST_FRAMES = ("result", "error", "fault", "no memory")
 _LENGTH = struct.Struct("<Q")
 
 
-def write_packet(pipe: IO[bytes], packet: bytes) -> None:
+class Reads(Protocol):
+    """What packets are read from: a pipe, or one end of a pair of sockets."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return so many bytes; fewer at the end of the stream."""
+
+
+class Writes(Protocol):
+    """What packets are written to."""
+
+    def write(self, data: bytes, /) -> object:
+        """Write all bytes."""
+
+    def flush(self) -> None:
+        """Send what is still held back."""
+
+
+def write_packet(pipe: Writes, packet: bytes) -> None:
     """Write a packet with its length before it."""
     pipe.write(_LENGTH.pack(len(packet)) + packet)
     pipe.flush()
 
 
-def write_frame(pipe: IO[bytes], kind: str, value: object) -> None:
+def write_frame(pipe: Writes, kind: str, value: object) -> None:
     """Write a frame: its kind, and a value of plain data."""
     write_packet(pipe, pack((kind, value)))
 
 
-def read_packet(pipe: IO[bytes]) -> bytes | None:
+def read_packet(pipe: Reads) -> bytes | None:
     """Read a packet; None if the stream ends before it does."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
@@ -35,7 +52,7 @@ def read_packet(pipe: IO[bytes]) -> bytes | None:
     return packet if len(packet) == length else None
 
 
-def read_frames(pipe: IO[bytes] | None) -> Iterator[tuple[str, Any]]:
+def read_frames(pipe: Reads | None) -> Iterator[tuple[str, Any]]:
     """Yield kinds and values until the stream ends. An incomplete frame is ignored.
 
     Raises

@@ -10,10 +10,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from cad.pick.moving import MovingChoice
 from cad.pick.rows import Rows
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
@@ -79,12 +80,15 @@ class Draft:
         Hash of the part's file.
     file_sha256 : str or None
         Hash of the saved table from which the draft was made; None if there was no saved table.
+    moving : MovingChoice
+        Whether bodies may have moved.
     """
 
     table: Keyed
     part_name: str
     part_sha256: str
     file_sha256: str | None = None
+    moving: MovingChoice = field(default_factory=MovingChoice)
 
     def without_rows(self) -> Draft:
         """Return the draft of a table that is saved completely: it names the part."""
@@ -94,7 +98,9 @@ class Draft:
         """Return the text of the draft's file."""
         part = {"file": self.part_name, "sha256": self.part_sha256}
         table = self.table.to_record()
-        return to_json({"schema": DRAFT_SCHEMA, "part": part, "file_sha256": self.file_sha256, "table": table})
+        moving = {} if self.moving == MovingChoice() else {"bodies": self.moving.to_record()}
+        head = {"schema": DRAFT_SCHEMA, "part": part, "file_sha256": self.file_sha256, **moving}
+        return to_json({**head, "table": table})
 
 
 def draft_of(out: Path) -> Path:
@@ -121,7 +127,8 @@ def read_draft(path: Path) -> Draft:
     try:
         texts = (record["part"]["file"], record["part"]["sha256"], record["file_sha256"] or "")
         file, part_sha256, file_sha256 = (_text(text) for text in texts)
-        return Draft(Keyed.from_record(record["table"]), file, part_sha256, file_sha256 or None)
+        moving = MovingChoice.from_record(record["bodies"]) if "bodies" in record else MovingChoice()
+        return Draft(Keyed.from_record(record["table"]), file, part_sha256, file_sha256 or None, moving)
     except (KeyError, TypeError, InputError) as error:
         what = str(error) if isinstance(error, WpcalError) else f"lacks {error}"
         raise FormatError(f"is not a draft of the picker: {what}", path=str(path)) from None

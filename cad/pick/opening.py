@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cad.pick.draft import Draft, Keyed, bytes_of, draft_of, read_draft, set_aside
+from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
 from cad.pick.shared_table import SharedTable
@@ -42,6 +43,12 @@ class Found:
     draft_raw: bytes | None
     damage: str = ""
     part_of_table: Draft | None = None
+
+    @property
+    def moving(self) -> MovingChoice:
+        """Whether bodies may have moved, as it was chosen before."""
+        draft = self.draft or self.part_of_table
+        return MovingChoice() if draft is None else draft.moving
 
 
 def find_table(out: Path) -> Found:
@@ -84,6 +91,7 @@ def start_table(
     given_name: str = "",
     force: bool = False,
     command: Callable[[Path], str] = str,
+    moving: MovingChoice | None = None,
 ) -> tuple[SharedTable, tuple[str, ...]]:
     """Choose the rows at the start: those of the draft, otherwise those given, otherwise those of the table.
 
@@ -100,6 +108,8 @@ def start_table(
         Whether to take rows that were taught on another part.
     command : callable
         Returns the command that calibrates from a saved table.
+    moving : MovingChoice, optional
+        Whether bodies may have moved; by default as in the draft.
 
     Returns
     -------
@@ -143,6 +153,7 @@ def start_table(
         draft=draft_raw,
         part_step=part_step,
         command=command,
+        moving=moving or found.moving,
     )
     return table, tuple(notes)
 

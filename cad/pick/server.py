@@ -36,6 +36,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from cad.pick.address import LOCAL, listen
 from cad.pick.draft import Keyed
+from cad.pick.moving import MovingChoice
 from cad.pick.patience import ImpatientProtocol
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
@@ -194,9 +195,10 @@ class Guard:
 def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page: str, *, token: str) -> Starlette:
     """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
-    ``fit``, ``suggest``, ``promise``, ``touch`` and ``read`` are answered by the session. ``table``, ``keep``, ``save``
-    and ``open`` concern the table that all windows share, ``seams``, ``decide`` and ``solid`` their decisions about
-    seams and solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of `cad.pick.session.fault_record`.
+    ``fit``, ``suggest``, ``promise``, ``touch`` and ``read`` are answered by the session. ``table``, ``keep``,
+    ``save``, ``open`` and ``moving`` concern the table that all windows share, ``seams``, ``decide`` and ``solid``
+    their decisions about seams and solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of
+    `cad.pick.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -224,6 +226,7 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
         "table": lambda record: {"answer": table.changes_since(_field(record, "revision", int, -1))},
         "keep": lambda record: {"answer": table.keep(**_change_of(record))},
         "save": lambda record: _save(table, record),
+        "moving": lambda record: {"answer": _choose(session, table, record)},
         "open": lambda record: {"answer": table.open_file()},
         "seams": lambda record: {"answer": seams.changes_since(_field(record, "revision", int))},
         "decide": lambda record: {
@@ -233,6 +236,12 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
     }
     routes = [Route(f"/{token}/{name}", _endpoint(action), methods=["POST"]) for name, action in actions.items()]
     return Starlette(routes=[Route(f"/{token}/", show), *routes])
+
+
+def _choose(session: PickSession, table: SharedTable, record: Any) -> dict[str, Any]:
+    moving = MovingChoice.from_record(record)
+    session.choose(moving)
+    return table.choose(moving)
 
 
 def _save(table: SharedTable, record: Any) -> dict[str, Any]:

@@ -11,10 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
 from cad.pick.touches import predict_touches, touch_at
+from cad.workpiece.bodies import BodyGroup, find_bodies
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.moved_bodies import fit_weldment
+from cad.workpiece.moved_record import bodies_record
+from cad.workpiece.workpiece import Workpiece
 from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
@@ -51,6 +56,10 @@ class PickSession:
         Which points of robot programs to read, and how they come into the base frame.
     seams_revision : int
         Counts the changes of the seams.
+    moving : MovingChoice
+        Whether bodies may have moved.
+    groups : tuple of BodyGroup
+        Bodies of several solids, or with a tack tolerance of their own.
     """
 
     part: PickPart
@@ -58,7 +67,24 @@ class PickSession:
     T_nominal_part: RigidTransform | None = None
     program: ProgramReading = field(default_factory=ProgramReading)
     seams_revision: int = 1
+    moving: MovingChoice = field(default_factory=MovingChoice)
+    groups: tuple[BodyGroup, ...] = ()
     _busy: threading.Lock = field(default_factory=threading.Lock)
+    _weldment: Workpiece | None = None
+
+    def choose(self, moving: MovingChoice) -> None:
+        """Let bodies have moved from now on, or not.
+
+        Raises
+        ------
+        InputError
+            When the part is one body.
+        """
+        with self._busy:
+            choice = moving.to_options(self.groups)
+            if choice is not None:
+                find_bodies(self._with_sections().trimmed, choice)
+            self.moving = moving
 
     def use_seams(self, seams: tuple[Seam, ...]) -> None:
         """Predict errors at these seams from now on."""
@@ -86,7 +112,8 @@ class PickSession:
             ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
             frames; ``features`` by row; ``notes``;
             ``seams_revision``: which seams these are;
-            ``exchanges``: rows that fit if they were touched on another feature.
+            ``exchanges``: rows that fit if they were touched on another feature. ``moving``: whether bodies may have
+            moved, and then ``bodies`` as in ``calibration.json``.
 
         Raises
         ------
@@ -106,8 +133,19 @@ class PickSession:
                 T_nominal_part=self.T_nominal_part,
                 suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=sigma_mm),
             )
-            revision = self.seams_revision
-        return {**_fit_record(rows, named.taught, result, u95), "seams_revision": revision}
+            bodies, choice = None, self.moving.to_options(self.groups)
+            if choice is not None:
+                weldment = self._with_sections()
+                moved = fit_weldment(weldment, named.taught, observed, result, seams, options, choice)
+                result, u95, bodies = moved.result, moved.u95_mm, bodies_record(moved, weldment.graph)
+            revision, moving = self.seams_revision, self.moving.to_record()
+        return {**_fit_record(rows, named.taught, result, u95, bodies), "seams_revision": revision, "moving": moving}
+
+    def _with_sections(self) -> Workpiece:
+        """Return the workpiece with the curves on which its seams lie; its trimmed faces are found once."""
+        if self._weldment is None or self._weldment.graph is not self.part.graph:
+            self._weldment = replace(self.part.workpiece, graph=self.part.graph)
+        return self._weldment
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
@@ -204,9 +242,13 @@ class PickSession:
         return touch_at(self.part, point, normal)
 
     def promise(self, rows: Rows) -> dict[str, Any]:
-        """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`."""
+        """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`.
+
+        If bodies may have moved, no error is predicted: that of the part as one piece is too small.
+        """
         sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
-        return predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
+        found = predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
+        return {**found, "error_95_mm": None, "seam": ""} if self.moving.is_on else found
 
 
 def _named_in(
@@ -252,9 +294,13 @@ def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
 
 
 def _fit_record(
-    rows: Rows, taught: TaughtPoints, result: CalibrationResult, u95_mm: tuple[FloatArray, ...]
+    rows: Rows,
+    taught: TaughtPoints,
+    result: CalibrationResult,
+    u95_mm: tuple[FloatArray, ...],
+    bodies: dict[str, Any] | None,
 ) -> dict[str, Any]:
-    record = result.to_record()
+    record = result.to_record() if bodies is None else {**result.to_record(), "bodies": bodies}
     row_of = dict(zip(taught.names, rows.complete(), strict=True))
     place_points(record["points"], row_of, result.T_base_part)
     kept = (
@@ -267,6 +313,7 @@ def _fit_record(
         "certified",
         "T_base_part",
         "criterion_advice",
+        *(["bodies"] if bodies is not None else []),
     )
     return {
         **{key: record[key] for key in kept},

@@ -25,6 +25,7 @@ from cad.pick.draft import (
     read_draft,
     set_aside,
 )
+from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, is_shown, read_rows
 from wpcal.core.errors import ErrorCode, FormatError, InputError
@@ -80,6 +81,8 @@ class SharedTable:
         The part's file, which is never overwritten.
     command : callable
         Returns the command that calibrates from a saved table.
+    moving : MovingChoice
+        Whether bodies may have moved.
     """
 
     def __init__(
@@ -92,8 +95,10 @@ class SharedTable:
         draft: bytes | None = None,
         part_step: Path | None = None,
         command: Callable[[Path], str] = str,
+        moving: MovingChoice | None = None,
     ) -> None:
         self.out = out
+        self.moving = moving or MovingChoice()
         self.is_saved = False
         self._command = command
         self._part_name, self._part_sha256, self._part_step = part.file_name, part.sha256, part_step
@@ -223,6 +228,13 @@ class SharedTable:
             self._change(found, "")
             return {**self._state(), "warning": self._store()}
 
+    def choose(self, moving: MovingChoice) -> dict[str, Any]:
+        """Take whether bodies may have moved, and keep it in the draft. Return why that failed as ``warning``."""
+        with self._lock, alone_in(self.out.parent):
+            self._adopt()
+            self.moving = moving
+            return {"moving": moving.to_record(), "warning": self._store()}
+
     @property
     def rows(self) -> Rows:
         """The rows as they are now."""
@@ -239,7 +251,8 @@ class SharedTable:
         return revision == self._revision or (window == self._writer and revision >= self._alone_since)
 
     def _state(self) -> dict[str, Any]:
-        return {"revision": self._revision, "table": self._table.to_record(), "saves_to": str(self.out)}
+        state = {"revision": self._revision, "table": self._table.to_record(), "saves_to": str(self.out)}
+        return {**state, "moving": self.moving.to_record()}
 
     def _change(self, table: Keyed, window: str) -> None:
         if window != self._writer:
@@ -253,7 +266,7 @@ class SharedTable:
         return is_complete and sha256_of(rows.to_csv().encode("utf-8")) == self._file_sha256
 
     def _draft(self) -> Draft:
-        return Draft(self._table, self._part_name, self._part_sha256, self._file_sha256)
+        return Draft(self._table, self._part_name, self._part_sha256, self._file_sha256, self.moving)
 
     def _adopt(self) -> None:
         """Take the draft of another picker for the same part and table, which is newer than ours."""

@@ -29,7 +29,7 @@ GRACE_S = 1.0
 """A cancelled request may clean up for as long as this. In the kernel it cannot."""
 WATCHDOG_S = 1.7
 """This process ends so long after its client, also if nobody takes its answers."""
-PROGRESS, ANSWER, KNOWN = b"P", b"A", b"K"
+BEGUN, PROGRESS, ANSWER, KNOWN = b"B", b"P", b"A", b"K"
 """First bytes of the lines of a worker (`cad.rpc.worker`)."""
 
 Event = tuple[str, Any]
@@ -48,15 +48,21 @@ class Running:
     request : Request
     ends_at : float
         Time limit, on the clock of `time.monotonic`.
-    is_cancelled, is_late : bool
+    message : dict
+        What the worker gets.
+    is_cancelled, is_late, has_begun, is_again : bool
+        The last one: a worker died before it began; this is the second one.
     step : str
         The last line of progress.
     """
 
     request: Request
     ends_at: float
+    message: dict[str, Any]
     is_cancelled: bool = False
     is_late: bool = False
+    has_begun: bool = False
+    is_again: bool = False
     step: str = ""
 
 
@@ -254,7 +260,7 @@ class Front:
             self._handles.move_to_end(handle)
             message["part"] = self._handles[handle]
         worker = self._worker or self._start_worker()
-        self._running = Running(request, time.monotonic() + self._limits.time_s)
+        self._running = Running(request, time.monotonic() + self._limits.time_s, message)
         return worker.send(message)
 
     # The worker
@@ -272,6 +278,8 @@ class Front:
         kind, rest, running = line[:1], line[1:], self._running
         if not line:
             self._bury(worker)
+        elif kind == BEGUN and running is not None:
+            running.has_begun = True
         elif kind == KNOWN:
             self._keep(json.loads(rest))
         elif kind == PROGRESS and running is not None:
@@ -293,7 +301,11 @@ class Front:
         why = worker.end(step="" if running is None else running.step)
         if running is None:
             return
-        self._start_worker()
+        fresh = self._start_worker()
+        if not (running.has_begun or running.is_again or running.is_cancelled):
+            self._running, running.is_again = running, True
+            fresh.send(running.message)
+            return
         request_id = running.request.id
         if running.is_cancelled:
             self._write(error_line(request_id, "Cancelled", "the request was cancelled"))

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from cad.pick.part import PickPart
 from cad.pick.session import PickSession
 from cad.rpc.warm_answers import WarmAnswers
-from cad.workpiece.answer_cache import user_cache
+from cad.workpiece.answer_cache import key_of, user_cache
 from cad.workpiece.features import judge_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.seams import SeamChoice, find_seams
@@ -25,6 +25,9 @@ from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.member.note import MemberNotes
 from wpcal.taught.user_frames import ProgramReading
 
+Found: TypeAlias = tuple[tuple[Seam, ...], Workpiece]
+MOST_FOUND = 4
+"""Seams with other options or decisions."""
 MOST_PARTS = 4
 """In memory; others are read again when they are asked for."""
 
@@ -45,6 +48,7 @@ class OpenPart:
     path: Path
     workpiece: Workpiece
     signature: tuple[int, ...]
+    _found: OrderedDict[str, Found] = field(default_factory=OrderedDict)
 
     @property
     def sha256(self) -> str:
@@ -64,8 +68,17 @@ class OpenPart:
         return judge_workpiece(self.workpiece)
 
     def seams(self, options: SeamOptions, choice: SeamChoice) -> tuple[tuple[Seam, ...], Workpiece]:
-        """Return the seams and the part with what its solids are taken for, as `find_seams` does."""
-        return find_seams(self.workpiece, options, choice)
+        """Return the seams and the part with what its solids are taken for, as `find_seams` does.
+
+        Those of the last questions are kept, after the decisions: a fit after an edit of a row finds nothing anew.
+        """
+        key = key_of("decided", (options, choice))
+        if key not in self._found:
+            self._found[key] = find_seams(self.workpiece, options, choice)
+            if len(self._found) > MOST_FOUND:
+                self._found.popitem(last=False)
+        self._found.move_to_end(key)
+        return self._found[key]
 
     def session(
         self, options: CalibrateOptions, nominal: Any = None, *, reading: ProgramReading | None = None

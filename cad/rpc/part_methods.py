@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from cad.cli.bodies_options import BodiesFlags
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
 from cad.cli.holder import HolderFlags
-from cad.cli.options import BodiesFlags, CalibrateFlags, SeamChoiceFlags
+from cad.cli.options import CalibrateFlags, SeamChoiceFlags
 from cad.pick.rows import Rows, read_rows
 from cad.pick.session import place_points
 from cad.pick.shared_seams import read_decisions
@@ -20,6 +21,7 @@ from cad.rpc.open_parts import OpenPart
 from cad.rpc.options import OptionSet, name_of, words_of
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.means import Means
 from cad.workpiece.seams import SeamChoice
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.controllers.touch_run import TouchRun
@@ -179,6 +181,7 @@ def calibrate(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> 
         T_nominal_part=asked.nominal,
         options=asked.options,
         silent=None if asked.run is None else asked.run.silent,
+        means=Means(find_seams=lambda _, options, choice: part.seams(options, choice)),
         progress=progress,
     )
     record = found.to_record(() if asked.run is None else asked.run.issues)

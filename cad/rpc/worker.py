@@ -2,8 +2,8 @@
 
 ``python -P -m cad.rpc.worker PARENT LIFELINE`` takes requests as lines from standard input, one after another, and
 sends lines over what was standard output. The first byte of a line says what it is: `PROGRESS` or `ANSWER`
-for the client, or `KNOWN` for the front. Whatever libraries print goes to standard error. It ends when its parent ends,
-which is arranged before anything large is imported.
+for the client, `BEGUN` or `KNOWN` for the front. Whatever libraries print goes to standard error. It ends when its
+parent ends, which is arranged before anything large is imported.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import IO, Any
 
 from cad.kernel.child_main import end_at_end_of, end_with_parent, has_death_signal, limit_memory
 
-PROGRESS, ANSWER, KNOWN = b"P", b"A", b"K"
+BEGUN, PROGRESS, ANSWER, KNOWN = b"B", b"P", b"A", b"K"
 """First bytes of the lines of a worker."""
 WARM = (
     "cad.rpc.part_methods",
@@ -80,6 +80,7 @@ class Worker:
             if "drop" in message:
                 parts.drop(message["drop"])
                 continue
+            self._send(BEGUN, b"\n")
             self._send(ANSWER, self._answer(message, parts))
 
     def _read(self) -> None:

@@ -59,6 +59,9 @@ LEAST_CUT = 2
 OF_OUTLINE = ("names", "colors", "layers", "annotations")
 """What an outline holds as the whole file does; otherwise the whole file is read."""
 
+SOME_MOVE = RigidTransform.from_six_tuple((812.5, -310.25, 455.125, 0.02, -0.3, 1.1), target="base", source="part")
+"""A move with all six numbers, on which the checks of the moves of a part are tried."""
+
 NOT_APART = "bodies-not-apart"
 """The bodies that moved could not be drawn apart."""
 
@@ -86,6 +89,7 @@ def write_moved_step(
     *,
     bake: bool = False,
     seams: Sequence[tuple[str, ArrayLike, Rgb]] = (),
+    known: KnownPart | None = None,
     T_part_moved: FloatArray | None = None,
 ) -> tuple[Issue, ...]:
     """Write a part moved by a rigid transform, then read the file again and compare.
@@ -101,6 +105,8 @@ def write_moved_step(
     seams : sequence of (name, points, color_rgb)
         Polylines, shape (m, 3), in `part`, mm, with an sRGB colour, 0…1. They become named edges in a product
         ``wpcal seams``.
+    known : KnownPart, optional
+        What `know_part` found of the part, if it is moved many times.
     T_part_moved : ndarray, shape (n, 4, 4), optional
         Where each of the n solids of the part has moved within `part`, mm, before the part is moved.
 
@@ -124,11 +130,12 @@ def write_moved_step(
     """
     curves = tuple(SeamCurve(name, frozen(points), color) for name, points, color in seams)
     with kernel_call(f"writing {path}"):
-        before = take_inventory(part.document)
+        known = known or KnownPart(take_inventory(part.document))
         own = None if T_part_moved is None else OwnMotions(T_part_moved, take_solids(part))
+    before = known.before
     # the shapes are not needed any more; if nobody else holds them, their memory is free for what is read again
     part = part.without_shapes()
-    job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves, own)
+    job = _Job(part, T_base_part, f"{Path(part.file_name).stem} calibrated", curves, known, own)
     issues: list[Issue] = []
     with kernel_call(f"writing {path}"):
         if own is not None:
@@ -158,6 +165,53 @@ def _tried(job: _Job, ways: Sequence[Way], path: Path, before: StepInventory) ->
     raise KernelError(f"writing {path}: no way of writing was tried")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class KnownPart:
+    """What was found of a part before it is moved.
+
+    Parameters
+    ----------
+    before : StepInventory
+        What the kernel finds in the file.
+    outline : Part21File, optional
+        The outline of the file, if that is enough to check a moved one.
+    outlined : StepInventory, optional
+        What the kernel finds in it.
+    """
+
+    before: StepInventory
+    outline: Part21File | None = None
+    outlined: StepInventory | None = None
+
+
+def know_part(part: StepPart) -> KnownPart:
+    """Find what all moves of a part have in common, so that each of them takes a small part of the time.
+
+    The part is moved once and the whole file is read again. If nothing differs, the outlines of the other moved files
+    are read, as for a file of many faces.
+    """
+    with kernel_call(f"reading {part.file_name}"):
+        before = take_inventory(part.document)
+    part = part.without_shapes()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, Path(part.file_name).name)
+        if write_moved_step(part, SOME_MOVE, path, known=KnownPart(before)):
+            return KnownPart(before)
+    try:
+        file = index_part21(outline(part.source), name=part.file_name)
+        with kernel_call(f"reading {part.file_name}"):
+            outlined = take_inventory(read_document(Path(part.file_name), file.text))
+    except FormatError:
+        return KnownPart(before)
+    return KnownPart(before, file, outlined) if _is_enough(outlined, before) else KnownPart(before)
+
+
+def _is_enough(outlined: StepInventory, before: StepInventory) -> bool:
+    """Tell whether an outline lacks nothing but faces, and enough of them."""
+    same = (getattr(outlined, what) == getattr(before, what) for what in OF_OUTLINE)
+    return 0 < LEAST_CUT * outlined.surfaces.total() <= before.surfaces.total() and all(same)
+
+
 def write_moved_data(*, name: str, data: bytes, progress: Progress = no_progress, **settings: Any) -> tuple[Issue, ...]:
     """Write a STEP file of that name and those bytes, moved; the rest as in `write_moved_step`."""
     progress(f"reading {name}")
@@ -174,6 +228,7 @@ class _Job:
     T_base_part: RigidTransform
     name: str
     seams: tuple[SeamCurve, ...]
+    known: KnownPart
     own: OwnMotions | None = None
 
     def appended(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
@@ -242,10 +297,10 @@ class _Job:
             again = read_step(path)
             found = self.own.compare(again, self.T_base_part, before, without=SEAMS_NAME)
             return found + compare_seam_edges(again.document, self.T_base_part, self.seams)
-        if appended and before.surfaces.total() >= MANY_FACES:
-            written, source = index_part21(read_bytes(path, most_mb=MOST_STEP_MB), name=path.name), self.part.source
+        if appended and (self.known.outline is not None or before.surfaces.total() >= MANY_FACES):
+            written, source = read_bytes(path, most_mb=MOST_STEP_MB), self.part.source
             head, tail = source.text[: source.data_end], source.text[source.data_end :]
-            if not (written.text.startswith(head) and written.text.endswith(tail)):
+            if not (written.startswith(head) and written.endswith(tail)):
                 return [
                     Issue("moved-faces-differ", "the written file does not hold the text of the file that was read")
                 ]
@@ -258,13 +313,19 @@ class _Job:
         found = compare_inventories(before, after, self.T_base_part, added=added)
         return found + compare_seam_edges(document, self.T_base_part, self.seams)
 
-    def _is_outline_right(self, path: Path, written: Part21File, before: StepInventory, added: Counter[str]) -> bool:
+    def _is_outline_right(self, path: Path, written: bytes, before: StepInventory, added: Counter[str]) -> bool:
         """Tell whether the outline of what was written is right; False if an outline lacks more than faces."""
+        file, known = self.part.source, self.known
         try:
-            source = take_inventory(read_document(Path(self.part.file_name), outline(self.part.source)))
-            same = (getattr(source, what) == getattr(before, what) for what in OF_OUTLINE)
-            is_small = 0 < LEAST_CUT * source.surfaces.total() <= before.surfaces.total()
-            return is_small and all(same) and not self._compared(read_document(path, outline(written)), source, added)
+            if known.outline is not None and known.outlined is not None:
+                new = written[file.data_end : len(written) - len(file.text) + file.data_end]
+                text, end = known.outline.text, known.outline.data_end
+                return not self._compared(read_document(path, text[:end] + new + text[end:]), known.outlined, added)
+            source = take_inventory(read_document(Path(self.part.file_name), outline(file)))
+            if not _is_enough(source, before):
+                return False
+            text = outline(index_part21(written, name=path.name))
+            return not self._compared(read_document(path, text), source, added)
         except FormatError:
             return False
 

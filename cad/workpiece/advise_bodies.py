@@ -104,8 +104,9 @@ def advise_bodies(
     tacked = tacked_bodies(workpiece, seams, choice)
     model = tacked.model()
     taught = {feature.name for feature in have}
+    usual = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)
     if count is None and tolerance_mm is None:
-        count = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)
+        count = usual
     rows = [_of_features(workpiece, tacked, model, have, sigma_mm)]
     if touched is not None:
         rows.append(_of_touches(touched, tacked, model, sigma_mm))
@@ -118,6 +119,7 @@ def advise_bodies(
             count=count,
             tolerance_mm=tolerance_mm,
             most=MOST_TAUGHT,
+            usual=usual,
             have=np.concatenate(rows),
         )
         if not advice.why:

@@ -58,6 +58,22 @@ class BodiesOptions:
     is_stated: bool = False
     groups: tuple[BodyGroup, ...] = ()
 
+    @classmethod
+    def of(cls, tack_mm: float | None, tack_mrad: float | None, groups: tuple[BodyGroup, ...] = ()) -> BodiesOptions:
+        """Return the options for tolerances that a person states; None: not stated.
+
+        Raises
+        ------
+        InputError
+            When a tolerance is not positive.
+        """
+        usual = TackTolerance()
+        tolerance = TackTolerance(
+            usual.mm if tack_mm is None else tack_mm, usual.mrad if tack_mrad is None else tack_mrad
+        )
+        of_groups = any(group.tolerance is not None for group in groups)
+        return cls(tolerance, of_groups or tack_mm is not None or tack_mrad is not None, groups)
+
 
 def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
     """Read a file of bodies: ``{"schema": "wpcal/bodies/1", "bodies": [{"name", "solids", "tack_mm", "tack_mrad"}]}``.

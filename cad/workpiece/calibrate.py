@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
-from cad.workpiece.moved_file import write_moved
 from cad.workpiece.moved_record import bodies_record
-from cad.workpiece.seams import find_seams
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
@@ -136,6 +135,7 @@ def calibrate_workpiece(
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
     silent: SilentRows | None = None,
+    means: Means = USUAL_MEANS,
     progress: Progress = no_progress,
 ) -> WorkpieceCalibration:
     """Find the pose of a real part, and its weld seams in the robot's base.
@@ -152,6 +152,8 @@ def calibrate_workpiece(
     options : CalibrateOptions, optional
     silent : SilentRows, optional
         Searches of a touch program that found nothing.
+    means : Means
+        How the seams are found.
     progress : callable, optional
         Gets one line per step.
 
@@ -190,7 +192,7 @@ def calibrate_workpiece(
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
     observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, silent=silent)
     progress(f"finding seams: {workpiece.size}")
-    seams, workpiece = find_seams(workpiece, options.seams, options.choice)
+    seams, workpiece = means.find_seams(workpiece, options.seams, options.choice)
     progress(f"fitting {counted(len(named.taught.names), 'point')}, {counted(len(seams), 'seam')}")
     with blamed_on(named.taught.path):
         result, u95 = run_fit(
@@ -205,7 +207,7 @@ def calibrate_workpiece(
             progress("fitting the motions of the bodies")
             moved = fit_weldment(workpiece, named.taught, observed, result, seams, options, options.bodies)
             result, seams = moved.result, moved.told_seams()
-            u95 = tuple(error.total_mm for error in moved.errors)
+            u95 = moved.u95_mm
     return WorkpieceCalibration(
         workpiece,
         result,
@@ -260,6 +262,7 @@ def calibrate_files(
     searches: dict[str, Any] | None = None,
     run_issues: Sequence[Issue] = (),
     silent: SilentRows | None = None,
+    means: Means = USUAL_MEANS,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> WrittenCalibration:
@@ -291,6 +294,8 @@ def calibrate_files(
         What is odd about that run.
     silent : SilentRows, optional
         Its searches that found nothing.
+    means : Means
+        How seams are found and the moved part is written, and whether there is a page.
     cache : AnswerCache
         As in `open_workpiece`.
 
@@ -312,7 +317,13 @@ def calibrate_files(
     progress(f"drawing the part: {workpiece.size}")
     part_glb, mesh_issues = draw_part(source)
     found = calibrate_workpiece(
-        workpiece, taught, T_nominal_part=T_nominal_part, options=options, silent=silent, progress=progress
+        workpiece,
+        taught,
+        T_nominal_part=T_nominal_part,
+        options=options,
+        silent=silent,
+        means=means,
+        progress=progress,
     )
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
     seams = found.seams_record()
@@ -320,7 +331,7 @@ def calibrate_files(
         progress("writing the moved part and reading it again")
         moved = f"{Path(source.file_name).stem}.calibrated.step"
         own, apart = (None, ()) if found.moved is None else found.moved.solid_motions(workpiece.graph)
-        issues = write_moved(
+        issues = means.write_moved(
             source, found.T_base_part, folder / moved, seams=marked, bake=bake, T_part_moved=own, progress=progress
         )
         issues = (*apart, *(() if found.moved is None else found.moved.gap_notes()), *issues)
@@ -333,7 +344,8 @@ def calibrate_files(
         (folder / CALIBRATION_FILE).write_text(to_json(record), encoding="utf-8")
         (folder / "seams.json").write_text(to_json(seams), encoding="utf-8")
         (folder / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
-        (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
+        if means.wants_page(found.result):
+            (folder / "report.html").write_text(build_report(record, seams, part_glb), encoding="utf-8")
         if holding is not None:
             from wpcal.planning.cell.grasp import cell_files, solve_grasp
 

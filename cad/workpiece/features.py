@@ -9,7 +9,7 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import Touchable, judge_features
+from wpcal.features import Touchable
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.options import Judging
 
@@ -29,5 +29,4 @@ def list_features(
 def judge_workpiece(workpiece: Workpiece, *, progress: Progress = no_progress) -> tuple[Touchable, ...]:
     """Return the reference features of a workpiece, those that are easiest to touch first."""
     progress(f"judging {counted(len(workpiece.features), 'feature')}")
-    judged = judge_features(workpiece.graph, workpiece.features, trimmed=workpiece.trimmed)
-    return tuple(sorted(judged, key=lambda item: item.ease))
+    return tuple(sorted(workpiece.judged, key=lambda item: item.ease))

@@ -24,7 +24,7 @@ from wpcal.core.errors import WpcalError, blamed_on
 from wpcal.core.pairs import PointPairs
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature, feature_named, judge_features
+from wpcal.features import ReferenceFeature, feature_named
 from wpcal.match import name_points
 from wpcal.seam import Seam, SeamOptions
 from wpcal.taught.programs import names_as_features
@@ -200,11 +200,7 @@ def next_point(
         return None
     taken = {feature_named(workpiece.features, name).name for name in taught.features}
     have = [feature_named(workpiece.features, name) for name in dict.fromkeys(used)]
-    free = [
-        item
-        for item in judge_features(workpiece.graph, workpiece.features)
-        if item.feature.kind.is_point and item.feature.name not in taken
-    ]
+    free = [item for item in workpiece.judged if item.feature.kind.is_point and item.feature.name not in taken]
     try:
         chosen = advise_set(
             free,

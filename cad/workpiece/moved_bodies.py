@@ -64,6 +64,11 @@ class MovedWorkpiece:
     errors: tuple[MeetingErrors, ...]
     gap_limit_mm: float
 
+    @property
+    def u95_mm(self) -> tuple[FloatArray, ...]:
+        """The 95 % error at every frame of each seam, mm."""
+        return tuple(error.total_mm for error in self.errors)
+
     def told_seams(self) -> tuple[Seam, ...]:
         """Return the moved seams, with what the motions did to each among their reasons."""
         return tuple(replace(moved.seam, reasons=(*moved.seam.reasons, self._told(moved))) for moved in self.seams)

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from cad.workpiece.advise_bodies import tacked_bodies
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
@@ -23,7 +25,7 @@ from wpcal.seam.names import seams_named
 from wpcal.searches import SearchKind, TouchPlan
 from wpcal.taught.touched_face import touched_face
 from wpcal.touchplan.options import TouchOptions
-from wpcal.touchplan.plan_touches import TouchPart
+from wpcal.touchplan.part import TouchPart
 from wpcal.touchplan.plan_touches import plan_touches as plan_touches_of
 from wpcal.touchplan.reach import ArmReach
 
@@ -37,6 +39,7 @@ def plan_touches(
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
     cell: OneRobotCell | None = None,
+    bodies: BodiesOptions | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> TouchPlan:
@@ -55,6 +58,8 @@ def plan_touches(
         Where the part stands as planned. By default that of the cell, otherwise base and part coincide.
     cell : OneRobotCell, optional
         The arm that makes the searches, and the bodies around it. Without it, joints stay empty.
+    bodies : BodiesOptions, optional
+        The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as one.
     cache : AnswerCache
         As in `open_workpiece`.
     progress : callable, optional
@@ -78,6 +83,7 @@ def plan_touches(
         seams=seams,
         T_base_part=T_base_part,
         cell=cell,
+        bodies=bodies,
         cache=cache,
         progress=progress,
     ).plan
@@ -113,6 +119,7 @@ def draw_touches(
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
     cell: OneRobotCell | None = None,
+    bodies: BodiesOptions | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> DrawnTouches:
@@ -131,6 +138,7 @@ def draw_touches(
         counted,
         workpiece.features,
         material,
+        None if bodies is None else tacked_bodies(workpiece, counted, bodies),
     )
     options, reach = options or TouchOptions(), None
     if cell is not None:

@@ -19,7 +19,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import ReferenceFeature, find_features
+from wpcal.features import ReferenceFeature, Touchable, find_features, judge_features
 from wpcal.seam.member.note import MemberNotes
 
 Answer = TypeVar("Answer")
@@ -79,6 +79,11 @@ class Workpiece:
     def trimmed(self) -> TrimmedFaces:
         """Boundaries of the faces as pieces; computed once, for every question about what lies on a face."""
         return TrimmedFaces.of(self.graph)
+
+    @cached_property
+    def judged(self) -> tuple[Touchable, ...]:
+        """How well each feature can be touched; computed once."""
+        return tuple(judge_features(self.graph, self.features, trimmed=self.trimmed))
 
     def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
         """Return an answer that is kept, or find it; parameters as in `AnswerCache.answer`.

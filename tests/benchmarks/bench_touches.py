@@ -22,9 +22,11 @@ from wpcal.core.progress import no_progress
 from wpcal.searches import Search
 from wpcal.searches.setup import TouchSetup
 from wpcal.touchplan import Pattern, TouchOptions, TouchPart, plan_touches
-from wpcal.touchplan.candidates import PartPlace, find_candidates, thinned
+from wpcal.touchplan.candidates import find_candidates, thinned
 from wpcal.touchplan.patterns import choose_touches
-from wpcal.touchplan.plan_touches import design_of, search_of
+from wpcal.touchplan.place import PartPlace
+from wpcal.touchplan.plan_touches import design_of
+from wpcal.touchplan.searches_of import search_of
 
 PARTS = ("tee", "lap", "saddle", "frame", "gusseted-bracket", "post-base")
 RUNS = 300

@@ -19,6 +19,7 @@ SEAM_FRAMES = 2
 
 COMMANDS = {
     "calibrate": "tee.step taught.csv -o out",
+    "batch": "jobs.csv -o new -j 1",
     "advise": "tee.step --count 3",
     "audit": "out",
     "bases": "cell/two-mh6.json touched.csv -o new",
@@ -87,5 +88,6 @@ def write_inputs(folder: Path) -> None:
     (folder / "joints.csv").write_text(joint_rows())
     (folder / "poses.csv").write_text(pose_rows())
     (folder / "touched.csv").write_text(touched_rows())
+    (folder / "jobs.csv").write_text("job,part,taught\none,tee.step,taught.csv\n")
     target = "[[812.29,-240.62,165.80],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     (folder / "points.mod").write_text(f"MODULE M\n  CONST robtarget V2:={target};\nENDMODULE\n")

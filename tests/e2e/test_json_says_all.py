@@ -27,6 +27,8 @@ MARKED = re.compile(r"^(?:note|warning|advice|PASS|UNSURE|FAIL|IMPROVED|NOT IMPR
 LARGEST_RESIDUAL = re.compile(r"; the largest residual is .*$")
 """The console adds it to the sentence of the verdict; its number and point are looked for like all others."""
 OUTPUT_OPTIONS = ("-o",)
+AGAIN = {"batch": "--resume"}
+"""What lets a command write into its folder a second time, where that is not ``--force``."""
 NO_RECORD = {
     "pick": "it serves a page until Ctrl-C; the page has the records",
     "rpc": "every answer is a record",
@@ -128,7 +130,7 @@ def test_every_command_has_json() -> None:
 def test_json_has_every_number_and_sentence_of_the_console(command: str, line: str) -> None:
     arguments = [command, *line.split()]
     overwrites = {"-o", "--png"} & set(arguments) and "--force" not in arguments
-    arguments += ["--force"] if overwrites else []
+    arguments += [AGAIN.get(command, "--force")] if overwrites else []
     shown, printed = run_here(*arguments), run_here(*arguments, "--json")
     assert shown.returncode == printed.returncode, (shown.stderr, printed.stderr)
     assert shown.returncode in FINISHED, shown.stderr

@@ -1,5 +1,7 @@
 """The workbench in FreeCAD without a window."""
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,10 @@ def test_the_client(home: Path) -> None:
 
 def test_the_objects_of_a_document(home: Path) -> None:
     run_inside("case_document", home)
+
+
+def test_the_whole_job(home: Path) -> None:
+    run_inside("case_job", home, PATH=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 
 
 def test_a_document_is_saved_and_opened_with_and_without_the_workbench(home: Path, tmp_path: Path) -> None:

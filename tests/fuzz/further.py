@@ -193,7 +193,7 @@ TABLE = {
 _KEEP = {"revision": 1, "window": "a", "number": 1, "table": TABLE, "conflicts": ["V1, x_mm: 1 or 2"]}
 OLD_TABLE = b"name,x_mm,y_mm,z_mm\nV1,1,2,3\n"
 _GOLDEN = json.loads((FIXTURES / "tee" / "golden" / "seams.json").read_text(encoding="utf-8"))
-_DECISIONS = [
+DECISIONS = [
     {"candidate": _GOLDEN["seams"][0]["candidate"], "edit": {"accept": True, "reverse": False, "name": "a"}},
     {"candidate": _GOLDEN["seams"][1]["candidate"], "edit": {"range_mm": [0, 5], "other_side": True}},
 ]
@@ -206,7 +206,7 @@ REQUESTS: Mapping[str, Any] = {
     "save": {"revision": 1, "shown": 1, "window": "a", "consent": [], "name": "new.csv", "replaces": ""},
     "open": {},
     "seams": {"revision": 0},
-    "decide": {"revision": 1, "decisions": _DECISIONS},
+    "decide": {"revision": 1, "decisions": DECISIONS},
 }
 """A body for every action of `cad.pick.server.build_app`."""
 

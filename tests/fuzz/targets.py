@@ -19,6 +19,7 @@ from cad.step.part21 import index_part21
 from cad.step.products import components_of, find_roots
 from tests.fuzz.audited import audited_targets
 from tests.fuzz.further import CELL, further_targets
+from tests.fuzz.rpc_lines import rpc_targets
 from tests.fuzz.target import FIXTURES, Target, of_path, seed
 from tests.fuzz.touch_results import touch_results_targets
 from wpcal.brep.graph_file import read_graph
@@ -170,6 +171,7 @@ def targets() -> dict[str, Target]:
     found |= touch_results_targets()
     found |= further_targets()
     found |= audited_targets()
+    found |= rpc_targets()
     return found
 
 

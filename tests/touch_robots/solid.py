@@ -23,29 +23,36 @@ TINY = 1e-30
 """Keeps divisions by the squared length of an edge without length finite: its ends are measured anyway."""
 
 
-@lru_cache(maxsize=8)
 def triangles_of(step: Path) -> Array:
     """Return the triangles of a STEP file in its own coordinates, shape (n, 3, 3), mm."""
+    return np.concatenate(triangles_of_solids(step))
+
+
+@lru_cache(maxsize=8)
+def triangles_of_solids(step: Path) -> tuple[Array, ...]:
+    """Return the triangles of each solid of a STEP file, in their order in the file."""
     from build123d import import_step
-    from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
-    from OCP.TopLoc import TopLoc_Location
 
     shape = import_step(str(step))
     BRepMesh_IncrementalMesh(shape.wrapped, DEFLECTION_MM, False, ANGLE_RAD, False)
-    found = []
-    for face in shape.faces():
-        place = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face.wrapped, place)
-        if mesh is None:
-            continue
-        moved = place.Transformation()
-        nodes = np.array(
-            [(p.X(), p.Y(), p.Z()) for p in (mesh.Node(i).Transformed(moved) for i in range(1, mesh.NbNodes() + 1))]
-        )
-        corners = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)]) - 1
-        found.append(nodes[corners])
-    return np.concatenate(found)
+    return tuple(np.concatenate([_triangles(face) for face in solid.faces()]) for solid in shape.solids())
+
+
+def _triangles(face: Any) -> Array:
+    from OCP.BRep import BRep_Tool
+    from OCP.TopLoc import TopLoc_Location
+
+    place = TopLoc_Location()
+    mesh = BRep_Tool.Triangulation_s(face.wrapped, place)
+    if mesh is None:
+        return np.empty((0, 3, 3))
+    moved = place.Transformation()
+    nodes = np.array(
+        [(p.X(), p.Y(), p.Z()) for p in (mesh.Node(i).Transformed(moved) for i in range(1, mesh.NbNodes() + 1))]
+    )
+    corners = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)]) - 1
+    return np.asarray(nodes[corners])
 
 
 class Solid:

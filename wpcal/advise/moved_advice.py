@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.advise.moved_model import UNKNOWN_MM, MovedModel, SeamPoints
-from wpcal.advise.moved_search import MovedSearch, deciding_points, inverse
+from wpcal.advise.moved_search import OFTEN, MovedSearch, deciding_points, inverse
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.wording import counted, listed
@@ -17,8 +17,6 @@ from wpcal.core.wording import counted, listed
 MOVED_ADVICE_SCHEMA = "wpcal/moved-advice/1"
 NOT_HELD_MM = UNKNOWN_MM / 100.0
 """A larger error means that the touches leave a motion of the whole part free."""
-OFTEN = 1e4
-"""Each possible touch is made so many times to see what no touch can lower."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,6 +163,7 @@ def advise_moved(
     count: int | None = None,
     tolerance_mm: float | None = None,
     most: int = 60,
+    usual: int = 1,
     have: FloatArray | None = None,
 ) -> MovedAdvice:
     """Choose touches that lower the largest error of the seams of a weldment most.
@@ -180,6 +179,8 @@ def advise_moved(
     tolerance_mm : float, optional
         Add as many as the worst seam needs, `most` at most. Give one of the two, or both.
     most : int
+    usual : int
+        How many to add at least if no number reaches the tolerance.
     have : ndarray, shape (r, q, m), optional
         Rows of touches that were made already; on some bodies there may be none.
 
@@ -196,13 +197,14 @@ def advise_moved(
         When there is no seam point, nothing to choose from, or all touches together leave the part free.
     """
     _require_asked(count, tolerance_mm, choices, seams)
-    search = MovedSearch(choices.rows, model.seam_rows(seams.points.select(deciding_points(seams.points))))
     start = model.prior() + (0.0 if have is None else _information(have))
+    deciding = model.seam_rows(seams.points.select(deciding_points(seams.points)))
+    search = MovedSearch.with_floor(choices.rows, deciding, start)
     least, why = count or 1, ""
     if tolerance_mm is None:
         chosen = search.chosen(start, least)
     else:
-        chosen, error = search.fewest(start, tolerance_mm, least, max(most, least))
+        chosen, error = search.fewest(start, tolerance_mm, least, max(most, least), usual)
         if error > tolerance_mm:
             why = _why_not(search, model, choices, start, len(chosen), error, tolerance_mm, seams)
     order = search.in_order(start, chosen)

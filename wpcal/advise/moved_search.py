@@ -11,7 +11,7 @@ by one, each time the one after which the errors are least, and then exchanged o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,6 +26,10 @@ MOST_SEAM_POINTS = 160
 """Seam points that the search looks at; the errors reported are those over all points."""
 PER_PAIR = 6
 """Of them where the same two bodies meet: the error is largest at the ends of the extent of a seam."""
+REDUCIBLE = 0.5
+"""Weight of the largest error above its floor, beside the largest error."""
+OFTEN = 1e4
+"""Each possible touch is made so many times to see what no touch can lower."""
 SWEEPS = 4
 """Each touch is exchanged so many times at most: the second sweep rarely gains a hundredth."""
 GAIN = 1e-3
@@ -46,10 +50,31 @@ class MovedSearch:
         Of each possible touch, in units of its error: see `MovedModel.rows`. Rows of zeros measure nothing.
     seams : ndarray, shape (k, 3, m)
         Of the seam points, mm: see `MovedModel.seam_rows`.
+    floor : ndarray, shape (k,)
+        The variance of each seam point that no touch can lower, mm²: see `with_floor`.
     """
 
     rows: FloatArray
     seams: FloatArray
+    floor: FloatArray = field(default_factory=lambda: np.zeros(1))
+
+    @classmethod
+    def with_floor(cls, rows: FloatArray, seams: FloatArray, start: FloatArray) -> MovedSearch:
+        """Return the search that also judges what touches can lower.
+
+        Where the largest error comes from a motion that no touch sees, every choice leaves nearly the same error. What
+        is above the floor then decides.
+
+        Parameters
+        ----------
+        rows, seams :
+            As in the class.
+        start : ndarray, shape (m, m)
+            Information before the first touch.
+        """
+        H = rows.reshape(-1, rows.shape[2])
+        unseen = inverse(start + OFTEN * H.T @ H)
+        return cls(rows, seams, np.einsum("kim,mn,kin->k", seams, unseen, seams))
 
     def information(self, chosen: Sequence[int]) -> FloatArray:
         """Return what touches add to the information, shape (m, m)."""
@@ -87,9 +112,9 @@ class MovedSearch:
                 if i == j:
                     trace += np.maximum(left, 0.0)
         m_eff = trace**2 / np.maximum(square, 1e-300)
-        error = np.sqrt(trace * np.interp(m_eff, FREEDOMS, QUANTILES))
-        top = np.maximum(error.max(axis=0), 1e-300)
-        return np.asarray(top * ((error / top) ** LARGEST).sum(axis=0) ** (1.0 / LARGEST))
+        factor = np.interp(m_eff, FREEDOMS, QUANTILES)
+        above = np.maximum(trace - self.floor[:, None], 0.0)
+        return _largest(np.sqrt(trace * factor)) + REDUCIBLE * _largest(np.sqrt(above * factor))
 
     def added(self, start: FloatArray, chosen: list[int]) -> int | None:
         """Return the touch to add next; None if all are chosen.
@@ -133,7 +158,9 @@ class MovedSearch:
             chosen.append(best)
         return self.exchanged(start, chosen)
 
-    def fewest(self, start: FloatArray, tolerance_mm: float, least: int, most: int) -> tuple[list[int], float]:
+    def fewest(
+        self, start: FloatArray, tolerance_mm: float, least: int, most: int, usual: int
+    ) -> tuple[list[int], float]:
         """Return few touches after which no seam point's error exceeds the tolerance, with 95 % probability.
 
         Parameters
@@ -142,6 +169,8 @@ class MovedSearch:
         tolerance_mm : float
         least, most : int
             Number of touches.
+        usual : int
+            How many there are at least if no number reaches the tolerance.
 
         Returns
         -------
@@ -151,6 +180,7 @@ class MovedSearch:
             What they reach.
         """
         goal = max(tolerance_mm, NEARLY * self._joint(start, range(len(self.rows))))
+        least = max(least, min(usual, most)) if goal > tolerance_mm else least
         chosen = self.chosen(start, least)
         error = self._joint(start, chosen)
         while error > goal and len(chosen) < most:
@@ -180,11 +210,17 @@ class MovedSearch:
     def in_order(self, start: FloatArray, chosen: Sequence[int]) -> list[int]:
         """Return chosen touches in the order in which each lowers the errors most; `start` has the shape (m, m)."""
         some = list(chosen)
-        own = MovedSearch(self.rows[some], self.seams)
+        own = MovedSearch(self.rows[some], self.seams, self.floor)
         order = list[int]()
         while (best := own.added(start, order)) is not None:
             order.append(best)
         return [some[k] for k in order]
+
+
+def _largest(errors: FloatArray) -> FloatArray:
+    """Return a smooth largest value of each column, shape (k, n) → (n,)."""
+    top = np.maximum(errors.max(axis=0), 1e-300)
+    return np.asarray(top * ((errors / top) ** LARGEST).sum(axis=0) ** (1.0 / LARGEST))
 
 
 def inverse(information: FloatArray) -> FloatArray:

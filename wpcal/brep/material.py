@@ -193,6 +193,13 @@ class TriangleMaterial:
         names = tuple(s.name for s in mesh.solids)
         return cls(every, solid, names, mesh.deflection_mm, BoxTree.of(every.min(axis=1), every.max(axis=1)))
 
+    def of_solids(self, solids: IntArray) -> TriangleMaterial:
+        """Return the material of some solids, shape (s,), which keep their numbers."""
+        rows = np.flatnonzero(np.isin(self.solid, solids))
+        own = self.corners[rows]
+        tree = BoxTree.of(own.min(axis=1), own.max(axis=1))
+        return TriangleMaterial(own, self.solid[rows], self.names, self.deflection_mm, tree)
+
     @property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest corners of a box around each solid, two arrays (s, 3), mm."""

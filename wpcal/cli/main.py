@@ -60,7 +60,9 @@ def _run(arguments: list[str] | None) -> int:
     except click.Abort as abort:
         stopped = abort.__cause__ if isinstance(abort.__cause__, Stopped) else None
         code = EXIT_INTERRUPTED if stopped is None else EXIT_OF_SIGNAL + stopped.number
-        return _fail(abort, "interrupted" if stopped is None else f"ended by {stopped}", code, arguments)
+        how = "interrupted" if stopped is None else f"ended by {stopped}"
+        notes = getattr(abort.__cause__, "__notes__", ())  # what a command says about what it did until then
+        return _fail(abort, "; ".join([how, *notes]), code, arguments)
     except Exception as error:  # the outermost place: an unforeseen error is one line, too
         return _fail(error, *_told(error), arguments)
     return code if isinstance(code, int) else 0

@@ -40,7 +40,7 @@ def takes(argument: str, group: type[Any]) -> Callable[[Command], Callable[..., 
         def call(*arguments: Any, **values: Any) -> Any:
             names = set(option_names(group))
             others = {name: value for name, value in values.items() if name not in names}
-            return command(*arguments, **others, **{argument: _build(group, values)})
+            return command(*arguments, **others, **{argument: group_of(group, values)})
 
         decorated: Callable[..., Any] = call
         for name, flags, settings in reversed(list(_options(group))):
@@ -66,10 +66,11 @@ def _options(group: type[Any]) -> Iterator[tuple[str, Sequence[str], Mapping[str
             yield each.name, flags, settings
 
 
-def _build(group: type[Any], values: Mapping[str, Any]) -> Any:
+def group_of(group: type[Any], values: Mapping[str, Any]) -> Any:
+    """Return a group from the values of a command's parameters, by name, as click parsed them."""
     inner = _inner_groups(group)
     names = [each.name for each in fields(group)]
-    return group(**{name: _build(inner[name], values) if name in inner else values[name] for name in names})
+    return group(**{name: group_of(inner[name], values) if name in inner else values[name] for name in names})
 
 
 def _inner_groups(group: type[Any]) -> dict[str, type[Any]]:

@@ -210,8 +210,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
     try:
         with temporary.open("xb") as file:
             file.write(data.encode("utf-8") if isinstance(data, str) else data)
-            file.flush()
-            os.fsync(file.fileno())
+        flush(temporary)
         if overwrite or not _linked(temporary, path):
             os.replace(temporary, path)
         flush(path.parent)

@@ -39,6 +39,32 @@ _NOT_WRITTEN = (errno.EIO, errno.ENOSPC, errno.EDQUOT)
 """Errors that say that the disk does not have the data. Some file systems tell them only now."""
 
 
+_flushes = True
+
+
+def flush_later() -> None:
+    """Leave it to the system when data of this process goes to the disk.
+
+    For results that are checked by their hashes before anything is left undone because of them, and that another
+    process flushes together with `flush_all`.
+    """
+    global _flushes  # noqa: PLW0603 - a property of the process, as its current folder is
+    _flushes = False
+
+
+def flush_all(folder: Path) -> None:
+    """Let the system write everything of the file system of a folder to the disk."""
+    library = ctypes.CDLL(None) if os.name == "posix" else None
+    if library is None or not hasattr(library, "syncfs"):
+        _flush_tree(folder)
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        library.syncfs(descriptor)
+    finally:
+        os.close(descriptor)
+
+
 @contextmanager
 def temporary_sibling(path: Path) -> Iterator[Path]:
     """Yield a new folder beside `path`, on the same file system; removed at the end with what it then holds."""
@@ -89,7 +115,7 @@ def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leav
     _keep_others(path, new, not_kept)
     _flush_tree(new)
     with _locked(path) as lock:
-        if lock is _Lock.ANOTHERS:
+        if lock is FolderLock.ANOTHERS:
             raise InputError(f"{path}: another run is writing into it now; its files are kept", code=ErrorCode.EXISTS)
         if not _works_inside(path) and _exchange(new, path):
             flush(path.parent)
@@ -206,6 +232,8 @@ def flush(path: Path) -> None:
     OSError
         When the disk does not take them.
     """
+    if not _flushes:
+        return
     try:
         descriptor = os.open(path, os.O_RDONLY)
         try:
@@ -217,7 +245,7 @@ def flush(path: Path) -> None:
             raise
 
 
-class _Lock(Enum):
+class FolderLock(Enum):
     """Who holds the lock of a folder."""
 
     OURS = auto()
@@ -227,15 +255,15 @@ class _Lock(Enum):
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[_Lock]:
+def _locked(folder: Path) -> Iterator[FolderLock]:
     """Hold the lock of a folder, if it is free."""
     if fcntl is None:
-        yield _Lock.NONE
+        yield FolderLock.NONE
         return
     try:
         descriptor = os.open(folder, os.O_RDONLY)
     except OSError:
-        yield _Lock.NONE
+        yield FolderLock.NONE
         return
     try:
         yield _take(descriptor)
@@ -243,14 +271,31 @@ def _locked(folder: Path) -> Iterator[_Lock]:
         os.close(descriptor)
 
 
-def _take(descriptor: int) -> _Lock:
+def lock_taken(descriptor: int, wait_s: float, step_s: float) -> FolderLock:
+    """Take the lock of a folder that is open, if it is free or becomes free soon; closing the folder releases it.
+
+    Parameters
+    ----------
+    descriptor : int
+    wait_s, step_s : float
+        How long to wait for it, and between two looks, s.
+    """
+    until = time.monotonic() + wait_s
+    while (found := _take(descriptor)) is FolderLock.ANOTHERS and time.monotonic() < until:
+        time.sleep(step_s)
+    return found
+
+
+def _take(descriptor: int) -> FolderLock:
+    if fcntl is None:
+        return FolderLock.NONE
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        return _Lock.ANOTHERS
+        return FolderLock.ANOTHERS
     except OSError:
-        return _Lock.NONE
-    return _Lock.OURS
+        return FolderLock.NONE
+    return FolderLock.OURS
 
 
 def _remove_abandoned(parent: Path) -> None:
@@ -259,5 +304,5 @@ def _remove_abandoned(parent: Path) -> None:
         if folder.is_symlink() or not folder.is_dir() or time.time() - folder.stat().st_mtime < ABANDONED_S:
             continue
         with _locked(folder) as lock:
-            if lock is _Lock.OURS:
+            if lock is FolderLock.OURS:
                 shutil.rmtree(folder, ignore_errors=True)

@@ -1,6 +1,6 @@
 """Touch sensing: searches of the torch towards the part, the plan of them, and what a controller stored."""
 
-from wpcal.searches.plan import Contact, SeamPrediction, Search, SearchKind, TouchPlan
+from wpcal.searches.plan import Contact, PlannedBody, SeamPrediction, Search, SearchKind, Served, TouchPlan
 from wpcal.searches.record import plan_from_record, read_touch_plan, touches_csv, touches_record
 from wpcal.searches.results import (
     STORED_NUMBERS,
@@ -17,12 +17,14 @@ __all__ = [
     "STORED_NUMBERS",
     "Contact",
     "Outcome",
+    "PlannedBody",
     "ResultsFile",
     "SeamPrediction",
     "Search",
     "SearchKind",
     "SearchResult",
     "SearchResults",
+    "Served",
     "TouchPlan",
     "TouchResultsReader",
     "TouchSetup",

@@ -39,6 +39,40 @@ class SearchKind(StrEnum):
     """A post at a known place in the base, which solves the stick-out: it does not move with the part."""
 
 
+@dataclass(frozen=True, slots=True)
+class Served:
+    """What a search does for a seam of a weldment whose bodies may move.
+
+    Parameters
+    ----------
+    seam : str
+        The worst seam of the touched body before the search.
+    before_mm, after_mm : float or None
+        Its largest 95 % error before and after the search, in the order in which the searches help most; None while
+        the searches leave the part free.
+    """
+
+    seam: str
+    before_mm: float | None
+    after_mm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedBody:
+    """A body that may move, with the tack tolerance that the plan assumes.
+
+    Parameters
+    ----------
+    name : str
+    tack_mm, tack_mrad : float
+        Standard deviations of the place of its centre and of its turn, per axis.
+    """
+
+    name: str
+    tack_mm: float
+    tack_mrad: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
     """One search: the way to its start, the straight move until contact, the way back.
@@ -78,6 +112,9 @@ class Search:
     via_joints : ndarray, shape (k, axes), or None
         Shown angles at `via`, rad; None if no arm is given.
     kind : SearchKind
+    body : str
+        The body that is touched, if bodies may move; otherwise empty.
+    serves : Served or None
 
     Raises
     ------
@@ -102,6 +139,8 @@ class Search:
     joints: FloatArray | None = None
     via_joints: FloatArray | None = None
     kind: SearchKind = SearchKind.PART
+    body: str = ""
+    serves: Served | None = None
 
     def __post_init__(self) -> None:
         if not SEARCH_NAME.fullmatch(self.name):
@@ -139,11 +178,20 @@ class SeamPrediction:
         The seam where it occurs.
     by_seam_mm : tuple of (str, float)
         The largest error of each seam.
+    joint_95_mm : float or None
+        What no point of the seams exceeds, with 95 % probability: `wpcal calibrate` compares it with its tolerance.
+    unseen_mm : float
+        The part of `error_95_mm` that comes from motions of bodies which no touch sees.
+    why_not : str
+        Why a tolerance that was asked for is not reached; otherwise empty.
     """
 
     error_95_mm: float
     seam: str
     by_seam_mm: tuple[tuple[str, float], ...]
+    joint_95_mm: float | None = None
+    unseen_mm: float = 0.0
+    why_not: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,6 +218,8 @@ class TouchPlan:
     predicted : SeamPrediction or None
     notes : tuple of str
         What a person should know of the plan.
+    bodies : tuple of PlannedBody
+        The bodies that may move; empty if the part is one.
 
     Raises
     ------
@@ -186,6 +236,7 @@ class TouchPlan:
     robot: str = ""
     predicted: SeamPrediction | None = None
     notes: tuple[str, ...] = ()
+    bodies: tuple[PlannedBody, ...] = ()
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(search.name.upper() for search in self.searches).items() if n > 1]

@@ -13,7 +13,7 @@ from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
-from wpcal.searches.plan import Contact, SeamPrediction, Search, SearchKind, TouchPlan
+from wpcal.searches.plan import Contact, PlannedBody, SeamPrediction, Search, SearchKind, Served, TouchPlan
 
 TOUCHES_SCHEMA = "wpcal/touches/1"
 TOUCHES_FILE = "touches.json"
@@ -36,13 +36,21 @@ def touches_record(plan: TouchPlan) -> dict[str, Any]:
         "home_joints_deg": _degrees(plan.home_joints),
         "predicted": None if plan.predicted is None else _prediction_record(plan.predicted),
         "notes": list(plan.notes),
+        "bodies": [{"name": b.name, "tack_mm": b.tack_mm, "tack_mrad": b.tack_mrad} for b in plan.bodies],
         "searches": [_search_record(search) for search in plan.searches],
     }
 
 
 def _prediction_record(predicted: SeamPrediction) -> dict[str, Any]:
     by_seam = [{"seam": name, "error_95_mm": error} for name, error in predicted.by_seam_mm]
-    return {"error_95_mm": predicted.error_95_mm, "seam": predicted.seam, "by_seam": by_seam}
+    return {
+        "error_95_mm": predicted.error_95_mm,
+        "seam": predicted.seam,
+        "by_seam": by_seam,
+        "joint_95_mm": predicted.joint_95_mm,
+        "unseen_mm": predicted.unseen_mm,
+        "why_not": predicted.why_not,
+    }
 
 
 def _search_record(search: Search) -> dict[str, Any]:
@@ -61,7 +69,13 @@ def _search_record(search: Search) -> dict[str, Any]:
         "covariance_mm2": search.covariance_part.tolist(),
         "joints_deg": _degrees(search.joints),
         "via_joints_deg": _degrees(search.via_joints),
+        "body": search.body,
+        "serves": None if search.serves is None else _served_record(search.serves),
     }
+
+
+def _served_record(served: Served) -> dict[str, Any]:
+    return {"seam": served.seam, "before_mm": served.before_mm, "after_mm": served.after_mm}
 
 
 def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
@@ -90,6 +104,7 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
             robot=record.get("robot", ""),
             predicted=_prediction(record.get("predicted")),
             notes=tuple(record.get("notes", ())),
+            bodies=tuple(PlannedBody(**each) for each in record.get("bodies", ())),
         )
     except KeyError as error:
         raise FormatError(f"lacks the field {error.args[0]}", path=path) from None
@@ -125,12 +140,13 @@ def touches_csv(plan: TouchPlan) -> str:
     header = ["name", "kind", "x_mm", "y_mm", "z_mm", "model_x_mm", "model_y_mm", "model_z_mm", "radius_mm"]
     header += [f"{end}_{axis}_mm" for end in ("start", "end") for axis in "xyz"]
     header += [f"tool_z_{axis}" for axis in "xyz"]
-    rows: list[list[object]] = [[*header, "contact", "feature_touched"]]
+    rows: list[list[object]] = [[*header, "contact", "feature_touched", *(["body"] if plan.bodies else [])]]
     for search in plan.searches:
         if search.kind is SearchKind.PART:
             numbers = [*search.contact_part, search.radius_mm, *search.start, *search.end, *search.R_part_tool[:, 2]]
             texts = [f"{round(v, CSV_DIGITS) + 0.0:.{CSV_DIGITS}f}" for v in numbers]
-            rows.append([search.name, search.target, "", "", "", *texts, search.contact.value, search.feature])
+            own = [search.contact.value, search.feature, *([search.body] if plan.bodies else [])]
+            rows.append([search.name, search.target, "", "", "", *texts, *own])
     return csv_text(rows)
 
 
@@ -152,6 +168,8 @@ def _search(record: Mapping[str, Any]) -> Search:
         joints=_radians(record.get("joints_deg")),
         via_joints=_radians(record.get("via_joints_deg")),
         kind=SearchKind(record.get("kind", SearchKind.PART.value)),
+        body=record.get("body", ""),
+        serves=None if record.get("serves") is None else Served(**record["serves"]),
     )
 
 
@@ -159,7 +177,8 @@ def _prediction(record: Mapping[str, Any] | None) -> SeamPrediction | None:
     if record is None:
         return None
     by_seam = tuple((each["seam"], float(each["error_95_mm"])) for each in record["by_seam"])
-    return SeamPrediction(float(record["error_95_mm"]), record["seam"], by_seam)
+    others = {name: record[name] for name in ("joint_95_mm", "unseen_mm", "why_not") if name in record}
+    return SeamPrediction(float(record["error_95_mm"]), record["seam"], by_seam, **others)
 
 
 def _array(values: Any) -> FloatArray:

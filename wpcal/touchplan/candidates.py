@@ -11,13 +11,14 @@ from wpcal.advise.design import farthest_rows
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import Material
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress
 from wpcal.core.wording import counted, listed
-from wpcal.touchplan.contacts import BORDER_MM, Contacts, find_contacts, word_of
+from wpcal.touchplan.contacts import BORDER_MM, Contacts, face_words, find_contacts
 from wpcal.touchplan.free import SAFE_MM, Strokes, find_strokes, keeps_above_floor, with_free_torch
 from wpcal.touchplan.options import TouchOptions, displacement_mm
+from wpcal.touchplan.place import PartPlace
 
 MOST_FOLLOWED = 1500
 """Places whose wire is followed: far from one another in place, normal and wire."""
@@ -27,44 +28,8 @@ MOST_CHOSEN_FROM = 200
 """Searches that sets are chosen from: all exchanges of eight of them take some tenths of a second."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PartPlace:
-    """The part as it stands: what candidates are measured against, in `part`.
-
-    Parameters
-    ----------
-    up : ndarray, shape (3,)
-        Against gravity.
-    centre : ndarray, shape (3,)
-        Middle of its box.
-    size_mm : float
-        Half the diagonal of the box.
-    floor_mm, top_mm : float
-        Lowest and highest level along `up`.
-    """
-
-    up: FloatArray
-    centre: FloatArray
-    size_mm: float
-    floor_mm: float
-    top_mm: float
-
-    @classmethod
-    def of(cls, trimmed: TrimmedFaces, up: FloatArray) -> PartPlace:
-        """Measure the boxes of the faces.
-
-        Parameters
-        ----------
-        trimmed : TrimmedFaces
-        up : ndarray, shape (3,)
-            Against gravity, in `part`.
-        """
-        low, high = trimmed.face_box
-        some = np.isfinite(low).all(axis=1)
-        least, most = low[some].min(axis=0), high[some].max(axis=0)
-        levels = np.where(up >= 0, low[some], high[some]) @ up, np.where(up >= 0, high[some], low[some]) @ up
-        size = float(np.linalg.norm(most - least)) / 2.0
-        return cls(up, (least + most) / 2.0, size, float(levels[0].min()), float(levels[1].max()))
+LEAST_PER_BODY = 15
+"""Searches on each body that may move, at every stage: its six motions and its seams leave less choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,17 +76,16 @@ def find_candidates(
         When there is none: what would help.
     """
     progress(f"looking for places to touch on {counted(graph.face_count, 'face')}")
-    held, small = find_contacts(graph, trimmed, place.up, place.centre, options)
+    held, small = find_contacts(graph, trimmed, place, options)
     if len(held) == 0:
         raise GeometryError(too_small_words(graph, small, options))
-    held = held.select(_spread(held, MOST_FOLLOWED, place.size_mm))
+    held = held.select(_spread(held, MOST_FOLLOWED, place))
     progress(f"following the wire to {counted(len(held), 'place')}")
     strokes = find_strokes(graph, trimmed, held, options)
-    rise = displacement_mm(
-        options.nominal.covariances(strokes.contacts.p, place.centre), np.tile(place.up, (len(strokes), 1))
-    )
+    spread = place.covariances(strokes.contacts.p, strokes.contacts.face, options.nominal)
+    rise = displacement_mm(spread, np.tile(place.up, (len(strokes), 1)))
     strokes = strokes.select(keeps_above_floor(strokes, place.up, place.floor_mm, rise))
-    strokes = strokes.select(_spread(strokes.contacts, MOST_FELT, place.size_mm))
+    strokes = strokes.select(_spread(strokes.contacts, MOST_FELT, place))
     progress(f"comparing the torch with the part on {len(strokes)} searches")
     safe = place.top_mm + float(np.max(rise, initial=0.0)) + SAFE_MM
     strokes = with_free_torch(materials, strokes, options.torch, options.wire_mm, place.up, safe)
@@ -135,7 +99,7 @@ def find_candidates(
 
 def thinned(strokes: Strokes, place: PartPlace) -> Strokes:
     """Keep at most `MOST_CHOSEN_FROM` searches, far from one another."""
-    return strokes.select(_spread(strokes.contacts, MOST_CHOSEN_FROM, place.size_mm))
+    return strokes.select(_spread(strokes.contacts, MOST_CHOSEN_FROM, place))
 
 
 def too_small_words(graph: BrepGraph, small: Contacts, options: TouchOptions) -> str:
@@ -151,15 +115,18 @@ def too_small_words(graph: BrepGraph, small: Contacts, options: TouchOptions) ->
     )
 
 
-def face_words(graph: BrepGraph, contacts: Contacts, face: int) -> str:
-    """Say which face is meant: ``the plane of web at (100 60 50)``."""
-    p = contacts.p[contacts.face == face].mean(axis=0)
-    at = " ".join(f"{round(float(v), 1) + 0.0:g}" for v in p)
-    return f"the {word_of(graph, face)} of {graph.solid_names[graph.face_solid[face]]} at ({at})"
-
-
-def _spread(contacts: Contacts, most: int, size_mm: float) -> IntArray:
+def _spread(contacts: Contacts, most: int, place: PartPlace) -> IntArray:
+    """Return contacts far from one another in place, normal and wire, of every body that may move as many."""
+    size_mm, body = place.size_mm, place.body_of(contacts.face)
+    if place.tacked is not None:
+        most = max(most, LEAST_PER_BODY * len(place.tacked.bodies))
     if len(contacts) <= most:
         return np.arange(len(contacts))
     features = np.concatenate([contacts.p, size_mm * contacts.normal, 0.5 * size_mm * contacts.wire], axis=1)
-    return np.sort(farthest_rows(features, most))
+    kept, left = [], most
+    bodies, counts = np.unique(body, return_counts=True)
+    for number, k in enumerate(np.argsort(counts, kind="stable").tolist()):  # what small bodies leave, others take
+        own = np.flatnonzero(body == bodies[k])
+        kept.append(own[farthest_rows(features[own], left // (len(bodies) - number))])
+        left -= len(kept[-1])
+    return np.sort(np.concatenate(kept))

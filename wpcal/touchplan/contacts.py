@@ -18,6 +18,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.touchplan.options import NominalError, TouchOptions, displacement_mm
+from wpcal.touchplan.place import PartPlace
 
 BORDER_MM = 3.0
 """A touch stays so much farther from the border of its face than the part may be displaced."""
@@ -63,6 +64,8 @@ class Contacts:
         Unit vectors that leave the tip of the wire: z of the tool.
     normal_mm, along_mm, across_mm : ndarray, shape (n,)
         99 % displacement of the part there: along the normal, along the wire in the face, and across it.
+    apart_mm : ndarray, shape (n,)
+        99 % displacement along the normal of another body that moves as far as this one; 0 if none moves.
     """
 
     face: IntArray
@@ -72,6 +75,7 @@ class Contacts:
     normal_mm: FloatArray
     along_mm: FloatArray
     across_mm: FloatArray
+    apart_mm: FloatArray
 
     def __len__(self) -> int:
         return len(self.face)
@@ -108,8 +112,15 @@ def word_of(graph: BrepGraph, face: int) -> str:
     return WORDS.get(kind, "surface")
 
 
+def face_words(graph: BrepGraph, contacts: Contacts, face: int) -> str:
+    """Say which face is meant: ``the plane of web at (100 60 50)``."""
+    p = contacts.p[contacts.face == face].mean(axis=0)
+    at = " ".join(f"{round(float(v), 1) + 0.0:g}" for v in p)
+    return f"the {word_of(graph, face)} of {graph.solid_names[graph.face_solid[face]]} at ({at})"
+
+
 def find_contacts(
-    graph: BrepGraph, trimmed: TrimmedFaces, up: FloatArray, centre: FloatArray, options: TouchOptions
+    graph: BrepGraph, trimmed: TrimmedFaces, place: PartPlace, options: TouchOptions
 ) -> tuple[Contacts, Contacts]:
     """Find the places that a displaced part is still touched at.
 
@@ -117,10 +128,7 @@ def find_contacts(
     ----------
     graph, trimmed :
         The part.
-    up : ndarray, shape (3,)
-        Against gravity, in `part`.
-    centre : ndarray, shape (3,)
-        Middle of the part, mm.
+    place : PartPlace
     options : TouchOptions
 
     Returns
@@ -130,13 +138,13 @@ def find_contacts(
     """
     faces = _large_faces(graph, trimmed)
     face, p, normal = _grid(graph, trimmed, faces)
-    sunk_face, sunk = _below_edges(graph, faces, up, centre, options.nominal)
+    sunk_face, sunk = _below_edges(graph, faces, place, options.nominal)
     foot = project_to_faces(graph, sunk_face, sunk)
     face = np.concatenate([face, sunk_face])
     p, normal = np.concatenate([p, foot.p]), np.concatenate([normal, foot.normal])
     inside = trimmed.contains(face, project_to_faces(graph, face, p).uv)
     face, p, normal = face[inside], p[inside], normal[inside]
-    found = _with_wires(graph, face, p, normal, up, centre, options)
+    found = _with_wires(graph, face, p, normal, place, options)
     room = _has_room(graph, trimmed, found)
     held = found.select(room)
     return held, found.select(~np.isin(found.face, held.face))
@@ -175,7 +183,7 @@ def _grid(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> tuple[Int
 
 
 def _below_edges(
-    graph: BrepGraph, faces: IntArray, up: FloatArray, centre: FloatArray, nominal: NominalError
+    graph: BrepGraph, faces: IntArray, place: PartPlace, nominal: NominalError
 ) -> tuple[IntArray, FloatArray]:
     """Return places in steep faces, as far below their edges as a touch with the side of the wire needs at least."""
     row = np.flatnonzero(
@@ -186,10 +194,10 @@ def _below_edges(
     t = graph.edge_range[edge, 0] * (1 - share) + graph.edge_range[edge, 1] * share
     p = evaluate_edges(graph, edge, t)[0]
     normal = project_to_faces(graph, face, p).normal
-    down = _downwards(normal, up)
-    steep = np.linalg.norm(np.cross(normal, up), axis=1) > FLAT_SIN
+    down = _downwards(normal, place.up)
+    steep = np.linalg.norm(np.cross(normal, place.up), axis=1) > FLAT_SIN
     face, p, down = face[steep], p[steep], down[steep]
-    along = displacement_mm(nominal.covariances(p, centre), down)
+    along = displacement_mm(place.covariances(p, face, nominal), down)
     return face, p + (along + BORDER_MM + 0.1)[:, None] * down
 
 
@@ -210,11 +218,11 @@ def _with_wires(
     face: IntArray,
     p: FloatArray,
     normal: FloatArray,
-    up: FloatArray,
-    centre: FloatArray,
+    place: PartPlace,
     options: TouchOptions,
 ) -> Contacts:
     """Hold the wire in all ways at places, those with the torch too low left out."""
+    up = place.up
     down = _downwards(normal, up)
     level = np.linalg.norm(np.cross(normal, up), axis=1) <= FLAT_SIN
     looks_up = normal @ up >= -FLAT_SIN  # no wire searches upwards below an overhang
@@ -227,7 +235,7 @@ def _with_wires(
             upright = wire @ up <= -math.cos(options.most_tilt_rad) + 1e-9
             upright &= ((turn == 0) | level) & looks_up & (~hollow | (angle == ANGLES[-1]))
             if angle > 0:
-                upright &= math.pi / 2 - angle >= LEAST_LEAN_RAD + _turn_along(graph, face, p, tangent, centre, options)
+                upright &= math.pi / 2 - angle >= LEAST_LEAN_RAD + _turn_along(graph, face, p, tangent, place, options)
             rows.append(np.flatnonzero(upright))
             wires.append(wire[upright])
     row, wire = np.concatenate(rows), np.concatenate(wires)
@@ -235,13 +243,15 @@ def _with_wires(
     tangent = _unit(wire - np.einsum("ni,ni->n", wire, normal)[:, None] * normal)
     end = np.linalg.norm(wire + normal, axis=1) < 1e-6
     tangent[end] = _unit(np.cross(normal[end], np.eye(3)[np.argmin(np.abs(normal[end]), axis=1)]))
-    covariance = options.nominal.covariances(p, centre)
-    moved = (displacement_mm(covariance, way) for way in (normal, tangent, np.cross(normal, tangent)))
-    return Contacts(face[row], p, normal, wire, *moved)
+    own = place.of_bodies(p, face[row])
+    covariance = options.nominal.covariances(p, place.centre) + own
+    moved, aside = displacement_mm(covariance, tangent), displacement_mm(covariance, np.cross(normal, tangent))
+    apart = displacement_mm(2.0 * own, normal)
+    return Contacts(face[row], p, normal, wire, displacement_mm(covariance, normal), moved, aside, apart)
 
 
 def _turn_along(
-    graph: BrepGraph, face: IntArray, p: FloatArray, way: FloatArray, centre: FloatArray, options: TouchOptions
+    graph: BrepGraph, face: IntArray, p: FloatArray, way: FloatArray, place: PartPlace, options: TouchOptions
 ) -> FloatArray:
     """Return by how much round faces turn away under a wire that is displaced along it, rad, shape (n,).
 
@@ -251,7 +261,7 @@ def _turn_along(
     radius = np.where(kind == SurfaceKind.TORUS, b, a)
     axis = graph.face_frame[face, 3]
     straight = np.einsum("ni,ni->n", way, axis) ** 2 * np.isin(kind, (SurfaceKind.CYLINDER, SurfaceKind.CONE))
-    moved = displacement_mm(options.nominal.covariances(p, centre), way)
+    moved = displacement_mm(place.covariances(p, face, options.nominal), way)
     turn = (1.0 - straight) * moved / np.maximum(radius, 1e-3)
     turn[(kind == SurfaceKind.PLANE) | (graph.face_outward[face] < 0)] = 0.0
     turn[kind == SurfaceKind.NURBS] = FREE_FORM_TURN_RAD

@@ -13,15 +13,20 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
-from wpcal.brep.material import Material
-from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.core.tangent import exp_rotation, log_rotation
+from wpcal.advise.moved_model import Tacked
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.material import Material, TriangleMaterial
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
 from wpcal.seam.torch import TorchShape
 from wpcal.touchplan.free import APPROACH_MM, Strokes, tool_axes, torch_is_free
 from wpcal.touchplan.options import HIT_LEVEL, NominalError
+from wpcal.touchplan.place import PartPlace
 
 PLACES = 48
 """Displaced places of the part, drawn with a fixed seed."""
+USUAL_BODIES, LEAST_PLACES = 5, 12
+"""Up to five bodies each have as many places of their own; of more bodies each has fewer, but not fewer than twelve."""
 STEP_MM = 4.0
 """Places on a straight way are this far apart; the torch is felt wider by half of it."""
 STEP_RAD = math.radians(5.0)
@@ -31,31 +36,72 @@ WITHIN_MM = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class DisplacedBody:
+    """What moves as one, at all places where it may stand.
+
+    Parameters
+    ----------
+    material : Material
+        As planned.
+    R, t : ndarray, shapes (k, 3, 3), (k, 3)
+        Its displacements about the centre of the part, mm.
+    """
+
+    material: Material
+    R: FloatArray
+    t: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class DisplacedPart:
     """A part at all places where it may stand.
 
     Parameters
     ----------
-    material : Material
-        Of the part as planned.
+    bodies : tuple of DisplacedBody
+        One of a part that moves as one.
     centre : ndarray, shape (3,)
         About which it is turned, in `part`, mm.
-    R, t : ndarray, shapes (k, 3, 3), (k, 3)
-        Its displacements about the centre, mm.
     """
 
-    material: Material
+    bodies: tuple[DisplacedBody, ...]
     centre: FloatArray
-    R: FloatArray
-    t: FloatArray
 
     @classmethod
     def of(cls, material: Material, centre: FloatArray, nominal: NominalError) -> DisplacedPart:
         """Draw the displacements about a centre, shape (3,), in `part`, mm."""
-        drawn = np.random.default_rng(0).standard_normal((PLACES, 6))
-        drawn *= math.sqrt(chdtri(1, 1.0 - HIT_LEVEL)) / np.linalg.norm(drawn, axis=1, keepdims=True)
+        drawn = _drawn(np.random.default_rng(0), PLACES, 6)
         R = exp_rotation(drawn[:, :3] * nominal.sigma_rad)
-        return cls(material, centre, R, drawn[:, 3:] * nominal.sigma_mm)
+        return cls((DisplacedBody(material, R, drawn[:, 3:] * nominal.sigma_mm),), centre)
+
+    @classmethod
+    def of_bodies(
+        cls, material: Material, graph: BrepGraph, place: PartPlace, tacked: Tacked, nominal: NominalError
+    ) -> DisplacedPart:
+        """Draw displacements of the whole, and of each body within it.
+
+        Parameters
+        ----------
+        material : Material
+            Of the part. A solid of which several bodies are members goes with each of them.
+        graph : BrepGraph
+        place : PartPlace
+        tacked : Tacked
+        nominal : NominalError
+        """
+        rng, bodies, found = np.random.default_rng(0), tacked.bodies, []
+        places = max(LEAST_PLACES, PLACES * USUAL_BODIES // max(len(bodies), USUAL_BODIES))
+        for b in range(len(bodies)):
+            arm = bodies.centroid_part[b] - place.centre
+            whole = np.eye(6)
+            whole[3:] = point_jacobian(arm[None])[0]  # its turn about the middle of the part moves the centroid
+            known = whole @ np.diag(np.repeat([nominal.sigma_rad, nominal.sigma_mm], 3) ** 2) @ whole.T
+            both = _drawn(rng, places, 6) @ np.linalg.cholesky(known + np.diag(bodies.scales[b] ** 2)).T
+            R = exp_rotation(both[:, :3])
+            t = arm + both[:, 3:] - R @ arm
+            solids = np.unique(graph.face_solid[tacked.face_body == b])
+            found.append(DisplacedBody(_of_solids(material, solids, graph), R, t))
+        return cls(tuple(found), place.centre)
 
     def lets_pass(
         self, torch: TorchShape, wire_mm: float, p: FloatArray, R: FloatArray, *, along_wire: bool = False
@@ -93,12 +139,31 @@ class DisplacedPart:
 
     def _is_free(self, torch: TorchShape, felt_mm: float, tips: FloatArray, axes: FloatArray) -> BoolArray:
         """Tell at which poses the torch is free of the part at all its places, shape (n,)."""
-        moved = self.centre + np.einsum("kji,knj->kni", self.R, tips - self.centre - self.t[:, None])
-        turned = np.einsum("kji,njl->knil", self.R, axes).reshape(-1, 3, 3)
-        clear = np.full(len(turned), STEP_MM / 2.0)
-        where = (moved.reshape(-1, 3), turned[:, :, 2], turned[:, :, 0])
-        free = torch_is_free([self.material], torch, *where, clear, wire_mm=felt_mm)
-        return np.asarray(free.reshape(len(self.R), -1).all(axis=0))
+        free = np.ones(len(tips), dtype=bool)
+        for body in self.bodies:
+            rows = np.flatnonzero(free)
+            away = tips[rows] - self.centre - body.t[:, None]
+            moved = self.centre + np.einsum("kji,knj->kni", body.R, away)
+            turned = np.einsum("kji,njl->knil", body.R, axes[rows]).reshape(-1, 3, 3)
+            clear = np.full(len(turned), STEP_MM / 2.0)
+            where = (moved.reshape(-1, 3), turned[:, :, 2], turned[:, :, 0])
+            is_free = torch_is_free([body.material], torch, *where, clear, wire_mm=felt_mm)
+            free[rows] = is_free.reshape(len(body.R), -1).all(axis=0)
+        return free
+
+
+def _drawn(rng: np.random.Generator, places: int, freedoms: int) -> FloatArray:
+    """Draw directions of the freedoms, each as far as 99 % of the places reach along it, shape (places, freedoms)."""
+    drawn = rng.standard_normal((places, freedoms))
+    drawn *= math.sqrt(chdtri(1, 1.0 - HIT_LEVEL)) / np.linalg.norm(drawn, axis=1, keepdims=True)
+    return np.asarray(drawn)
+
+
+def _of_solids(material: Material, solids: IntArray, graph: BrepGraph) -> Material:
+    """Return the material of some solids; the whole, which keeps farther away, where it cannot be divided."""
+    if not isinstance(material, TriangleMaterial) or len(material.names) != len(graph.solid_names):
+        return material
+    return material.of_solids(solids)
 
 
 def poses_between(p: FloatArray, R: FloatArray, step_mm: float, step_rad: float) -> tuple[FloatArray, FloatArray]:

@@ -145,7 +145,7 @@ def _meets_its_face_first(
     along, across = contacts.ways
     flat = graph.face_kind[contacts.face] == SurfaceKind.PLANE
     good = np.ones(len(strokes), dtype=bool)
-    reach = strokes.before_mm + strokes.radius_mm + GUARD_MM
+    reach = strokes.before_mm + strokes.radius_mm + GUARD_MM + contacts.apart_mm
     start = strokes.at(strokes.before_mm)
     for share in (0.0, 1 / 3, 2 / 3, 1.0):
         for side in (-1.0, 0.0, 1.0):

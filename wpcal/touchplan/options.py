@@ -19,6 +19,10 @@ LEAST_TOUCHES = 6
 """Each touch on a face gives one number, and a place has six."""
 MOST_TOUCHES = 60
 """Far more than anybody runs: the error falls with the root of the number."""
+USUAL_TOUCHES = 8
+"""Six hold the part, two test them."""
+TOUCHES_PER_BODY = 2
+"""For each further body that may move: what most fillets need."""
 HIT_LEVEL = 0.99
 """Share of the parts that a search meets within its stroke."""
 
@@ -106,8 +110,10 @@ class TouchOptions:
 
     Parameters
     ----------
-    touches : int
-        How many searches, without that on a post.
+    touches : int or None
+        How many searches, without that on a post. None: `count`; with a tolerance as many as it needs.
+    tolerance_mm : float or None
+        As many searches, at least `touches`, as keep all seams within this, with 95 % confidence.
     pattern : Pattern
     wire_mm : float
         Diameter of the wire.
@@ -126,7 +132,8 @@ class TouchOptions:
         Of the starts of the search.
     """
 
-    touches: int = 8
+    touches: int | None = None
+    tolerance_mm: float | None = None
     pattern: Pattern = Pattern.BEST
     wire_mm: float = 1.2
     torch: TorchShape = USUAL_TORCH
@@ -138,12 +145,26 @@ class TouchOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not LEAST_TOUCHES <= self.touches <= MOST_TOUCHES:
+        if self.touches is not None and not LEAST_TOUCHES <= self.touches <= MOST_TOUCHES:
             raise InputError(
                 f"{self.touches} touches: expected {LEAST_TOUCHES} to {MOST_TOUCHES}; a place has six freedoms, and "
                 "each touch holds one"
             )
-        if self.pattern.touches not in (None, self.touches):
+        if self.touches is not None and self.pattern.touches not in (None, self.touches):
             raise InputError(f"the pattern {self.pattern} has {self.pattern.touches} touches, got {self.touches}")
+        if self.tolerance_mm is not None and not 0.0 < self.tolerance_mm < math.inf:
+            raise InputError(f"the tolerance must be a positive length, got {self.tolerance_mm:g} mm")
+        if self.tolerance_mm is not None and self.pattern is not Pattern.BEST:
+            raise InputError(f"the pattern {self.pattern} has its number of touches: leave it or the tolerance away")
         if not 0.0 < self.wire_mm < 2.0 * self.torch.mouth_mm:
             raise InputError(f"the wire: expected a diameter above 0 and below the nozzle's, got {self.wire_mm:g} mm")
+
+    def count(self, bodies: int = 1) -> int:
+        """Return how many searches a part of so many bodies gets; with a tolerance, how many at least."""
+        if self.touches is not None:
+            return self.touches
+        return LEAST_TOUCHES if self.tolerance_mm is not None and bodies > 1 else self.usual(bodies)
+
+    def usual(self, bodies: int) -> int:
+        """Return how many searches a part of so many bodies gets if nothing is said."""
+        return min((self.pattern.touches or USUAL_TOUCHES) + TOUCHES_PER_BODY * (bodies - 1), MOST_TOUCHES)

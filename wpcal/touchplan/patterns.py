@@ -48,7 +48,7 @@ def choose_touches(design: TouchDesign, p: FloatArray, normal: FloatArray, optio
     """
     rng = np.random.default_rng(options.seed)
     if options.pattern is Pattern.BEST:
-        return best_set(design, min(options.touches, len(design)), slots=None, rng=rng)[0]
+        return best_set(design, min(options.count(), len(design)), slots=None, rng=rng)[0]
     if options.pattern is Pattern.THREE_TWO_ONE:
         found = _three_two_one(design, p, normal, rng)
     else:

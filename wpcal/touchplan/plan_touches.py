@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from wpcal.advise.moved_model import Tacked
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, Material
-from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.touches.held_motions import free_words
 from wpcal.calibrate.uncertainty import error_95
 from wpcal.core.arrays import FloatArray, IntArray
@@ -18,29 +18,20 @@ from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
-from wpcal.features.reference import FeatureKind, ReferenceFeature
 from wpcal.seam.seam import Seam
-from wpcal.searches import Contact, SeamPrediction, Search, SearchKind, TouchPlan
-from wpcal.touchplan.candidates import (
-    Candidates,
-    PartPlace,
-    face_words,
-    find_candidates,
-    thinned,
-    too_small_words,
-)
+from wpcal.searches import PlannedBody, SeamPrediction, Search, Served, TouchPlan
+from wpcal.touchplan.candidates import Candidates, find_candidates, thinned, too_small_words
 from wpcal.touchplan.choose import TouchDesign
-from wpcal.touchplan.contacts import word_of
+from wpcal.touchplan.choose_bodies import advise_searches, fewest_set, joint_error_of
+from wpcal.touchplan.contacts import face_words
 from wpcal.touchplan.displaced import DisplacedPart
-from wpcal.touchplan.free import APPROACH_MM, Strokes, tool_axes
+from wpcal.touchplan.free import Strokes, tool_axes
 from wpcal.touchplan.options import TouchOptions
 from wpcal.touchplan.order import Air, order_searches
+from wpcal.touchplan.part import TouchPart
 from wpcal.touchplan.patterns import choose_touches
-
-SAME_AXIS_MM = 0.01
-"""A wall belongs to the hole whose axis is this near to its own."""
-POST_ROOM_MM = 10.0
-"""The search on the post begins and ends so far from it: more than the wire is ever too long or too short."""
+from wpcal.touchplan.place import PartPlace
+from wpcal.touchplan.searches_of import post_search, search_of, stick_out_sigma_mm
 
 
 class Reach(Protocol):
@@ -51,32 +42,6 @@ class Reach(Protocol):
 
     def with_joints(self, plan: TouchPlan, air: Air) -> TouchPlan:
         """Return the plan with the joints of the arm."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TouchPart:
-    """The part that is located.
-
-    Parameters
-    ----------
-    name : str
-        File name.
-    graph : BrepGraph
-    trimmed : TrimmedFaces
-    seams : sequence of Seam
-        Where the error counts; frames in `part`.
-    features : sequence of ReferenceFeature
-        Their names are written into the plan.
-    material : Material or None
-        Its solids, with which the torch is compared: triangles are fast. None: the exact faces.
-    """
-
-    name: str
-    graph: BrepGraph
-    trimmed: TrimmedFaces
-    seams: Sequence[Seam]
-    features: Sequence[ReferenceFeature] = ()
-    material: Material | None = None
 
 
 def plan_touches(
@@ -118,11 +83,11 @@ def plan_touches(
         )
     T = T_base_part or RigidTransform.identity(target="base", source="part")
     up = T.R.T @ (np.array(options.up_base) / np.linalg.norm(options.up_base))
-    place = PartPlace.of(part.trimmed, up)
+    place = PartPlace.of(part.trimmed, up, part.tacked)
     materials = [part.material or ExactMaterial(part.graph, part.trimmed), *bodies]
     found = find_candidates(part.graph, part.trimmed, materials, place, options, progress)
     notes: tuple[str, ...] = ()
-    displaced = DisplacedPart.of(materials[0], place.centre, options.nominal)
+    displaced = _displaced(part, materials[0], place, options)
     strokes = found.strokes.select(displaced.lets_start(found.strokes, options.torch, options.wire_mm))
     if len(strokes) == 0:
         raise GeometryError(
@@ -135,24 +100,25 @@ def plan_touches(
     strokes = thinned(strokes, place)
     design = design_of(part, strokes, place, options)
     _require_held(part.graph, design, found, place, options)
-    progress(f"choosing {options.touches} touches from {len(strokes)}")
-    chosen = choose_touches(design, strokes.contacts.p, strokes.contacts.normal, options)
-    predicted = _prediction(part.seams, design, chosen, place.centre)
+    progress(f"choosing touches from {len(strokes)}")
+    made = _chosen(part, strokes, design, place, options)
     progress("ordering the searches and finding the ways between them")
-    strokes = strokes.select(chosen)
+    strokes = strokes.select(made.rows)
     clear = float(strokes.contacts.normal_mm.max())
     air = Air(materials, options.torch, options.wire_mm, up, found.safe_mm, clear, displaced)
-    searches = _in_order(part, strokes, air, options) if reach is None else _unordered(part, strokes, options)
+    order = _in_order if reach is None else _unordered
+    searches = order(part, strokes, air, made, options)
     if options.post_base is not None:
-        searches = (_post(options, T, up, found.safe_mm), *searches)
+        searches = (post_search(options, T, up, found.safe_mm), *searches)
     plan = TouchPlan(
         part.name,
         searches,
         T,
         options.wire_mm,
         options.torch.wire_mm,
-        predicted=predicted,
+        predicted=made.predicted,
         notes=(*notes, *_notes(part.graph, found, T_base_part is None)),
+        bodies=made.bodies,
     )
     return plan if reach is None else reach.with_joints(plan, air)
 
@@ -170,11 +136,6 @@ def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: Touc
     )
 
 
-def stick_out_sigma_mm(options: TouchOptions) -> float:
-    """Return what is not known of the stick-out: with a post, only the error of the touch on it."""
-    return options.setup.repeatability_mm if options.post_base is not None else options.setup.stick_out_sigma_mm
-
-
 def _require_held(
     graph: BrepGraph,
     design: TouchDesign,
@@ -182,12 +143,12 @@ def _require_held(
     place: PartPlace,
     options: TouchOptions,
 ) -> None:
-    free = design.free_motions()
-    if len(free) == 0 and len(design) >= options.touches:
+    free, count = design.free_motions(), options.count(1 if place.tacked is None else len(place.tacked.bodies))
+    if len(free) == 0 and len(design) >= count:
         return
     if len(free) == 0:
         raise GeometryError(
-            f"only {len(design)} searches are possible, and {options.touches} are asked for; ask for fewer with "
+            f"only {len(design)} searches are possible, and {count} are asked for; ask for fewer with "
             "--touches, or give a smaller --uncertainty-mm"
         )
     words = free_words(free, place.centre, design.length_mm, ())
@@ -205,16 +166,67 @@ def _require_held(
     raise GeometryError(f"the touches that are possible leave the part free: it {words}; {help_}")
 
 
+def _displaced(part: TouchPart, material: Material, place: PartPlace, options: TouchOptions) -> DisplacedPart:
+    if part.tacked is None:
+        return DisplacedPart.of(material, place.centre, options.nominal)
+    return DisplacedPart.of_bodies(material, part.graph, place, part.tacked, options.nominal)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Chosen:
+    """The rows of the strokes that are made, what they promise, and what each of them is for."""
+
+    rows: IntArray
+    predicted: SeamPrediction
+    bodies: tuple[PlannedBody, ...] = ()
+    of_each: tuple[tuple[str, Served | None], ...] = ()
+
+    def search(
+        self, part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions
+    ) -> Search:
+        """Return a row of the strokes, which are these rows in their order, as a search."""
+        search = search_of(part, strokes, row, name, via, options)
+        return search if not self.of_each else replace(search, body=self.of_each[row][0], serves=self.of_each[row][1])
+
+
+def _chosen(part: TouchPart, strokes: Strokes, design: TouchDesign, place: PartPlace, options: TouchOptions) -> _Chosen:
+    if part.tacked is not None:
+        return _chosen_for_bodies(part.graph, strokes, design, part.tacked, options)
+    points, why = np.concatenate([seam.frames.p for seam in part.seams]) - place.centre, ""
+    if options.tolerance_mm is None:
+        rows = choose_touches(design, strokes.contacts.p, strokes.contacts.normal, options)
+    else:
+        rows, why = fewest_set(design, points, options, np.random.default_rng(options.seed))
+    return _Chosen(rows, replace(_prediction(part.seams, design, rows, place.centre), why_not=why))
+
+
+def _chosen_for_bodies(
+    graph: BrepGraph, strokes: Strokes, design: TouchDesign, tacked: Tacked, options: TouchOptions
+) -> _Chosen:
+    advice = advise_searches(graph, strokes, design, tacked, options)
+    names, tolerances = tacked.bodies.names, tacked.bodies.tolerances
+    predicted = SeamPrediction(
+        advice.error_95_mm, advice.seam, advice.by_seam_mm, advice.joint_95_mm, advice.unseen_mm, advice.why
+    )
+    return _Chosen(
+        np.array([touch.index for touch in advice.touches]),
+        predicted,
+        tuple(PlannedBody(name, each.mm, each.mrad) for name, each in zip(names, tolerances, strict=True)),
+        tuple((touch.body, Served(touch.seam, touch.before_mm, touch.after_mm)) for touch in advice.touches),
+    )
+
+
 def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray) -> SeamPrediction:
     covariance = design.covariances(chosen[None])[0][0]
     by_seam = tuple(
         (seam.name, float(error_95(seam.frames.p - centre, covariance).max())) for seam in seams if len(seam.frames)
     )
     worst = max(by_seam, key=lambda each: each[1])
-    return SeamPrediction(worst[1], worst[0], by_seam)
+    every = np.concatenate([seam.frames.p for seam in seams]) - centre
+    return SeamPrediction(worst[1], worst[0], by_seam, joint_error_of(design, chosen, every))
 
 
-def _in_order(part: TouchPart, strokes: Strokes, air: Air, options: TouchOptions) -> tuple[Search, ...]:
+def _in_order(part: TouchPart, strokes: Strokes, air: Air, made: _Chosen, options: TouchOptions) -> tuple[Search, ...]:
     R = tool_axes(strokes)
     ends = np.stack([strokes.approach, strokes.at(strokes.before_mm)], axis=1)
     order, ways = order_searches(strokes.approach, R, air)
@@ -232,84 +244,18 @@ def _in_order(part: TouchPart, strokes: Strokes, air: Air, options: TouchOptions
                 "smaller --uncertainty-mm or --uncertainty-deg would help",
                 code=ErrorCode.NO_FREE_WAY,
             )
-        searches.append(search_of(part, strokes, row, f"T{number + 1}", via, options))
+        searches.append(made.search(part, strokes, row, f"T{number + 1}", via, options))
     return tuple(searches)
 
 
-def _unordered(part: TouchPart, strokes: Strokes, options: TouchOptions) -> tuple[Search, ...]:
+def _unordered(part: TouchPart, strokes: Strokes, _: Air, made: _Chosen, options: TouchOptions) -> tuple[Search, ...]:
     """Return the searches as they come: the arm orders them by its joints."""
     none = np.empty((0, 3))
-    return tuple(search_of(part, strokes, row, f"T{row + 1}", none, options) for row in range(len(strokes)))
+    return tuple(made.search(part, strokes, row, f"T{row + 1}", none, options) for row in range(len(strokes)))
 
 
 def _words(p: FloatArray) -> str:
     return f"({' '.join(f'{round(float(v), 1) + 0.0:g}' for v in p)})"
-
-
-def search_of(part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions) -> Search:
-    """Return one stroke as a search.
-
-    Parameters
-    ----------
-    part : TouchPart
-    strokes : Strokes
-    row : int
-    name : str
-    via : ndarray, shape (k, 3)
-        Points on the way to its approach, in `part`, mm.
-    options : TouchOptions
-    """
-    one = strokes.select(np.array([row]))
-    contacts, setup = one.contacts, options.setup
-    face, wire, normal = int(contacts.face[0]), contacts.wire[0], contacts.normal[0]
-    late = setup.latency_sigma_s * setup.search_speed_mm_s
-    covariance = setup.repeatability_mm**2 * np.eye(3)
-    covariance += stick_out_sigma_mm(options) ** 2 * np.outer(wire, wire) + late**2 * np.outer(normal, normal)
-    return Search(
-        name,
-        word_of(part.graph, face),
-        _feature(part, face),
-        contacts.p[0],
-        normal,
-        Contact.END if contacts.cos_angle[0] > np.cos(np.radians(20.0)) else Contact.SIDE,
-        float(one.radius_mm[0]),
-        tool_axes(one)[0],
-        via,
-        one.approach[0],
-        one.at(one.before_mm)[0],
-        one.at(-one.after_mm)[0],
-        one.approach[0],
-        covariance,
-    )
-
-
-def _feature(part: TouchPart, face: int) -> str:
-    """Return the name of the hole that a wall belongs to, or nothing."""
-    if word_of(part.graph, face) != "hole":
-        return ""
-    origin, axis = part.graph.face_frame[face, 0], part.graph.face_frame[face, 3]
-    solid = part.graph.solid_names[part.graph.face_solid[face]]
-    for feature in part.features:
-        if feature.kind is FeatureKind.HOLE and feature.solid == solid:
-            off = feature.p_mm - origin
-            same = feature.diameter_mm is None or abs(feature.diameter_mm / 2 - part.graph.face_param[face, 0]) < 1e-3
-            if same and np.linalg.norm(off - (off @ axis) * axis) <= SAME_AXIS_MM:
-                return feature.name
-    return ""
-
-
-def _post(options: TouchOptions, T_base_part: RigidTransform, up: FloatArray, safe_mm: float) -> Search:
-    """Return the search down on the middle of the post's top."""
-    p = T_base_part.inverse().apply(np.array(options.post_base))
-    x = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    x /= np.linalg.norm(x)
-    R = np.stack([x, np.cross(-up, x), -up], axis=1)
-    start, end = p + POST_ROOM_MM * up, p - POST_ROOM_MM * up
-    approach = start + APPROACH_MM * up
-    via = (approach + max(safe_mm - float(approach @ up), 0.0) * up)[None]
-    covariance = options.setup.repeatability_mm**2 * np.eye(3)
-    none = Search("POST", "plane", "", p, up, Contact.END, 0.0, R, via, approach, start, end, approach, covariance)
-    return replace(none, kind=SearchKind.POST)
 
 
 def _notes(graph: BrepGraph, found: Candidates, is_unplaced: bool) -> tuple[str, ...]:

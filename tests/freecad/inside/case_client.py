@@ -1,7 +1,6 @@
 """Run by `freecadcmd -t`: the client of `wpcal rpc`, with a process that fails in every way."""
 
 import os
-import sys
 import time
 import unittest
 from pathlib import Path
@@ -121,9 +120,3 @@ class ExecutableTest(unittest.TestCase):
     def test_variables_of_appimages(self) -> None:
         seen = clean_environment({"APPDIR": "/x", "CSF_MDTVTexturesDirectory": "/x", "PATH": "/bin"})
         self.assertEqual(seen, {"PATH": "/bin", "PYTHONUTF8": "1"})
-
-
-class ProcessTest(unittest.TestCase):
-    def test_no_other_cad_kernel_is_in_freecads_process(self) -> None:
-        names = {name.split(".")[0] for name in sys.modules}
-        self.assertFalse(names & {"OCP", "build123d", "wpcal", "cad", "cadquery", "ezdxf", "trimesh"})

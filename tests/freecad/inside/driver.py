@@ -76,6 +76,7 @@ class Window:
 
     def click_widget(self, widget):
         """Click with the mouse in the middle of a widget; use with `yield from`."""
+        yield SETTLE_S  # a panel that was just filled is laid out first
         assert widget.isVisible(), f"{widget.objectName() or widget} is not visible"
         middle = widget.mapToGlobal(widget.rect().center())
         yield from self.click_pixel(middle.x(), middle.y())
@@ -97,7 +98,7 @@ class Window:
         """Photograph the screen into `<name>.png`; use with `yield from`."""
         target = self.folder / f"{name}.png"
         yield SETTLE_S
-        yield from self.tool("import", "-window", "root", "-colors", "128", "-depth", "8", f"PNG8:{target}")
+        yield from self.tool("import", "-window", "root", "+dither", "-colors", "160", "-depth", "8", f"PNG8:{target}")
 
     def find(self, kind, name):
         """Return the visible widget of a class with an object name."""

@@ -78,7 +78,7 @@ def test_errors_after_each_touch_are_those_of_the_whole_inverse() -> None:
     scores = search.scores(np.linalg.inv(M))
     for k in range(len(three.rows)):
         errors = search.errors(np.linalg.inv(M + search.information([k])))
-        assert scores[k] == pytest.approx(np.sum(errors**16.0) ** (1 / 16), rel=1e-6)
+        assert scores[k] == pytest.approx(1.5 * np.sum(errors**16.0) ** (1 / 16), rel=1e-6)  # no floor: both parts
 
 
 def test_the_choice_is_nearly_the_best_of_all_sets() -> None:

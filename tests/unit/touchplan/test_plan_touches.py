@@ -18,10 +18,11 @@ from wpcal.core.transform import RigidTransform
 from wpcal.searches import Contact, SearchKind, plan_from_record, touches_record
 from wpcal.searches.setup import TouchSetup
 from wpcal.touchplan import NominalError, Pattern, TouchOptions, plan_touches
-from wpcal.touchplan.candidates import PartPlace, find_candidates
+from wpcal.touchplan.candidates import find_candidates
 from wpcal.touchplan.choose import TouchDesign, best_set
 from wpcal.touchplan.contacts import find_contacts, surface_labels
 from wpcal.touchplan.free import find_strokes
+from wpcal.touchplan.place import PartPlace
 from wpcal.touchplan.plan_touches import design_of
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -121,7 +122,7 @@ def test_every_search_keeps_the_rules(name: str) -> None:
 
 def test_rounds_are_not_touched_although_they_look_everywhere() -> None:
     part = touch_part("rounded-upright")
-    found, _ = find_contacts(part.graph, part.trimmed, UP, np.zeros(3), TouchOptions())
+    found, _ = find_contacts(part.graph, part.trimmed, PartPlace.of(part.trimmed, UP), TouchOptions())
     strokes = find_strokes(part.graph, part.trimmed, found, TouchOptions())
     radius = part.graph.face_param[strokes.contacts.face, 0]
     round_ = part.graph.face_kind[strokes.contacts.face] == SurfaceKind.CYLINDER
@@ -180,7 +181,11 @@ def test_what_is_wrong_is_one_line() -> None:
     with pytest.raises(InputError, match="5 touches: expected 6 to 60"):
         TouchOptions(touches=5)
     with pytest.raises(InputError, match="the pattern 3-2-1 has 6 touches, got 8"):
-        TouchOptions(pattern=Pattern.THREE_TWO_ONE)
+        TouchOptions(touches=8, pattern=Pattern.THREE_TWO_ONE)
+    with pytest.raises(InputError, match="leave it or the tolerance away"):
+        TouchOptions(pattern=Pattern.THREE_TWO_ONE, tolerance_mm=1.0)
+    with pytest.raises(InputError, match="the tolerance must be a positive length"):
+        TouchOptions(tolerance_mm=0.0)
     with pytest.raises(InputError, match="the uncertainty of the part's place"):
         NominalError(sigma_mm=-1.0)
     part = touch_part("lap")

@@ -16,8 +16,9 @@ import FreeCAD
 
 from .kinds import is_ours
 
-_COUNTER = re.compile(rb"Open CASCADE STEP translator [\d.]+( [\d.]+)*")
-"""The kernel numbers the files of a process in the names of products without a name."""
+_COUNTER = re.compile(rb"Open CASCADE STEP translator [\d.]+( [\d.]+)*|NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+'")
+"""The kernel counts files and occurrences of a process, and writes the numbers."""
+_PRODUCT = re.compile(rb"PRODUCT\('(?:[^']|'')*','(?:[^']|'')*'")
 SAME_PLACEMENT = 1e-9
 """Largest difference of two entries of the matrices of equal placements, mm: round-off of products of a few of them."""
 SHAPED = ("Part::Feature", "App::Part", "App::Link")
@@ -123,12 +124,17 @@ def export_part(objects: Sequence[Any], path: Path) -> ExportedPart:
 
     frame = frame_of(objects)
     Import.export(list(objects), str(path))
-    return ExportedPart(path, tuple(objects), frame, step_hash(path.read_bytes()))
+    return ExportedPart(path, tuple(objects), frame, step_hash(path.read_bytes(), is_assembly=len(objects) > 1))
 
 
-def step_hash(data: bytes) -> str:
-    """Return the hash of the data section of a STEP file; the header has the time of writing."""
+def step_hash(data: bytes, *, is_assembly: bool) -> str:
+    """Return the hash of the data section of a STEP file; the header has the time of writing.
+
+    The first product of several objects has the label of the document, which is that of its file: it does not count.
+    """
     body = data[data.find(b"DATA;") :]
+    if is_assembly:
+        body = _PRODUCT.sub(b"", body, count=1)
     return hashlib.sha256(_COUNTER.sub(b"", body)).hexdigest()
 
 

@@ -56,6 +56,9 @@ def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
         part = document.addObject("App::Part", "WpCalPlaced")
         part.Label = translate("Part in the robot's base")
         _mark(part)
+        if FreeCAD.GuiUp:  # Redo makes them visible otherwise
+            for datum in (part.Origin, *part.Origin.OriginFeatures):
+                datum.ViewObject.Visibility = False
     wanted = [obj.Name for obj in objects]
     links = [obj for obj in part.Group if obj.TypeId == "App::Link"]
     for link in links:

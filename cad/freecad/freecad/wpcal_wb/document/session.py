@@ -88,6 +88,7 @@ class Session:
         self.part: export.ExportedPart | None = None
         self.opened: dict[str, Any] | None = None
         self._opened_in = 0
+        self._opened_path: Path | None = None
         self._changes = export.Changes(document)
         self._written_at = -1
         self._written_names: list[str] = []
@@ -173,7 +174,6 @@ class Session:
 
     def _open(self, ask: Ask, ready: Ready, on_progress: Progress | None) -> None:
         application()
-        before = self.part
         try:
             part = self.write_part()
         except (ValueError, OSError, RuntimeError) as error:
@@ -181,7 +181,7 @@ class Session:
             QtCore.QTimer.singleShot(0, lambda: ask.fail(failure))
             return
         is_open = self.opened is not None and self._opened_in == self.client.starts and self.client.is_running
-        if is_open and before is not None and before.path == part.path:
+        if is_open and self._opened_path == part.path:
             QtCore.QTimer.singleShot(0, ready)
             return
         if is_open and self.opened is not None:
@@ -189,7 +189,7 @@ class Session:
         self.opened = None
 
         def take(result: dict[str, Any]) -> None:
-            self.opened, self._opened_in = result, self.client.starts
+            self.opened, self._opened_in, self._opened_path = result, self.client.starts, part.path
             ready()
 
         ask.request = self.client.call(

@@ -56,6 +56,12 @@ class TaughtModel:
         """The cells, row by row."""
         return [list(row) for row in self._table().get("rows", [])]
 
+    def request(self) -> dict[str, Any]:
+        """Return the table as wpcal takes it, without columns that a removed touch left empty."""
+        columns, rows = self.columns, self.rows
+        kept = [n for n, name in enumerate(columns) if name in FIRST_COLUMNS or any(row[n] for row in rows)]
+        return {"columns": [columns[n] for n in kept], "rows": [[row[n] for n in kept] for row in rows]}
+
     def cell(self, row: int, column: str) -> str:
         """Return a cell; empty if the table has no such column."""
         columns = self.columns

@@ -37,6 +37,7 @@ class TaskPanel:
         self.document = document
         self.session = session_of(document)
         self._asks: list[Ask] = []
+        self._is_closed = False
         self.form = widgets().QWidget()
         self.form.setWindowTitle(translate(self.title))
         outer = widgets().QVBoxLayout(self.form)
@@ -45,6 +46,7 @@ class TaskPanel:
         outer.addWidget(self._message_line())
         outer.addLayout(self._progress_line())
         self.build()
+        self.form.destroyed.connect(lambda *_: self._end())
 
     def build(self) -> None:
         """Make the widgets of the panel, in `body`."""
@@ -101,12 +103,12 @@ class TaskPanel:
         asks: list[Ask] = []
 
         def end() -> bool:
-            is_ours = asks[0] in self._asks
-            if is_ours:
-                self._asks.remove(asks[0])
+            if asks[0] not in self._asks:
+                return False
+            self._asks.remove(asks[0])
             if not self._asks:
                 self._stop_progress()
-            return is_ours
+            return True
 
         def done(result: Any) -> None:
             if end():
@@ -192,13 +194,21 @@ class TaskPanel:
 
     def reject(self) -> bool:
         """Close the panel."""
-        for ask in self._asks:
-            ask.cancel()
-        self._asks.clear()
         self._stop_progress()
-        self.closed()
+        self._end()
         FreeCADGui.Control.closeDialog()
         return True
+
+    def _end(self) -> None:
+        """Give up what is asked and watched. FreeCAD also takes a panel away without asking `reject`."""
+        if self._is_closed:
+            return
+        self._is_closed = True
+        self._clock.stop()
+        asks, self._asks = self._asks, []
+        for ask in asks:
+            ask.cancel()
+        self.closed()
 
     def isAllowedAlterSelection(self) -> bool:
         """The user may select while the panel is open."""

@@ -105,9 +105,9 @@ class CalibratePanel(TaskPanel):
         return box
 
     def _table(self) -> Any:
-        self.residuals = widgets().QTableWidget(0, 5)
+        self.residuals = widgets().QTableWidget(0, 6)
         self.residuals.setObjectName("wpcal_residuals")
-        names = [translate("point"), "dx", "dy", "dz", translate("distance (mm)")]
+        names = [translate("point"), "dx", "dy", "dz", translate("off (mm)"), translate("use")]
         self.residuals.setHorizontalHeaderLabels(names)
         self.residuals.setEditTriggers(widgets().QAbstractItemView.NoEditTriggers)
         self.residuals.verticalHeader().hide()
@@ -128,7 +128,12 @@ class CalibratePanel(TaskPanel):
         points = fit["points"]
         self.residuals.setRowCount(len(points))
         for row, point in enumerate(points):
-            cells = [point["name"], *(f"{value:.3f}" for value in point["residual_mm"]), f"{point['distance_mm']:.3f}"]
+            cells = [
+                point["name"],
+                *(f"{value:.3f}" for value in point["residual_mm"]),
+                f"{point['distance_mm']:.3f}",
+                point["use"],
+            ]
             for column, text in enumerate(cells):
                 self.residuals.setItem(row, column, widgets().QTableWidgetItem(text))
         self.residuals.resizeColumnsToContents()

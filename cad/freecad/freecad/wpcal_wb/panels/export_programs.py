@@ -19,6 +19,8 @@ FIRST_OPTIONS = {
     "tool_name": "Tool (name)",
     "tool_number": "Tool (number)",
 }
+OPEN_FORMATS = ("compas", "csv", "dxf", "glb", "json", "ros", "tesseract")
+"""The programs of controllers come before these in the list."""
 OWN_OPTIONS = ("folder", "format", "formats", "out", "force", "json", "write_templates", "write_setup")
 
 
@@ -72,7 +74,7 @@ class ExportPanel(TaskPanel):
 
     def _formats_known(self, answer: dict[str, Any]) -> None:
         self.formats.clear()
-        for each in sorted(answer["formats"], key=lambda each: (not each["brands"], each["title"])):
+        for each in sorted(answer["formats"], key=lambda each: (each["name"] in OPEN_FORMATS, each["title"])):
             name, _, what = each["title"].partition(":")
             item = widgets().QListWidgetItem(f"{name} – {what.strip()}" if what else name)
             item.setToolTip(", ".join([each["name"], *each["brands"]]))

@@ -41,6 +41,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         """Make the widgets, and search if the document has no seams of the part as it is."""
         self.model = SeamModel(self.session)
         self._is_filling = False
+        self._shown: list[Seam] = []
         self.body.addWidget(self._part_box())
         self.body.addWidget(self._view_box())
         self.body.addWidget(self._list())
@@ -144,14 +145,14 @@ class FeaturesAndSeamsPanel(TaskPanel):
         ):
             self.boxes[name] = widgets().QCheckBox(text)
             self.boxes[name].setChecked(is_on)
-            self.boxes[name].toggled.connect(self._show_in_view)
+            self.boxes[name].toggled.connect(lambda _: self.refresh())
             layout.addWidget(self.boxes[name])
         return box
 
     def _view(self) -> Any:
         return None if self.model.object is None else self.model.object.ViewObject.Proxy
 
-    def _show_in_view(self, _checked: bool = False) -> None:
+    def _show_in_view(self) -> None:
         view = self._view()
         if view is not None:
             view.show(**{name: box.isChecked() for name, box in self.boxes.items()})
@@ -177,12 +178,13 @@ class FeaturesAndSeamsPanel(TaskPanel):
         return self.table
 
     def refresh(self) -> None:
-        """Show the document's seams: after an answer, after Undo, after anybody's change."""
-        seams = self.model.seams
+        """Show the document's seams, the accepted ones first: after an answer, after Undo, after anybody's change."""
         chosen = {seam["name"] for seam in self.chosen()}
+        shown = [seam for seam in self.model.seams if seam["accepted"] or self.boxes["refused"].isChecked()]
+        self._shown = sorted(shown, key=lambda seam: (not seam["accepted"], -seam["confidence"]))
         self._is_filling = True
-        self.table.setRowCount(len(seams))
-        for row, seam in enumerate(seams):
+        self.table.setRowCount(len(self._shown))
+        for row, seam in enumerate(self._shown):
             self._fill_row(row, seam)
         self._is_filling = False
         self.table.resizeColumnsToContents()
@@ -220,13 +222,12 @@ class FeaturesAndSeamsPanel(TaskPanel):
 
     def chosen(self) -> list[Seam]:
         """Return the seams of the selected rows."""
-        seams = self.model.seams
         rows = sorted({index.row() for index in self.table.selectedIndexes()})
-        return [seams[row] for row in rows if row < len(seams)]
+        return [self._shown[row] for row in rows if row < len(self._shown)]
 
     def _choose_rows(self, names: set[str]) -> None:
         self.table.clearSelection()
-        for row, seam in enumerate(self.model.seams):
+        for row, seam in enumerate(self._shown):
             if seam["name"] in names:
                 last = self.table.columnCount() - 1
                 self.table.setRangeSelected(widgets().QTableWidgetSelectionRange(row, 0, row, last), True)

@@ -224,8 +224,7 @@ class TaughtPointsPanel(TaskPanel):
 
     def suggest(self) -> None:
         """Ask which features to touch next, and add rows for them."""
-        rows = {"columns": self.model.columns, "rows": self.model.rows}
-        self.ask("suggest", {"taught": rows, **seam_params(self.document, {})}, self._suggested)
+        self.ask("suggest", {"taught": self.model.request(), **seam_params(self.document, {})}, self._suggested)
 
     def _suggested(self, answer: dict[str, Any]) -> None:
         names = [name for name in answer["features"] if self.model.row_of_feature(name) is None]

@@ -14,7 +14,7 @@ from pivy import coin
 from ..document.calibration import pose_of
 from ..document.shown import Shown
 from .colours import RESIDUAL, colour_of, unit
-from .lines import Path, arrows_node, fitting_factor, paths_node, triads_node
+from .lines import NEAREST, Path, arrows_node, fitting_factor, not_clickable, paths_node, triads_node
 
 SEAM_WIDTH = 6.0
 REFUSED_WIDTH = 2.0
@@ -64,8 +64,11 @@ def _in_base(fit: dict[str, Any], shown: Shown) -> coin.SoSeparator:
     node = coin.SoSeparator()
     tolerance = fit["record"]["tolerance_mm"]
     seams: list[dict[str, Any]] = fit["seams"] or []
-    node.addChild(paths_node([_path(seam, tolerance) for seam in seams if seam["accepted"]], width=SEAM_WIDTH))
-    node.addChild(paths_node([_path(seam, None) for seam in seams if not seam["accepted"]], width=REFUSED_WIDTH))
+    accepted = [_path(seam, tolerance) for seam in seams if seam["accepted"]]
+    refused = [_path(seam, None) for seam in seams if not seam["accepted"]]
+    node.addChild(not_clickable())
+    node.addChild(paths_node(accepted, width=SEAM_WIDTH, depth=NEAREST))
+    node.addChild(paths_node(refused, width=REFUSED_WIDTH))
     starts = [point["p_base_mm"] for point in fit["points"]]
     vectors = [point["residual_mm"] for point in fit["points"]]
     factor = shown.factor or arrow_factor(fit)

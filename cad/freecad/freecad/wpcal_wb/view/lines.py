@@ -28,12 +28,14 @@ LONGEST_PART = 0.2
 NEARER = 0.996
 """Lines and marks are drawn in this share of the depth of the view. A wide line in a corner of faces would sink into
 them to half its width."""
+NEAREST = 0.994
+"""What covers other lines on the same place, such as the errors along a seam."""
 ZERO_MM = 1e-9
 """A shorter vector has no direction."""
 
 
-def paths_node(paths: Sequence[Path], *, width: float) -> coin.SoSeparator:
-    """Return one node that draws polylines with a colour at every place."""
+def paths_node(paths: Sequence[Path], *, width: float, depth: float = NEARER) -> coin.SoSeparator:
+    """Return one node that draws polylines with a colour at every place, in a share of the depth of the view."""
     places: list[Place] = []
     colours: list[Colour] = []
     index: list[int] = []
@@ -41,7 +43,7 @@ def paths_node(paths: Sequence[Path], *, width: float) -> coin.SoSeparator:
         index += [*range(len(places), len(places) + len(points)), -1]
         places += points
         colours += shades
-    node, lines = _line_node(places, colours, index, width)
+    node, lines = _line_node(places, colours, index, width, depth)
     lines.materialIndex.setValues(0, len(index), index)
     node.insertChild(_binding(coin.SoMaterialBinding.PER_VERTEX_INDEXED), 0)
     return node
@@ -65,7 +67,7 @@ def triads_node(poses: Sequence[tuple[Place, Sequence[Place]]], *, length: float
         for axis in range(3):
             places.append([value + length * row[axis] for value, row in zip(place, axes)])
             index += [first, first + 1 + axis, -1]
-    node, lines = _line_node(places, AXIS_COLOURS, index, 2.0)
+    node, lines = _line_node(places, AXIS_COLOURS, index, 2.0, NEARER)
     lines.materialIndex.setValues(0, 3 * len(poses), list(range(3)) * len(poses))
     node.insertChild(_binding(coin.SoMaterialBinding.PER_PART_INDEXED), 0)
     return node
@@ -115,11 +117,18 @@ def _unit(vector: Place) -> list[float]:
     return [value / length for value in vector]
 
 
-def in_front() -> coin.SoDepthBuffer:
-    """Return a node that draws what follows a little nearer to the viewer."""
-    depth = coin.SoDepthBuffer()
-    depth.range = (0.0, NEARER)
-    return depth
+def in_front(depth: float = NEARER) -> coin.SoDepthBuffer:
+    """Return a node that draws what follows a little nearer to the viewer: in a share of the depth of the view."""
+    node = coin.SoDepthBuffer()
+    node.range = (0.0, depth)
+    return node
+
+
+def not_clickable() -> coin.SoPickStyle:
+    """Return a node after which nothing is in the way of a click: it is meant for what lies below."""
+    node = coin.SoPickStyle()
+    node.style = coin.SoPickStyle.UNPICKABLE
+    return node
 
 
 def _binding(value: int) -> coin.SoMaterialBinding:
@@ -129,7 +138,7 @@ def _binding(value: int) -> coin.SoMaterialBinding:
 
 
 def _line_node(
-    places: Sequence[Place], colours: Sequence[Colour], index: Sequence[int], width: float
+    places: Sequence[Place], colours: Sequence[Colour], index: Sequence[int], width: float, depth: float
 ) -> tuple[coin.SoSeparator, coin.SoIndexedLineSet]:
     node = coin.SoSeparator()
     node.renderCaching = coin.SoSeparator.ON
@@ -143,6 +152,6 @@ def _line_node(
     coordinates.point.setValues(0, len(places), [tuple(map(float, place)) for place in places])
     lines = coin.SoIndexedLineSet()
     lines.coordIndex.setValues(0, len(index), list(index))
-    for child in (light, in_front(), style, shades, coordinates, lines):
+    for child in (light, in_front(depth), style, shades, coordinates, lines):
         node.addChild(child)
     return node, lines

@@ -1,4 +1,5 @@
 // The page of `wpcal pick`: a person clicks features and types coordinates, and the fit follows.
+import { centreOf } from "../bodies.js";
 import { el, fixed, short } from "../dom.js";
 import { AllSeams } from "../pick/all_seams.js";
 import { Draft } from "../pick/draft.js";
@@ -6,6 +7,7 @@ import { Files } from "../pick/files.js";
 import { listenToGestures } from "../pick/gestures.js";
 import { buildLayout } from "../pick/layout.js";
 import { latestOnly, post } from "../pick/link.js";
+import { Moving } from "../pick/moving.js";
 import { Rows } from "../pick/rows.js";
 import { Saving } from "../pick/saving.js";
 import { Scene } from "../pick/scene.js";
@@ -14,7 +16,7 @@ import { Status } from "../pick/status.js";
 import { gauges, seamTables, stateOf } from "../pick/summary.js";
 import { Table } from "../pick/table.js";
 import { theirsText } from "../pick/theirs.js";
-import { lookAtSeam } from "../report/scene.js";
+import { lookAtPoint, lookAtSeam } from "../report/scene.js";
 import { SeamEditor } from "../seams/editor.js";
 import { readBlob, readData, readJsonBlob } from "../viewer.js";
 
@@ -56,6 +58,12 @@ class Picker {
     this.seamsBox = el("div", { class: "seam-tables" });
     const said = { onSay: (solid, word) => this.saySolid(solid, word), options: data.options };
     this.allSeams = new AllSeams(this.editor, data.members, (row) => this.focusSeam(row), said);
+    this.moving = new Moving(start.moving, {
+      onChange: () => this.refit(),
+      onFault: (message) => this.status.say(message, "wrong"),
+      onBody: (body) => lookAtPoint(this.scene.viewer, centreOf(body, null)),
+      onSeam: (name) => this.focusSeam(this.editor.state.seams.findIndex((seam) => seam.name === name)),
+    });
     this.tabulate(data.seams);
     this.layout = this.build();
     const { tolerance_mm: tolerance, seams } = data;
@@ -79,7 +87,7 @@ class Picker {
       saveForm: this.saving.form,
       status: this.status.element,
       editor: this.editor.element,
-      seams: [this.seamsBox, this.allSeams.element],
+      seams: [this.moving.element, this.seamsBox, this.allSeams.element],
     };
     return buildLayout(this.root, this.data, this.saving.savesTo, parts, {
       onSave: () => this.saving.save(),
@@ -106,9 +114,8 @@ class Picker {
   }
 
   get isIdle() {
-    return (
-      this.fitting.isIdle && this.promising.isIdle && this.files.isIdle && this.draft.isIdle && !this.editor.isBusy
-    );
+    const parts = [this.fitting, this.promising, this.files, this.draft, this.moving];
+    return parts.every(({ isIdle }) => isIdle) && !this.editor.isBusy;
   }
 
   tabulate(seams) {
@@ -147,6 +154,13 @@ class Picker {
     this.root.classList.add("stale");
     this.status.say("");
     this.draft.change();
+    this.ask();
+  }
+
+  /** The same rows, fitted in another way. */
+  refit() {
+    this.version += 1;
+    this.root.classList.add("stale");
     this.ask();
   }
 
@@ -203,6 +217,7 @@ class Picker {
     this.table.show({ ...(answer ?? NOTHING), tolerance: data.tolerance_mm, fault });
     this.scene.show(this.rows, answer ?? NOTHING);
     this.seams.show(answer);
+    this.moving.show(answer);
     const notes = [...(answer?.steps ?? []), answer?.criterion_advice, ...(answer?.notes ?? []), ...data.notes].filter(
       Boolean,
     );

@@ -1,5 +1,6 @@
 // The picker's 3-D view: the part in its own frame, the features that can be touched, and the result of the fit.
-import { sides, toggles, tooltip } from "../controls.js";
+import { centreOf, motionFactor, motionPaths } from "../bodies.js";
+import { drawOnTop, sides, toggles, tooltip } from "../controls.js";
 import { el, facts, fixed } from "../dom.js";
 import { legend, pointTip, seamTip } from "../report/explain.js";
 import { arrow, fittingFactor } from "../residuals.js";
@@ -28,6 +29,7 @@ const CANDIDATE = "#8a94a0";
 const CHOSEN = "#1d5fa8";
 const REACH_PX = 48; // from the pointer to the nearest feature
 const SEAM_REACH_PX = 7;
+const MOTIONS = "motions";
 const COLOUR_STEPS = 100; // from zero to the tolerance
 
 export class Scene {
@@ -68,6 +70,7 @@ export class Scene {
       { label: "seams", layers: ["seams"], on: true },
       { label: "refused", layers: ["refused"], on: false },
       { label: "touches", layers: ["touches"], on: true },
+      { label: "motions", layers: [MOTIONS], on: true },
     ];
     const named = checkBox("names", (isOn) => (overlay.hidden = !isOn), { checked: true });
     return el("div", { class: "panel" }, toggles(this.viewer, items), named, tools, this.touching.element);
@@ -162,7 +165,7 @@ export class Scene {
   }
 
   /** Marks the places of the rows of the table, with their residuals. */
-  show(rows, { points = [], features = {}, u95_mm = null }) {
+  show(rows, { points = [], features = {}, u95_mm = null, bodies = null }) {
     const byRow = new Map(points.map((point) => [point.row, point]));
     const picks = rows.rows
       .map((row, index) => ({
@@ -195,7 +198,19 @@ export class Scene {
     );
     this.select(this.selected);
     this.drawResiduals(points);
+    this.drawMotions(bodies?.bodies ?? []);
     this.colourSeams(u95_mm);
+  }
+
+  /** The motions of bodies as arrows and arcs, in the frame of the part. */
+  drawMotions(bodies) {
+    this.viewer.clear(MOTIONS);
+    if (!bodies.length) return;
+    const factor = motionFactor(bodies, this.radius);
+    drawOnTop(this.viewer.addPaths(MOTIONS, motionPaths(bodies, null, factor, this.radius), { width: 3 }));
+    const labels = bodies.map((body) => ({ p: centreOf(body, null), text: body.name }));
+    this.viewer.addLabels(MOTIONS, labels, { className: "of-body" });
+    this.factor.textContent += `${this.factor.textContent ? ", " : ""}motions × ${factor}`;
   }
 
   drawResiduals(points) {

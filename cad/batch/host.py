@@ -1,0 +1,246 @@
+"""The command's side of the processes of a batch: starts the server, sends groups and jobs, and tells what happened."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from pathlib import Path
+from typing import Any
+
+from cad.batch.channel import Channel
+from cad.batch.group import GroupRequest
+from cad.batch.server import ENDED, GROUP
+from cad.kernel.child import CRASH_SIGNALS, child_environment
+from cad.kernel.frames import read_packet, write_packet
+from cad.kernel.plain_data import pack, unpack
+from cad.kernel.plain_types import PlainDataError
+from wpcal.core.errors import KernelError
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""Jobs run beside one another, so each of them computes with one thread; the order of its sums is then also fixed."""
+END_S = 10.0
+"""The server needs less than a second to end its processes and to remove what they began."""
+LAST_BYTES = 10_000
+"""Of what processes print: enough to find the last line."""
+LATE, NO_MEMORY = "--job-seconds", "--job-gb"
+"""The options that change the limits, for messages."""
+
+
+class EventKind(Enum):
+    """What happened."""
+
+    OPENED = auto()
+    """A group is ready for jobs."""
+    DONE = auto()
+    """A job was done; the value is what it returned."""
+    FAILED = auto()
+    """A job failed; the value is a `Failure`."""
+    LOST = auto()
+    """A group cannot run jobs; the value is a `Failure`. Its running jobs are lost with it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a job or a group failed.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    errno : int
+        Number of the system's error behind it; 0 if there is none.
+    killed : bool
+        Whether somebody else killed the process: the same work may well succeed.
+    """
+
+    message: str
+    errno: int = 0
+    killed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """What happened to a group, or to one of its jobs (`number`)."""
+
+    kind: EventKind
+    group: int
+    number: int = -1
+    value: Any = None
+
+
+class ServerEndedError(KernelError):
+    """The server process was ended by somebody else."""
+
+
+class Host:
+    """The processes of one batch on this machine.
+
+    Parameters
+    ----------
+    work : Path
+        Folder for unfinished work; the server removes it at the end.
+    lock : int
+        Descriptor of the locked output folder: the server holds it until all processes have ended.
+    modules : sequence of str
+        Loaded once by the server.
+    """
+
+    def __init__(self, work: Path, lock: int, modules: Sequence[str]) -> None:
+        ours, theirs = socket.socketpair()
+        self._command, self._noise = ours, tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the server runs
+        self._channels: dict[int, Channel] = {}
+        self._requests: dict[int, GroupRequest] = {}
+        with theirs:
+            self._server = subprocess.Popen(
+                [sys.executable, "-P", "-m", "cad.batch.server", *map(str, (os.getpid(), lock, work)), *modules],
+                env={**child_environment(), **dict.fromkeys(ONE_THREAD, "1")},
+                stdin=theirs.fileno(),
+                stdout=self._noise,
+                stderr=self._noise,
+                pass_fds=(lock,),
+                start_new_session=True,  # Ctrl-C reaches the command only, which ends the server
+            )
+
+    def open_group(self, group: int, request: GroupRequest) -> None:
+        """Start the process of a group; an event tells when it is ready for jobs.
+
+        Raises
+        ------
+        ServerEndedError
+            When the server does not run any more.
+        """
+        ours, theirs = socket.socketpair()
+        self._channels[group], self._requests[group] = Channel(ours), request
+        with theirs:
+            try:
+                socket.send_fds(self._command, [GROUP.pack(group)], [theirs.fileno()])
+            except OSError:
+                raise self._ended() from None
+        with contextlib.suppress(OSError):  # it died at once: the server tells of that
+            write_packet(self._channels[group], pack(request))
+
+    def run(self, group: int, number: int, arguments: dict[str, Any]) -> None:
+        """Start a job in a group that is ready."""
+        with contextlib.suppress(OSError):  # it died: the server tells of that
+            write_packet(self._channels[group], pack((number, arguments)))
+
+    def close_group(self, group: int) -> None:
+        """Let the process of a group end."""
+        channel = self._channels.pop(group, None)
+        if channel is not None:
+            channel.close()
+
+    def wait(self) -> list[Event]:
+        """Wait until something happens, and return it.
+
+        Raises
+        ------
+        ServerEndedError
+            When the server does not run any more.
+        """
+        channels = {channel.fileno(): group for group, channel in self._channels.items()}
+        heard: list[Any] = [self._command, *channels]
+        ready, _, _ = select.select(heard, [], [])
+        events = []
+        for each in ready:
+            if isinstance(each, int) and channels[each] in self._channels:
+                events += self._heard(channels[each])
+        if self._command in ready:
+            events += self._group_ended()
+        return events
+
+    def end(self) -> None:
+        """End all processes. What they began and did not finish is removed."""
+        self._command.close()
+        for group in list(self._channels):
+            self.close_group(group)
+        try:
+            self._server.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            self._server.wait()
+        self._noise.close()
+
+    def _heard(self, group: int) -> list[Event]:
+        packet = read_packet(self._channels[group])
+        if packet is None:  # the server tells how it ended; until then nothing more comes from it
+            self._channels.pop(group).close()
+            return []
+        kind, value = unpack(packet)
+        if kind == "opened":
+            return [Event(EventKind.OPENED, group)]
+        if kind == "ended":
+            number, sent, status = value
+            return [self._job_ended(group, number, sent, status)]
+        self.close_group(group)
+        return [Event(EventKind.LOST, group, value=self._failure(group, kind, value))]
+
+    def _job_ended(self, group: int, number: int, sent: bytes, status: int) -> Event:
+        if sent:
+            with contextlib.suppress(PlainDataError, ValueError):
+                kind, value = unpack(sent)
+                if kind == "done":
+                    return Event(EventKind.DONE, group, number, value)
+                return Event(EventKind.FAILED, group, number, self._failure(group, kind, value))
+        return Event(EventKind.FAILED, group, number, self._death(group, status))
+
+    def _group_ended(self) -> list[Event]:
+        try:
+            message = self._command.recv(ENDED.size, socket.MSG_WAITALL)
+        except OSError:
+            message = b""
+        if len(message) < ENDED.size:
+            raise self._ended()
+        group, status = ENDED.unpack(message)
+        if group not in self._requests:
+            return []
+        lost = self._death(group, status)
+        del self._requests[group]
+        self.close_group(group)
+        return [Event(EventKind.LOST, group, value=lost)] if status else []
+
+    def _failure(self, group: int, kind: str, value: Any) -> Failure:
+        if kind == "no memory":
+            most = self._requests[group].memory_gb
+            return Failure(f"needs more than its limit of {most:g} GB of memory; {NO_MEMORY} allows more")
+        if kind == "error":
+            return Failure(*value)
+        return Failure(f"internal error ({value[0]}); this is our fault")
+
+    def _death(self, group: int, status: int) -> Failure:
+        """Say how a process ended that did not say so itself."""
+        code = os.waitstatus_to_exitcode(status)
+        if code >= 0:
+            return Failure(f"its process ended with code {code}: {self._last_line()}")
+        name = signal.Signals(-code).name
+        if name == "SIGALRM":
+            limit = self._requests[group].time_s
+            return Failure(f"stopped after {limit:g} s, its time limit; {LATE} allows more")
+        if name in CRASH_SIGNALS:
+            return Failure(f"the CAD kernel cannot work with this file: it crashed ({name})")
+        hint = "; the system may be out of memory" if name == "SIGKILL" else ""
+        return Failure(f"its process was ended by {name}{hint}", killed=True)
+
+    def _ended(self) -> ServerEndedError:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._server.wait(END_S)
+        code = self._server.poll()
+        how = f"with code {code}: {self._last_line()}"
+        if code is not None and code < 0:
+            how = f"by {signal.Signals(-code).name}"
+        return ServerEndedError(f"the process that starts the jobs was ended {how}")
+
+    def _last_line(self) -> str:
+        size = os.fstat(self._noise.fileno()).st_size  # the processes share the place where the next byte goes
+        last = os.pread(self._noise.fileno(), LAST_BYTES, max(0, size - LAST_BYTES))
+        lines = last.decode("utf-8", errors="replace").split("\n")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "no message")

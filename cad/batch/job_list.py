@@ -1,0 +1,204 @@
+"""The list of the jobs of a batch: a table with the columns job, part and taught, and any option of a calibration."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.tables import read_table
+from wpcal.core.wording import listed, shown
+
+JOB, PART, TAUGHT, WHEN = "job", "part", "taught", "when"
+"""Columns: the name of the job and of its folder, its files, and when its points were touched."""
+REQUIRED = (JOB, PART, TAUGHT)
+LONGEST_NAME = 200
+"""Bytes of a job's name: file systems allow 255."""
+NO_NAMES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(1, 10))})
+"""Names that Windows keeps for devices: a folder of results is copied from one system to another."""
+NOT_IN_NAMES = frozenset('/\\:*?"<>|')
+OWN_NAMES = frozenset({"summary.jsonl", "summary.csv"})
+"""Files that a batch writes beside the folders."""
+YES, NO = frozenset({"yes", "true", "1", "x"}), frozenset({"no", "false", "0"})
+BETWEEN = ";"
+"""Between the values of an option that may be given more than once."""
+
+
+@dataclass(frozen=True, slots=True)
+class OptionColumn:
+    """An option that a column may hold.
+
+    Parameters
+    ----------
+    flag : str
+        As it is typed: ``--sigma-mm``.
+    is_flag : bool
+        It takes no value: the cell is yes or no.
+    is_optional : bool
+        It may be given without its value: the cell may also be yes.
+    is_multiple : bool
+        It may be given more than once: the cell may hold values between semicolons.
+    shapes_part : bool
+        It changes the seams of the part: jobs that differ in it do not share what is found in the part.
+    """
+
+    flag: str
+    is_flag: bool = False
+    is_optional: bool = False
+    is_multiple: bool = False
+    shapes_part: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One row of the list.
+
+    Parameters
+    ----------
+    number : int
+        Counted from 0.
+    line : int
+        Line in the list, counted from 1.
+    name : str
+        Name of the job and of its folder.
+    part, taught : str
+        Its files as the list names them.
+    when : str
+        When its points were touched, as the list says; empty if it does not.
+    cells : tuple of (str, str)
+        Flags and cells of its options, in the order of the columns, without empty cells.
+    fault : str
+        Why it cannot be run; empty if it can.
+    """
+
+    number: int
+    line: int
+    name: str
+    part: str
+    taught: str
+    when: str = ""
+    cells: tuple[tuple[str, str], ...] = ()
+    fault: str = ""
+
+    def require_sound(self) -> None:
+        """Refuse a row that cannot be run.
+
+        Raises
+        ------
+        InputError
+            With its fault.
+        """
+        if self.fault:
+            raise InputError(self.fault)
+
+
+def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...]:
+    """Read the list of jobs.
+
+    Parameters
+    ----------
+    path : Path
+    options : mapping
+        What columns besides job, part, taught and when may be called: the long flags without the dashes in front, with
+        underscores (``sigma_mm``).
+
+    Returns
+    -------
+    tuple of Job
+        In the order of the list. A row with a fault of its own has `Job.fault`; the others can be run.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
+    FormatError
+        When it is not a table, has no rows, lacks a column, or has one that is not an option of a calibration.
+    """
+    table = read_table(path)
+    table.require(REQUIRED)
+    columns = {name: _option_of(name, options, str(path)) for name in table.columns if name not in (*REQUIRED, WHEN)}
+    whens = table.columns.get(WHEN, [""] * len(table))
+    first: dict[str, int] = {}
+    jobs = []
+    for row, line in enumerate(table.lines):
+        name, part, taught = (table.columns[column][row] for column in REQUIRED)
+        cells = tuple((option.flag, table.columns[column][row]) for column, option in columns.items())
+        fault = _fault_of(name, part, taught, first)
+        first.setdefault(_folded(name), line)
+        given = tuple((flag, cell) for flag, cell in cells if cell)
+        jobs.append(Job(row, line, name or f"(line {line})", part, taught, whens[row], given, fault))
+    return tuple(jobs)
+
+
+def words_of(cells: Sequence[tuple[str, str]], options: Mapping[str, OptionColumn]) -> tuple[str, ...]:
+    """Return the options of a row as they are typed.
+
+    Raises
+    ------
+    InputError
+        When the cell of an option without a value is neither yes nor no.
+    """
+    by_flag = {option.flag: option for option in options.values()}
+    words: list[str] = []
+    for flag, cell in cells:
+        option, low = by_flag[flag], cell.lower()
+        if option.is_flag or (option.is_optional and low in YES | NO):
+            if low not in YES | NO:
+                raise InputError(f"{flag}: expected yes or no, got {shown(cell)}")
+            words += [flag] if low in YES else []
+        elif option.is_multiple:
+            words += [f"{flag}={value.strip()}" for value in cell.split(BETWEEN) if value.strip()]
+        else:
+            words.append(f"{flag}={cell}")
+    return tuple(words)
+
+
+def _option_of(name: str, options: Mapping[str, OptionColumn], path: str) -> OptionColumn:
+    """Return the option that a column is about; its name may be typed as the flag is."""
+    key = name.lstrip("-").replace("-", "_")
+    if key in options:
+        return options[key]
+    near = get_close_matches(key, [*REQUIRED, WHEN, *options], n=1, cutoff=0.6)
+    hint = f"did you mean {near[0]}?" if near else f"expected job, part, taught, when or options: {listed(options)}"
+    raise FormatError(
+        f"column {shown(name)} is not an option of wpcal calibrate that a job can have; {hint}", path=path
+    )
+
+
+def _folded(name: str) -> str:
+    """Return a name as file systems compare it that do not tell large from small letters."""
+    return unicodedata.normalize("NFC", name).casefold()
+
+
+def _fault_of(name: str, part: str, taught: str, first: Mapping[str, int]) -> str:
+    unsafe = _unsafe(name)
+    if unsafe:
+        return f"the name of a job is the name of its folder: {unsafe}"
+    if _folded(name) in first:
+        return f"the name {shown(name)} appears twice, first in line {first[_folded(name)]}; every job needs its own"
+    for column, cell in ((PART, part), (TAUGHT, taught)):
+        if not cell:
+            return f"the column {column} is empty; expected the name of a file"
+        if cell == "-":
+            return f"the column {column}: standard input cannot be used in a batch; expected the name of a file"
+    return ""
+
+
+def _unsafe(name: str) -> str:
+    """Say why a name cannot be that of a folder; empty if it can."""
+    if not name:
+        return "it is empty"
+    bad = sorted(letter for letter in set(name) if letter in NOT_IN_NAMES or not letter.isprintable())
+    if bad:
+        return f"{shown(name)} holds {', '.join(map(ascii, bad))}"
+    if name[0] in ".-~" or name[-1] in ". ":
+        return f"{shown(name)} begins with a point, a minus or ~, or ends with a point"
+    size = len(name.encode("utf-8", errors="replace"))
+    if size > LONGEST_NAME:
+        return f"{shown(name)} has {size} bytes, expected at most {LONGEST_NAME}"
+    if name.casefold().partition(".")[0] in NO_NAMES or name.casefold() in OWN_NAMES:
+        return f"{shown(name)} is kept for something else"
+    return ""

@@ -1,0 +1,120 @@
+"""``job.json`` in the folder of a job: from what its results were made, and what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from wpcal import __version__
+from wpcal.core.errors import InputError
+from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
+from wpcal.core.records import read_json, to_json
+
+JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
+SUMMARY_SCHEMA = "wpcal/job-summary/1"
+"""Of each line of ``summary.jsonl``."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobInputs:
+    """Everything that the results of a job depend on, besides the version of wpcal.
+
+    Parameters
+    ----------
+    part, taught : (str, str)
+        The files as the list names them, and their SHA-256.
+    words : tuple of str
+        The options as they are typed.
+    files : tuple of (str, str)
+        The files that options name, and their SHA-256.
+    """
+
+    part: tuple[str, str]
+    taught: tuple[str, str]
+    words: tuple[str, ...] = ()
+    files: tuple[tuple[str, str], ...] = ()
+
+    def to_record(self) -> dict[str, Any]:
+        """Return the field ``inputs`` of ``job.json``."""
+        return {
+            "part": _file_record(self.part),
+            "taught": _file_record(self.taught),
+            "options": list(self.words),
+            "files": [_file_record(each) for each in self.files],
+        }
+
+
+def _file_record(file: tuple[str, str]) -> dict[str, str]:
+    return {"file": file[0], "sha256": file[1]}
+
+
+def sha256_at(name: str, folder: Path) -> str:
+    """Return the SHA-256 of a file that a list names; of a folder, that of the names and hashes of its files.
+
+    Parameters
+    ----------
+    name : str
+        As the list names it.
+    folder : Path
+        In which relative names are looked up.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read.
+    """
+    path = folder / name
+    if not path.is_dir():
+        return sha256_of(read_bytes(path, most_mb=MOST_STEP_MB))
+    inside = sorted(each for each in path.iterdir() if each.is_file())
+    return sha256_of("".join(f"{each.name} {sha256_of(read_bytes(each))}\n" for each in inside).encode())
+
+
+def files_in(words: Sequence[str], folder: Path) -> tuple[tuple[str, str], ...]:
+    """Return the files that options name, with their SHA-256, in the order of the options."""
+    found = {}
+    for word in words:
+        value = word.partition("=")[2]
+        try:
+            if value and (folder / value).is_file():
+                found[value] = sha256_at(value, folder)
+        except (OSError, ValueError):  # not the name of a file
+            continue
+    return tuple(found.items())
+
+
+def job_record(name: str, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
+    """Return the text of ``job.json`` for a folder that holds all other files of a job."""
+    files = {each.name: sha256_of(each.read_bytes()) for each in sorted(folder.iterdir())}
+    return to_json(
+        {
+            "schema": JOB_SCHEMA,
+            "job": name,
+            "wpcal": __version__,
+            "inputs": inputs.to_record(),
+            "result": dict(result),
+            "files": files,
+        }
+    )
+
+
+def read_job_record(folder: Path) -> dict[str, Any] | None:
+    """Return ``job.json`` of a folder; None if there is none, or it is not a record of a job."""
+    if not (folder / JOB_FILE).is_file():
+        return None
+    try:
+        return read_json(folder / JOB_FILE, schema=JOB_SCHEMA)
+    except InputError:
+        return None
+
+
+def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path) -> bool:
+    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal."""
+    if record.get("wpcal") != __version__ or record.get("inputs") != inputs.to_record():
+        return False
+    files: Mapping[str, str] = record.get("files", {})
+    return all(
+        holds_file(folder, name) and sha256_of((folder / name).read_bytes()) == sha256 for name, sha256 in files.items()
+    )

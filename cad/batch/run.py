@@ -1,0 +1,213 @@
+"""Run a batch: which process does which job, and what becomes of a process that dies."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import shutil
+from collections import deque
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cad.batch.group import GroupRequest
+from cad.batch.host import Event, EventKind, Failure, Host
+from wpcal.core.errors import ErrorCode, InputError
+from wpcal.core.records import check_writable
+from wpcal.core.whole_folder import FolderLock, lock_taken
+
+WORK_MARK = ".wpcal-batch-"
+"""Start of the name of the folder for unfinished work, in the output folder."""
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS})
+"""After one of these errors every other job would fail for the same reason."""
+MOST_TRIES = 2
+"""A job or a group whose process somebody else killed is tried once more."""
+WAIT_FOR_LOCK_S, STEP_S = 3.0, 0.05
+"""The processes of a batch that was killed end within this time, and so long they hold its lock."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A job as its process gets it.
+
+    Parameters
+    ----------
+    number : int
+    group : hashable
+        Jobs of the same group share what is found in their part.
+    arguments : dict
+        Keyword arguments of the function that runs it, plain data.
+    """
+
+    number: int
+    group: Hashable
+    arguments: dict[str, Any]
+
+
+@dataclass(slots=True, eq=False)
+class _Group:
+    """The jobs of a group that are to be run."""
+
+    number: int
+    request: GroupRequest
+    waiting: deque[Task] = field(default_factory=deque)
+    running: dict[int, Task] = field(default_factory=dict)
+    is_open: bool = False
+    is_opening: bool = False
+    tries: int = 0
+
+
+@contextmanager
+def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
+    """Make the output folder, and hold its lock; yield its descriptor and a new folder for unfinished work.
+
+    Parameters
+    ----------
+    out : Path
+    overwrite : bool
+        Whether the folder may hold files.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be made or written, or holds files, or another batch writes into it.
+    """
+    check_writable(out, overwrite=True)
+    is_new = not out.exists()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(out, os.O_RDONLY)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from None
+    work = out / f"{WORK_MARK}{secrets.token_hex(4)}"
+    try:
+        if lock_taken(descriptor, WAIT_FOR_LOCK_S, STEP_S) is FolderLock.ANOTHERS:
+            raise InputError(f"{out}: another run is writing into it now; wait for its end", code=ErrorCode.EXISTS)
+        for left in out.glob(f"{WORK_MARK}*"):
+            shutil.rmtree(left, ignore_errors=True)
+        check_writable(out, overwrite=overwrite)
+        work.mkdir()
+        yield descriptor, work.resolve()
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+        os.close(descriptor)
+        if is_new:
+            with_nothing(out)
+
+
+def with_nothing(out: Path) -> None:
+    """Remove a folder that holds nothing."""
+    try:
+        out.rmdir()
+    except OSError:
+        return
+
+
+def run_tasks(
+    tasks: Sequence[Task],
+    requests: dict[Hashable, GroupRequest],
+    host: Host,
+    *,
+    at_once: int,
+    done: Callable[[Task, Any], None],
+) -> None:
+    """Run jobs, so many at once, in the order of the list within each group.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+    requests : dict
+        What opens each group.
+    host : Host
+    at_once : int
+        How many processes work at the same time.
+    done : callable
+        Gets every job with what it returned, or its `Failure`.
+
+    Raises
+    ------
+    InputError
+        When the disk is full or read-only: no other job could write its results.
+    ServerEndedError
+        When somebody killed the process from which jobs are forked.
+    """
+    groups: dict[Hashable, _Group] = {}
+    for task in tasks:
+        group = groups.setdefault(task.group, _Group(len(groups), requests[task.group]))
+        group.waiting.append(task)
+    _Run(list(groups.values()), host, at_once, done).run()
+
+
+class _Run:
+    """The state of a batch that runs."""
+
+    def __init__(self, groups: list[_Group], host: Host, at_once: int, done: Callable[[Task, Any], None]) -> None:
+        self._groups, self._host, self._at_once, self._done = groups, host, at_once, done
+        self._pending = deque(groups)
+        self._open: list[_Group] = []
+        self._killed: set[int] = set()
+
+    def run(self) -> None:
+        while self._pending or self._open:
+            self._start()
+            for event in self._host.wait():
+                self._heard(self._groups[event.group], event)
+
+    @property
+    def _busy(self) -> int:
+        return sum(len(group.running) + group.is_opening for group in self._open)
+
+    def _start(self) -> None:
+        """Give work to as many processes as may work."""
+        for _ in range(self._at_once - self._busy):
+            ready = next((group for group in self._open if group.is_open and group.waiting), None)
+            if ready is not None:
+                task = ready.waiting.popleft()
+                ready.running[task.number] = task
+                self._host.run(ready.number, task.number, task.arguments)
+            elif self._pending:
+                self._open_group(self._pending.popleft())
+
+    def _open_group(self, group: _Group) -> None:
+        group.is_opening, group.is_open, group.tries = True, False, group.tries + 1
+        self._open.append(group)
+        self._host.open_group(group.number, group.request)
+
+    def _heard(self, group: _Group, event: Event) -> None:
+        if group not in self._open:
+            return
+        if event.kind is EventKind.OPENED:
+            group.is_open, group.is_opening = True, False
+            return
+        if event.kind is EventKind.LOST:
+            self._lost(group, event.value)
+            return
+        task = group.running.pop(event.number)
+        failure: Failure | None = event.value if event.kind is EventKind.FAILED else None
+        if failure is not None and failure.killed and task.number not in self._killed:
+            self._killed.add(task.number)
+            group.waiting.appendleft(task)
+            return
+        self._finished(task, event.value)
+        if not group.waiting and not group.running:
+            self._open.remove(group)
+            self._host.close_group(group.number)
+
+    def _lost(self, group: _Group, failure: Failure) -> None:
+        """Open a group again whose process was killed; otherwise its jobs fail as it did."""
+        self._open.remove(group)
+        group.waiting.extendleft(reversed(group.running.values()))
+        group.running.clear()
+        if failure.killed and group.tries < MOST_TRIES:
+            self._pending.appendleft(group)
+            return
+        while group.waiting:
+            self._finished(group.waiting.popleft(), failure)
+
+    def _finished(self, task: Task, value: Any) -> None:
+        if isinstance(value, Failure) and value.errno in NO_ROOM:
+            raise InputError(value.message)
+        self._done(task, value)

@@ -1,0 +1,147 @@
+"""``summary.jsonl`` and ``summary.csv``: one line for every job.
+
+While a batch runs, lines are added in the order in which jobs end. At the end the file is written anew in the order of
+the list. Lines are kept on the disk and not in memory.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from cad.batch.job_list import Job
+from cad.batch.job_record import SUMMARY_SCHEMA
+from wpcal.core.csv_text import csv_text
+from wpcal.core.errors import InputError
+from wpcal.core.records import write_file
+
+JSONL, CSV = "summary.jsonl", "summary.csv"
+FAILED = "ERROR"
+"""In place of a verdict: the job did not end with one."""
+NUMBERS = (
+    "worst_residual_mm", "worst_point", "objective_mm", "bound_mm", "worst_seam_error_mm", "worst_seam",
+)  # fmt: skip
+CSV_COLUMNS = (
+    "job", "verdict", *NUMBERS, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg",
+    "seconds", "error", "part", "taught", "when",
+)  # fmt: skip
+"""R = Rz(c) Ry(b) Rx(a), as for ``--nominal``."""
+
+
+def summary_line(job: Job, result: Mapping[str, Any] | None, *, seconds: float | None, error: str = "") -> str:
+    """Return the line of a job.
+
+    Parameters
+    ----------
+    job : Job
+    result : mapping, optional
+        The field ``result`` of ``job.json``; None if the job failed.
+    seconds : float, optional
+        How long it took.
+    error : str
+        Why it failed, in one line.
+    """
+    result = result or {}
+    line = {
+        "schema": SUMMARY_SCHEMA,
+        "job": job.name,
+        "line": job.line,
+        "part": job.part,
+        "taught": job.taught,
+        "when": job.when or None,
+        "verdict": result.get("verdict", FAILED),
+        **{name: result.get(name) for name in NUMBERS},
+        "pose": result.get("pose"),
+        "seconds": None if seconds is None else round(seconds, 3),
+        "error": " ".join(error.split()) or None,
+    }
+    return json.dumps(line, ensure_ascii=False, allow_nan=False)
+
+
+def csv_row(line: Mapping[str, Any]) -> list[object]:
+    """Return a line as a row of ``summary.csv``."""
+    pose = line["pose"] or {"xyz_mm": (None,) * 3, "rpy_deg": (None,) * 3}
+    places = dict(zip(CSV_COLUMNS[8:14], (*pose["xyz_mm"], *pose["rpy_deg"]), strict=True))
+    return [places[name] if name in places else line[name] for name in CSV_COLUMNS]
+
+
+class Summary:
+    """The summary of a batch that runs.
+
+    Parameters
+    ----------
+    out : Path
+        The output folder.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self._out = out
+        self._places: dict[int, tuple[int, int]] = {}
+        self._size = 0
+        self._file: BinaryIO | None = None
+        self.verdicts: Counter[str] = Counter()
+
+    def add(self, number: int, verdict: str, line: str) -> None:
+        """Add the line of a job.
+
+        Raises
+        ------
+        InputError
+            When it cannot be written.
+        """
+        data = line.encode() + b"\n"
+        try:
+            if self._file is None:
+                self._file = (self._out / JSONL).open("w+b")
+            self._file.write(data)
+            self._file.flush()
+        except OSError as error:
+            what = (error.strerror or str(error)).lower()
+            raise InputError(f"{self._out / JSONL}: cannot be written: {what}") from error
+        self._places[number] = (self._size, len(data))
+        self._size += len(data)
+        self.verdicts[verdict] += 1
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield the lines in the order of the list."""
+        for number in sorted(self._places):
+            place, size = self._places[number]
+            if self._file is not None:
+                self._file.seek(place)
+                yield self._file.read(size)
+
+    def finish(self) -> None:
+        """Write both files in the order of the list.
+
+        Raises
+        ------
+        InputError
+            When they cannot be written.
+        """
+        if self._file is None:
+            return
+        text = b"".join(self.lines())
+        rows = (csv_row(json.loads(line)) for line in text.splitlines())
+        write_file(self._out / CSV, csv_text([CSV_COLUMNS, *rows]), overwrite=True)
+        write_file(self._out / JSONL, text, overwrite=True)
+        self._file.close()
+        self._file = None
+
+
+def seconds_of(out: Path) -> dict[str, float]:
+    """Return how long jobs took, by name, from the summary of an earlier run; what cannot be read is left out."""
+    found = {}
+    try:
+        lines = (out / JSONL).read_bytes().splitlines()
+    except OSError:
+        return {}
+    for text in lines:
+        try:
+            line = json.loads(text)
+            found[str(line["job"])] = float(line["seconds"])
+        except (ValueError, KeyError, TypeError, RecursionError):
+            continue
+    return found

@@ -1,0 +1,340 @@
+"""`wpcal batch`: the calibrations of a list, many at once, and one line for each."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cad.cli.options import no_cache_option
+from wpcal.cli.option_groups import option, takes
+from wpcal.cli.shared_help import JSON_HELP
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from cad.batch.job_list import Job
+    from cad.batch.run import Task
+    from cad.batch.summary import Summary
+
+USUAL_JOB_S, USUAL_JOB_GB = 600.0, 8.0
+"""Limits of one job: those of the CAD kernel's process in the other commands."""
+MOST_AT_ONCE = 256
+MOST_SHOWN = 10
+"""Failed jobs that the terminal lists; the summary lists all."""
+RESUME = "--resume"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatchFlags:
+    """How a batch is run."""
+
+    at_once: int | None = option(
+        "-j",
+        "--jobs",
+        type=click.IntRange(min=1, max=MOST_AT_ONCE),
+        help="So many processes at the same time.  [default: one per processor]",
+    )
+    resume: bool = option(
+        RESUME,
+        is_flag=True,
+        help="Continue in a folder of results: what is complete and made of the same inputs is not done again.",
+    )
+    pages: str = option(
+        "--report",
+        type=click.Choice(["all", "fail", "none"]),
+        default="fail",
+        show_default=True,
+        help="Write report.html of all jobs, of those whose verdict is not PASS, or of none.",
+    )
+    job_s: float = option(
+        "--job-seconds",
+        metavar="S",
+        type=click.FloatRange(min=0, min_open=True),
+        default=USUAL_JOB_S,
+        show_default=True,
+        help="Time limit of one job, and of reading one part.",
+    )
+    job_gb: float = option(
+        "--job-gb",
+        metavar="GB",
+        type=click.FloatRange(min=0, min_open=True),
+        default=USUAL_JOB_GB,
+        show_default=True,
+        help="Memory limit of the process of one job (Linux).",
+    )
+    as_json: bool = option("--json", is_flag=True, help=f"{JSON_HELP}: the summary.")
+
+
+@click.command()
+@click.argument("jobs_csv", metavar="JOBS.csv", type=click.Path(path_type=Path))
+@click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
+@takes("flags", BatchFlags)
+@no_cache_option
+def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> int:
+    """Calibrate every row of JOBS.csv into a folder of its own.
+
+    The columns are job (the name, and that of the folder), part, taught, and any option of `wpcal calibrate` under its
+    name (criterion, sigma_mm; yes or no for an option without a value). A column when may hold the time of each job.
+    Names of files are relative to the folder of the list.
+
+    Each part is read once. A job that cannot be done, crashes or exceeds its limits loses only itself. Every job ends
+    as OUT/JOB, complete or not at all, and as one line in OUT/summary.jsonl and OUT/summary.csv. OUT/JOB holds the
+    files of `wpcal calibrate`, and job.json: from what they were made.
+
+    Ends with code 0 if every job would end `wpcal calibrate` with 0, otherwise with 1.
+    """
+    from cad.batch.job_list import read_jobs
+    from cad.batch.run import locked_output
+    from cad.batch.summary import Summary
+    from cad.cli.calibrate_jobs import option_columns
+    from wpcal.cli.progress import counted_progress
+    from wpcal.core.whole_folder import flush_all
+
+    jobs = read_jobs(jobs_csv, option_columns())
+    _require_forks()
+    began = time.monotonic()
+    with locked_output(out, overwrite=flags.resume) as (lock, work):
+        summary = Summary(out)
+        plan = _Batch(jobs, jobs_csv.resolve().parent, out.resolve(), work, flags, use_cache=not no_cache)
+        with _finished_in_any_case(summary, plan, _again(jobs_csv, out, flags, no_cache=no_cache)):
+            with counted_progress("reading the list") as progress:
+                plan.run(lock, summary, progress)
+            summary.finish()
+            flush_all(out)
+        seconds = time.monotonic() - began
+    _show(plan, summary, out, seconds, as_json=flags.as_json)
+    return 0 if plan.bad == 0 else 1
+
+
+def _require_forks() -> None:
+    from wpcal.core.errors import InputError
+
+    if not hasattr(os, "fork"):
+        raise InputError("wpcal batch needs Linux or macOS: this system cannot fork processes")
+
+
+class _Batch:
+    """The jobs of a list, and what becomes of them."""
+
+    def __init__(
+        self, jobs: Sequence[Job], folder: Path, out: Path, work: Path, flags: BatchFlags, *, use_cache: bool
+    ) -> None:
+        self.jobs, self._folder, self._out, self._work, self._flags = jobs, folder, out, work, flags
+        self._use_cache = use_cache
+        self._began = time.monotonic()
+        self.done = self.kept = self.bad = 0
+
+    def run(self, lock: int, summary: Summary, progress: Any) -> None:
+        """Run what is to be run; every job gets its line in the summary."""
+        from cad.batch.host import Host
+        from cad.batch.run import run_tasks
+        from cad.cli.calibrate_jobs import PRELOADED
+
+        tasks, requests = self._tasks(summary, progress)
+        if not tasks:
+            return
+        progress("starting the CAD kernel", 0, len(tasks))
+        self._began = time.monotonic()
+        host = Host(self._work, lock, PRELOADED)
+        try:
+            at_once = self._flags.at_once or os.cpu_count() or 1
+            run_tasks(
+                tasks,
+                requests,
+                host,
+                at_once=at_once,
+                done=lambda task, value: self._done(summary, progress, task, value),
+            )
+        finally:
+            with _undisturbed():
+                host.end()
+
+    def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
+        """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
+        from cad.batch.group import GroupRequest
+        from cad.batch.job_list import words_of
+        from cad.batch.run import Task
+        from cad.cli.calibrate_jobs import option_columns
+        from wpcal.core.errors import InputError
+
+        columns, hashes = option_columns(), _Hashes(self._folder)
+        of_part = {column.flag for column in columns.values() if column.shapes_part}
+        earlier = _Earlier(self._out, self._folder, self._flags.pages) if self._flags.resume else None
+        tasks, requests = [], {}
+        for job in self.jobs:
+            progress("looking at the files of jobs", job.number, len(self.jobs))
+            try:
+                job.require_sound()
+                sha256, words = hashes.of(job.part), words_of(job.cells, columns)
+                shaping = words_of([cell for cell in job.cells if cell[0] in of_part], columns)
+            except InputError as error:
+                self._add(summary, job, None, error=str(error))
+                continue
+            known = None if earlier is None else earlier.result(job, sha256, words)
+            if known is not None:
+                self.kept += 1
+                self._add(summary, job, known, seconds=earlier.seconds.get(job.name) if earlier else None)
+                continue
+            group = (Path(job.part).name, sha256, shaping)
+            if group not in requests:
+                requests[group] = GroupRequest(
+                    "cad.cli.calibrate_jobs:open_part",
+                    "cad.cli.calibrate_jobs:run_job",
+                    {"part": job.part, "words": shaping, "use_cache": self._use_cache},
+                    self._folder,
+                    self._work,
+                    self._flags.job_s,
+                    self._flags.job_gb,
+                )
+            arguments: dict[str, Any] = {"name": job.name, "part": job.part, "taught": job.taught, "words": words}
+            arguments |= {"out": self._out / job.name, "pages": self._flags.pages}
+            tasks.append(Task(job.number, group, arguments))
+        return tasks, requests
+
+    def _done(self, summary: Summary, progress: Any, task: Task, value: Any) -> None:
+        from cad.batch.host import Failure
+
+        job = self.jobs[task.number]
+        if isinstance(value, Failure):
+            self._add(summary, job, None, error=value.message)
+        else:
+            self._add(summary, job, value, seconds=value["seconds"])
+        done = self.done - self.kept
+        rate = done / max(time.monotonic() - self._began, 1e-3)
+        left = round((len(self.jobs) - self.done) / rate)
+        progress(f"jobs, {rate:.1f} per s, {left // 60}:{left % 60:02d} min left", self.done, len(self.jobs))
+
+    def _add(self, summary: Summary, job: Job, result: Any, *, seconds: float | None = None, error: str = "") -> None:
+        from cad.batch.summary import FAILED, summary_line
+
+        verdict = FAILED if result is None else str(result["verdict"])
+        summary.add(job.number, verdict, summary_line(job, result, seconds=seconds, error=error))
+        self.done += 1
+        self.bad += result is None or result["exit_code"] != 0
+
+
+class _Hashes:
+    """SHA-256 of parts; each file is read once."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._known: dict[str, str] = {}
+
+    def of(self, name: str) -> str:
+        from cad.batch.job_record import sha256_at
+
+        if name not in self._known:
+            self._known[name] = sha256_at(name, self._folder)
+        return self._known[name]
+
+
+class _Earlier:
+    """What an earlier run of this batch left in the output folder."""
+
+    def __init__(self, out: Path, folder: Path, pages: str) -> None:
+        from cad.batch.summary import seconds_of
+
+        self._out, self._folder, self._pages = out, folder, pages
+        self.seconds = seconds_of(out)
+
+    def result(self, job: Job, part_sha256: str, words: tuple[str, ...]) -> dict[str, Any] | None:
+        """Return the result of a job whose folder is complete and was made of the same inputs; otherwise None."""
+        from cad.batch.job_record import JobInputs, files_in, is_made_of, read_job_record, sha256_at
+        from wpcal.core.errors import InputError
+
+        record = read_job_record(self._out / job.name)
+        if record is None:
+            return None
+        try:
+            taught = sha256_at(job.taught, self._folder)
+        except InputError:  # the job itself says what is wrong
+            return None
+        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words, files_in(words, self._folder))
+        if not is_made_of(record, inputs, self._out / job.name):
+            return None
+        result: dict[str, Any] = record["result"]
+        wants_page = self._pages == "all" or (self._pages == "fail" and result["exit_code"] != 0)
+        return None if wants_page and "report.html" not in record["files"] else result
+
+
+@contextmanager
+def _finished_in_any_case(summary: Summary, plan: _Batch, again: str) -> Iterator[None]:
+    """Write the summary in its order also when the batch ends before its end, and say how it is continued."""
+    from wpcal.core.errors import WpcalError
+
+    try:
+        yield
+    except (KeyboardInterrupt, WpcalError) as error:
+        with _undisturbed(), suppress(WpcalError):
+            summary.finish()
+        what = f"{plan.done} of {len(plan.jobs)} jobs are done; continue with: {again}"
+        if isinstance(error, WpcalError):
+            raise type(error)(f"{error}; {what}", code=error.code) from None
+        error.add_note(what)
+        raise
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Take no further Ctrl-C while things are put in order: that takes less than a second."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _again(jobs_csv: Path, out: Path, flags: BatchFlags, *, no_cache: bool) -> str:
+    """Return the command that continues a batch."""
+    words = ["wpcal", "batch", str(jobs_csv), "-o", str(out)]
+    words += [] if flags.at_once is None else ["-j", str(flags.at_once)]
+    words += [] if flags.pages == "fail" else ["--report", flags.pages]
+    words += [] if flags.job_s == USUAL_JOB_S else ["--job-seconds", f"{flags.job_s:g}"]
+    words += [] if flags.job_gb == USUAL_JOB_GB else ["--job-gb", f"{flags.job_gb:g}"]
+    return shlex.join([*words, *(["--no-cache"] if no_cache else []), RESUME])
+
+
+def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json: bool) -> None:
+    import json
+
+    from cad.batch.summary import FAILED, JSONL
+    from wpcal.cli.console import plain_console
+
+    lines = ((out / JSONL).read_bytes()).splitlines()
+    if as_json:
+        from wpcal.core.records import to_json
+
+        record = {
+            "schema": "wpcal/batch/1",
+            "seconds": round(seconds, 3),
+            "kept": plan.kept,
+            "verdicts": dict(sorted(summary.verdicts.items())),
+            "jobs": [json.loads(line) for line in lines],
+        }
+        click.echo(to_json(record), nl=False)
+        return
+    console = plain_console()
+    failed = [line for line in map(json.loads, lines) if line["verdict"] == FAILED]
+    for line in failed[:MOST_SHOWN]:
+        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False)
+    if len(failed) > MOST_SHOWN:
+        console.print(f"and {len(failed) - MOST_SHOWN} more that failed", highlight=False, markup=False)
+    console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)), highlight=False, markup=False)
+    console.print(f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False)
+
+
+def _counts(verdicts: Counter[str], kept: int, seconds: float, jobs: int) -> str:
+    from wpcal.core.wording import counted
+
+    told = ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in sorted(verdicts, reverse=True))
+    earlier = f", {kept} of them complete before" if kept else ""
+    return f"{counted(jobs, 'job')} in {seconds:.1f} s{earlier}: {told}"

@@ -1,0 +1,293 @@
+"""The work of a batch of calibrations, in its processes: open a part once, then one calibration for each job.
+
+A job runs `wpcal calibrate` with the options of its row, read by the same code, and writes the same files.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cad.batch.job_list import OptionColumn
+from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
+from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
+from cad.cli.holder import HolderFlags
+from cad.cli.options import SeamChoiceFlags, SeamFlags
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, key_of, user_cache
+from cad.workpiece.calibrate import WrittenCalibration, calibrate_files
+from cad.workpiece.means import Means
+from cad.workpiece.seams import find_seams
+from cad.workpiece.step_file import StepFile, draw_part
+from cad.workpiece.workpiece import Workpiece, open_workpiece
+from wpcal.calibrate import CalibrationResult
+from wpcal.cli.calibration_tables import exit_code
+from wpcal.cli.number_options import with_strict_numbers
+from wpcal.cli.option_groups import group_of, option_names
+from wpcal.core.errors import InputError
+from wpcal.core.issue import Issue
+from wpcal.core.transform import RigidTransform
+from wpcal.core.whole_folder import flush_later, put_in_place
+
+if TYPE_CHECKING:
+    from cad.step.read import StepPart
+    from cad.step.write import KnownPart
+
+PRELOADED = (
+    "cad.cli.calibrate_jobs",
+    "cad.step.write",
+    "cad.step.open_text",
+    "cad.kernel.tessellate",
+    "cad.kernel.to_brep",
+    "wpcal.advise",
+    "wpcal.controllers.taught_program",
+    "wpcal.controllers.touch_run",
+    "wpcal.planning.cell.grasp",
+    "wpcal.pages.report",
+    "wpcal.robot.kinematics.arm_file",
+    "wpcal.seam.torch_file",
+    "scipy.interpolate",
+    "scipy.optimize",
+    "scipy.sparse.csgraph",
+    "scipy.spatial",
+    "scipy.stats",
+)
+"""What a calibration imports when it needs it: loaded once, before the first job."""
+NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "help"})
+"""Options of the command that are about one folder, the terminal, or the whole batch."""
+
+
+class Pages(Enum):
+    """Of which jobs the page is written."""
+
+    ALL = "all"
+    FAIL = "fail"
+    """Of jobs that end with a code other than 0: FAIL, and UNSURE unless it is accepted."""
+    NONE = "none"
+
+
+def option_columns() -> dict[str, OptionColumn]:
+    """Return the options that a column of the list may hold, by the names of their columns."""
+    of_part = {*option_names(SeamFlags), *option_names(SeamChoiceFlags)}
+    columns = {}
+    for parameter in calibrate.params:
+        name = parameter.name or ""
+        if not isinstance(parameter, click.Option) or name in NOT_OF_A_JOB:
+            continue
+        flag = max(parameter.opts, key=len)
+        columns[flag.removeprefix("--").replace("-", "_")] = OptionColumn(
+            flag,
+            is_flag=parameter.is_flag,
+            is_optional=not parameter.is_flag and isinstance(parameter.flag_value, str),
+            is_multiple=parameter.multiple,
+            shapes_part=name in of_part,
+        )
+    return columns
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobFlags:
+    """All options of a row."""
+
+    asked: CalibrationFlags
+    holder: HolderFlags
+    output: OutputFlags
+
+
+@dataclass(frozen=True, slots=True)
+class _HeldAnswers(AnswerCache):
+    """A cache that also keeps its answers in memory: for a part that many jobs ask about."""
+
+    held: dict[str, object] = field(default_factory=dict)
+
+    def answer(self, what: str, of: Sequence[object], make: Any) -> Any:
+        """Return an answer that is held or kept, or find it; parameters as in `AnswerCache.answer`."""
+        key = key_of(what, of)
+        if key not in self.held:
+            self.held[key] = AnswerCache.answer(self, what, of, make)
+        return self.held[key]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenedPart:
+    """What all jobs on one part with the same options of seams share.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+    sha256 : str
+        Of the bytes of its file.
+    means : Means
+        Which take what was found already.
+    """
+
+    workpiece: Workpiece
+    sha256: str
+    means: Means
+
+
+def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart:
+    """Read a part, find its features and seams, draw it, and prepare writing it moved.
+
+    Parameters
+    ----------
+    part : str
+        The STEP file.
+    words : sequence of str
+        Options of the seams, as they are typed.
+    use_cache : bool
+        Whether to use and to keep answers about the file.
+
+    Raises
+    ------
+    WpcalError
+        When the part or an option cannot be used.
+    """
+    from cad.step.open_text import require_step_file
+    from cad.step.write import know_part
+
+    flush_later()  # a batch that continues checks the hashes of what it finds
+    path = Path(part)
+    require_step_file(path)
+    with _parsed(words, part, "", Path()) as flags:
+        options = flags.asked.calibration.seams.to_options()
+        choice = flags.asked.choice.to_choice()
+    kept = user_cache() if use_cache else NO_CACHE
+    workpiece = open_workpiece(path, cache=_HeldAnswers(kept.folder, kept.most_mb))
+    found = find_seams(workpiece, options, choice)
+    draw_part(workpiece.file)
+    _ = workpiece.trimmed  # found once, here
+    step = workpiece.file.hand_over_step()
+    known = know_part(step)
+    means = Means(lambda *_: found, partial(_write_moved, step.without_shapes(), known))
+    return OpenedPart(workpiece, workpiece.file.sha256, means)
+
+
+def _write_moved(
+    step: StepPart, known: KnownPart, file: StepFile, T_base_part: RigidTransform, path: Path, **settings: Any
+) -> tuple[Issue, ...]:
+    from cad.step.write import write_moved_step
+
+    settings.pop("progress")
+    if settings["T_part_moved"] is not None:  # bodies are drawn apart: that takes the shapes
+        step = file.hand_over_step()
+    return write_moved_step(step, T_base_part, path, known=known, **settings)
+
+
+def run_job(
+    opened: OpenedPart,
+    *,
+    folder: Path,
+    name: str,
+    part: str,
+    taught: str,
+    words: Sequence[str],
+    out: Path,
+    pages: str,
+) -> dict[str, Any]:
+    """Calibrate one part, and let the folder with its results appear as a whole.
+
+    Parameters
+    ----------
+    opened : OpenedPart
+    folder : Path
+        For unfinished work.
+    name, part, taught : str
+        The job and its files, as the list names them.
+    words : sequence of str
+        Its options, as they are typed.
+    out : Path
+        The folder of the results. If there are results of an earlier run, they are replaced.
+    pages : str
+        A value of `Pages`.
+
+    Returns
+    -------
+    dict
+        The fields of its line in the summary.
+
+    Raises
+    ------
+    WpcalError
+        When something cannot be used. Nothing is changed then.
+    """
+    began = time.perf_counter()
+    here, new = Path(), folder / name
+    inputs = JobInputs((part, opened.sha256), (taught, sha256_at(taught, here)), tuple(words), files_in(words, here))
+    folder.mkdir()
+    with _parsed(words, part, taught, new) as flags:
+        arguments = file_arguments(
+            flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
+        )
+    accept_unsure = flags.output.accept_unsure
+    means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
+    written = calibrate_files(opened.workpiece, **arguments, means=means)
+    if sha256_at(taught, here) != inputs.taught[1] or files_in(words, here) != inputs.files:
+        raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
+    result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
+    (new / JOB_FILE).write_text(job_record(name, inputs, result, new), encoding="utf-8")
+    _replace(new, out)
+    return {**result, "seconds": time.perf_counter() - began}
+
+
+def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) -> bool:
+    return pages is Pages.ALL or (pages is Pages.FAIL and exit_code(result, accept_unsure=accept_unsure) != 0)
+
+
+def _replace(new: Path, out: Path) -> None:
+    from cad.batch.job_record import read_job_record
+
+    record = read_job_record(out)
+    if record is None and out.is_dir() and any(out.iterdir()):
+        raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
+    old = () if record is None else (*record["files"], JOB_FILE)
+    try:
+        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
+
+
+def result_of(written: WrittenCalibration) -> dict[str, Any]:
+    """Return the numbers of a calibration that the summary lists; lengths in mm, angles in degrees."""
+    result = written.result
+    errors = [
+        (float(u95.max()), seam.name)
+        for seam, u95 in zip(written.seams, written.u95_mm, strict=True)
+        if seam.accepted and len(u95)
+    ]
+    worst_mm, worst_seam = max(errors, key=lambda each: each[0], default=(None, None))
+    return {
+        "verdict": result.verdict,
+        "worst_residual_mm": result.largest_mm,
+        "worst_point": result.worst,
+        "objective_mm": result.objective_mm,
+        "bound_mm": result.lower_bound_mm,
+        "worst_seam_error_mm": worst_mm,
+        "worst_seam": worst_seam,
+        "pose": result.T_base_part.to_record(),
+    }
+
+
+@contextmanager
+def _parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator[JobFlags]:
+    """Yield the options of a row, as the command line reads them; they are read while the block runs.
+
+    Raises
+    ------
+    InputError
+        When click refuses one of them.
+    """
+    command = with_strict_numbers(calibrate)
+    try:
+        context = command.make_context("calibrate", [*words, "--out", str(out), "--", part, taught])
+        with context:
+            yield group_of(JobFlags, context.params)
+    except click.ClickException as error:
+        raise InputError(error.format_message()) from None

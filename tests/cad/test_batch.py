@@ -1,0 +1,235 @@
+"""`wpcal batch` on real parts: the same bytes as one command for each job, and nothing lost when something breaks."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cad.cli.calibrate_jobs import option_columns
+from tests.record_checks import check_record
+from tests.running import TIMEOUT_S, run_here
+
+WPCAL = Path(sys.executable).with_name("wpcal")
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+JOBS = 6
+KILLS = 2
+KILLS_DEEP = 50
+ORPHAN_S = 3.0
+"""The processes of a batch that was killed end, and remove what they began, within this time."""
+EVER_DIFFERENT = "seconds"
+"""The only field of the summary that is not the same in the next run."""
+
+
+def write_parts(folder: Path) -> None:
+    """Write a part and points that were touched on it, each time with other errors."""
+    shutil.copy(FIXTURES / "tee" / "tee.step", folder)
+    rows = (FIXTURES / "tee" / "taught.csv").read_text().splitlines()
+    at = rows[0].split(",").index("x_mm")
+    for number in range(JOBS):
+        rng, moved = np.random.default_rng(number), [rows[0]]
+        for row in rows[1:]:
+            cells = row.split(",")
+            cells[at] = f"{float(cells[at]) + rng.normal(0, 0.1):.4f}"
+            moved.append(",".join(cells))
+        (folder / f"day{number}.csv").write_text("\n".join(moved) + "\n")
+    lines = [f"j{k},tee.step,day{k}.csv,{'robust' if k == 1 else ''},{'x' if k == 2 else ''}" for k in range(JOBS)]
+    (folder / "jobs.csv").write_text("\n".join(["job,part,taught,criterion,wrap", *lines]) + "\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A list of jobs, and in `whole` what a batch makes of it that nobody disturbs."""
+    folder = tmp_path_factory.mktemp("batch")
+    write_parts(folder)
+    done = run_here("batch", folder / "jobs.csv", "-o", folder / "whole", "-j", "2", "--report", "none")
+    assert done.returncode in (0, 1), done.stderr
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return all files of a folder, of the summary without what is ever different."""
+    found = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    lines = [json.loads(line) for line in found.pop("summary.jsonl").splitlines()]
+    for line in lines:
+        check_record(line)
+        line[EVER_DIFFERENT] = None
+    found["summary"] = json.dumps(lines).encode()
+    rows = [row.split(",") for row in found.pop("summary.csv").decode().splitlines()]
+    at = rows[0].index(EVER_DIFFERENT)
+    return {**found, "table": json.dumps([[*row[:at], *row[at + 1 :]] for row in rows]).encode()}
+
+
+def processes_in(folder: Path) -> list[int]:
+    """Return the processes that were started for a batch into a folder."""
+    found = []
+    for each in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if str(folder).encode() in each.read_bytes():
+                found.append(int(each.parent.name))
+        except OSError:
+            continue
+    return found
+
+
+def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path) -> None:
+    """To the byte, apart from job.json and the page."""
+    for number, options in ((1, ("--criterion", "robust")), (2, ("--wrap",))):
+        one = tmp_path / f"one{number}"
+        run_here("calibrate", folder / "tee.step", folder / f"day{number}.csv", "-o", one, *options)
+        single = {path.name: path.read_bytes() for path in one.iterdir() if path.name != "report.html"}
+        job = {path.name: path.read_bytes() for path in (folder / "whole" / f"j{number}").iterdir()}
+        check_record(json.loads(job.pop("job.json")))
+        assert job == single
+
+
+def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "another place"
+    elsewhere.mkdir()
+    write_parts(elsewhere)
+    surroundings = {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo", "LC_ALL": "C", "OMP_NUM_THREADS": "2"}
+    command = [WPCAL, "batch", "jobs.csv", "-o", "out", "-j", "8", "--report", "none"]
+    subprocess.run(command, cwd=elsewhere, env={**os.environ, **surroundings}, check=False, timeout=TIMEOUT_S)
+    assert contents(elsewhere / "out") == contents(folder / "whole")
+
+
+def disturbed(folder: Path, out: Path, number: int, after_s: float) -> subprocess.CompletedProcess[str]:
+    """Start a batch, send it a signal, and return how it ended; nothing but finished work may be left."""
+    out.mkdir(exist_ok=True)
+    command = [WPCAL, "batch", folder / "jobs.csv", "-o", out, "-j", "2", "--report", "none", "--resume"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(after_s)
+    process.send_signal(number)
+    stdout, stderr = process.communicate(timeout=TIMEOUT_S)
+    until = time.monotonic() + ORPHAN_S
+    while time.monotonic() < until and (processes_in(out) or list(out.glob(".wpcal*"))):
+        time.sleep(0.01)
+    assert processes_in(out) == []
+    assert [path.name for path in out.rglob(".wpcal*")] == []
+    for job in (each for each in out.iterdir() if each.is_dir()):
+        assert {path.name: path.read_bytes() for path in job.iterdir()} == {
+            path.name: path.read_bytes() for path in (folder / "whole" / job.name).iterdir()
+        }
+    return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
+
+
+def resumed(folder: Path, out: Path) -> None:
+    done = run_here("batch", folder / "jobs.csv", "-o", out, "-j", "2", "--report", "none", "--resume")
+    assert done.returncode in (0, 1), done.stderr
+    assert contents(out) == contents(folder / "whole")
+
+
+def moments(kills: int, folder: Path) -> Iterator[tuple[Path, int, float]]:
+    rng = random.Random(kills)
+    for k in range(kills):
+        number = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)[k % 3]
+        yield folder / f"out{k}", number, rng.uniform(0.2, 6.0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_a_batch_that_is_ended_at_any_moment_is_continued_as_if_it_had_not_been(folder: Path, tmp_path: Path) -> None:
+    check_ends(KILLS, folder, tmp_path)
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_the_same_at_fifty_moments(folder: Path, tmp_path: Path) -> None:
+    check_ends(KILLS_DEEP, folder, tmp_path)
+
+
+def check_ends(kills: int, folder: Path, tmp_path: Path) -> None:
+    for out, number, after_s in moments(kills, tmp_path):
+        ended = disturbed(folder, out, number, after_s)
+        assert "Traceback" not in ended.stderr
+        if ended.returncode not in (0, 1, -number):
+            assert ended.returncode == 128 + number
+            assert len([line for line in ended.stderr.splitlines() if line.startswith("wpcal: ")]) == 1
+        resumed(folder, out)
+
+
+def test_what_is_complete_is_not_done_again_unless_an_input_changed(folder: Path, tmp_path: Path) -> None:
+    write_parts(tmp_path)
+    shutil.copytree(folder / "whole", tmp_path / "out")
+    (tmp_path / "day3.csv").write_bytes((tmp_path / "day4.csv").read_bytes())  # another input
+    (tmp_path / "out" / "j4" / "seams.csv").write_text("half")  # the disk lost it
+    shutil.rmtree(tmp_path / "out" / "j5")
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*.json")}
+    done = run_here("batch", tmp_path / "jobs.csv", "-o", tmp_path / "out", "--report", "none", "--resume", "--json")
+    record = json.loads(done.stdout)
+    assert record["kept"] == 3
+    changed = {path.parent.name for path, at in before.items() if not path.exists() or path.stat().st_mtime_ns != at}
+    assert changed == {"j3", "j4"}
+    assert record["jobs"][3]["pose"] == record["jobs"][4]["pose"]
+    assert contents(tmp_path / "out").keys() == contents(folder / "whole").keys()
+
+
+def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "tee.step", tmp_path)
+    shutil.copy(folder / "day0.csv", tmp_path)
+    (tmp_path / "short.csv").write_text("name,x_mm,y_mm,z_mm\nV2,1,2,3\n")
+    (tmp_path / "bad.step").write_text("ISO-10303-21;\nnonsense")
+    rows = {
+        "good": ("tee.step,day0.csv,,", None),
+        "../up": ("tee.step,day0.csv,,", "holds '/'"),
+        "GOOD": ("tee.step,day0.csv,,", "appears twice, first in line 2"),
+        "": ("tee.step,day0.csv,,", "it is empty"),
+        "nul": ("tee.step,day0.csv,,", "is kept for something else"),
+        "no part": ("te.step,day0.csv,,", "no such file or directory; did you mean"),
+        "no taught": ("tee.step,none.csv,,", "none.csv: no such file or directory"),
+        "few": ("tee.step,short.csv,,", "short.csv"),
+        "bad part": ("bad.step,day0.csv,,", "bad.step"),
+        "criterion": ("tee.step,day0.csv,best,", "'best' is not one of 'minimax'"),
+        "bake": ("tee.step,day0.csv,,maybe", "--bake: expected yes or no, got 'maybe'"),
+        "stdin": ("-,day0.csv,,", "standard input cannot be used"),
+    }
+    lines = [f"{name},{cells}" for name, (cells, _) in rows.items()]
+    (tmp_path / "jobs.csv").write_text("\n".join(["job,part,taught,criterion,bake", *lines]) + "\n")
+    done = run_here("batch", tmp_path / "jobs.csv", "-o", tmp_path / "out", "--json", "-j", "2")
+    assert done.returncode == 1
+    found = json.loads(done.stdout)["jobs"]
+    for line, (_, expected) in zip(found, rows.values(), strict=True):
+        assert expected is None or expected in line["error"], line
+        assert (line["error"] is None) == (expected is None)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["good", "summary.csv", "summary.jsonl"]
+
+
+def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    refused: Mapping[str, tuple[str, str]] = {
+        "empty": ("job,part,taught\n", "has a header and no rows"),
+        "column": ("job,part,taught,criterium\na,b,c,d\n", "did you mean criterion?"),
+        "missing": ("job,part\na,b\n", "missing column taught"),
+        "out": ("job,part,taught,out\na,b,c,d\n", "is not an option of wpcal calibrate that a job can have"),
+    }
+    for name, (text, expected) in refused.items():
+        (tmp_path / f"{name}.csv").write_text(text)
+        done = run_here("batch", tmp_path / f"{name}.csv", "-o", tmp_path / "out")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert expected in done.stderr
+        assert not (tmp_path / "out").exists()
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "notes.txt").touch()
+    (tmp_path / "good.csv").write_text("job,part,taught\na,b,c\n")
+    done = run_here("batch", tmp_path / "good.csv", "-o", tmp_path / "full")
+    assert done.returncode == 2
+    assert "exists and is not empty" in done.stderr
+    assert [path.name for path in (tmp_path / "full").iterdir()] == ["notes.txt"]
+
+
+def test_every_option_of_the_command_that_a_job_can_have_is_a_column() -> None:
+    columns = option_columns()
+    assert {"criterion", "sigma_mm", "nominal", "seams", "bodies", "mark_seams", "uframe"} <= set(columns)
+    assert not {"out", "force", "json", "details", "no_cache", "help"} & set(columns)
+    assert columns["bodies"].is_optional
+    assert columns["weld"].is_multiple
+    assert columns["wrap"].shapes_part
+    assert not columns["criterion"].shapes_part
