@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 EACH_SOLID = "each"
 """What ``--bodies`` means without a file."""
+USUAL_BENDING = "1"
+"""What ``--bending`` means without a number; `wpcal.calibrate.bodies.bending` has the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +41,17 @@ class BodiesFlags:
         type=float,
         help="Tack tolerance of the turn of a body: standard deviation, for --bodies.  [default: 3]",
     )
+    bending_mm: float | None = option(
+        "--bending",
+        metavar="[MM]",
+        type=float,
+        is_flag=False,
+        flag_value=USUAL_BENDING,
+        help=(
+            "Long plates may have bent, too, for --bodies: MM is the root mean square bow of a plate of 1 m; "
+            f"without a number {USUAL_BENDING} mm."
+        ),
+    )
 
     def to_options(self) -> BodiesOptions | None:
         """Check and return them as the calibration takes them; None without --bodies.
@@ -54,8 +67,10 @@ class BodiesFlags:
         if self.bodies is None:
             if self.tack_mm is not None or self.tack_mrad is not None:
                 raise InputError("--tack-mm and --tack-mrad are for --bodies")
+            if self.bending_mm is not None:
+                raise InputError("--bending is for --bodies")
             return None
-        return BodiesOptions.of(self.tack_mm, self.tack_mrad, self.groups())
+        return replace(BodiesOptions.of(self.tack_mm, self.tack_mrad, self.groups()), bending_mm=self.bending_mm)
 
     @property
     def file(self) -> Path | None:

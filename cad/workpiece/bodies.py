@@ -12,8 +12,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from wpcal.brep.concavity import are_concave
-from wpcal.brep.graph import BrepGraph
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.calibrate.bodies.bending import Bends, find_bends
 from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError, InputError
@@ -52,11 +53,14 @@ class BodiesOptions:
         Whether a person stated it; otherwise it is estimated where there are enough touches.
     groups : tuple of BodyGroup
         Every solid that is in no group is a body of its own.
+    bending_mm : float or None
+        Root mean square bow of a plate of 1 m; None: plates stay straight.
     """
 
     tolerance: TackTolerance = field(default_factory=TackTolerance)
     is_stated: bool = False
     groups: tuple[BodyGroup, ...] = ()
+    bending_mm: float | None = None
 
     @classmethod
     def of(cls, tack_mm: float | None, tack_mrad: float | None, groups: tuple[BodyGroup, ...] = ()) -> BodiesOptions:
@@ -139,7 +143,8 @@ def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
     Raises
     ------
     InputError
-        When a group names no solid of the part, or two groups name the same one, or the part is one body.
+        When a group names no solid of the part, or two groups name the same one, or the part is one body, or no body
+        can bend that is asked to.
     """
     graph = trimmed.graph
     if len(graph.solid_names) == 1 and not options.groups:
@@ -150,8 +155,14 @@ def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
         face_body = body_of_solid[graph.face_solid]
     if len(names) < 2:
         raise InputError("the part is one body: nothing can have moved in it")
-    boxes = [_centre(trimmed, np.flatnonzero(face_body == body)) for body in range(len(names))]
-    return PartBodies(Bodies(tuple(names), np.stack(boxes), tuple(tolerances)), face_body)
+    faces = [np.flatnonzero(face_body == body) for body in range(len(names))]
+    borders = [_border(trimmed, own) for own in faces]
+    boxes = [(p.min(axis=0) + p.max(axis=0)) / 2.0 for p in borders]
+    bends = Bends.none()
+    if options.bending_mm is not None:
+        planes = [own[graph.face_kind[own] == SurfaceKind.PLANE] for own in faces]
+        bends = find_bends(borders, [graph.face_frame[own, 3] for own in planes], options.bending_mm)
+    return PartBodies(Bodies(tuple(names), np.stack(boxes), tuple(tolerances), bends), face_body)
 
 
 def _grouped(solids: Sequence[str], options: BodiesOptions) -> tuple[IntArray, list[str], list[TackTolerance]]:
@@ -189,11 +200,10 @@ def _members(graph: BrepGraph) -> tuple[IntArray, list[str]]:
     return np.asarray(face_body, dtype=np.int64), [f"member {i + 1}" for i in range(count)]
 
 
-def _centre(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
-    """Return the middle of the box of the faces' borders, shape (3,), mm."""
+def _border(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
+    """Return points of the faces' borders, shape (k, 3), mm."""
     rows = np.concatenate([np.arange(trimmed.start[f], trimmed.start[f + 1]) for f in faces.tolist()])
-    points = trimmed.p0[rows] if len(rows) else trimmed.graph.face_frame[faces, 0]
-    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
+    return np.asarray(trimmed.p0[rows] if len(rows) else trimmed.graph.face_frame[faces, 0])
 
 
 def _few(names: Sequence[str]) -> str:

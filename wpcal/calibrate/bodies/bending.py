@@ -18,6 +18,7 @@ Blevins (1979), Formulas for natural frequency and mode shape, table 8-1 (free b
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,8 @@ USUAL_BENDING_MM = 1.0
 """Of a plate of 1 m: class E of ISO 13920 allows 2 mm on lengths from 1 to 2 m, two standard deviations."""
 LEAST_LONG = 2.0
 """A body that is at least so many times as long as wide bends."""
+SQUARE_COS = 0.02
+"""Faces within 1 degree of a right angle are taken for the sides of a box."""
 NEARLY_SQUARE = 2.0
 """A bar whose section is less than so many times as wide as thick bends across its width, too."""
 
@@ -106,13 +109,15 @@ class Bends:
         return w, slope * kappa / half
 
 
-def find_bends(points: list[FloatArray], sigma_mm: float) -> Bends:
+def find_bends(points: Sequence[FloatArray], normals: Sequence[FloatArray], sigma_mm: float) -> Bends:
     """Find the bodies that are long enough to bend, and the directions in which they do.
 
     Parameters
     ----------
-    points : list of ndarray, shapes (k, 3)
-        Points spread over the border of each body, in `part`, mm.
+    points : sequence of ndarray, shapes (k, 3)
+        Points of the border of each body, in `part`, mm.
+    normals : sequence of ndarray, shapes (f, 3)
+        Unit normals of its plane faces.
     sigma_mm : float
         Root mean square displacement of a body of 1 m.
 
@@ -128,18 +133,29 @@ def find_bends(points: list[FloatArray], sigma_mm: float) -> Bends:
     if not 0.0 < sigma_mm < math.inf:
         raise InputError(f"the bending of a plate of 1 m must be a positive number of mm, got {sigma_mm:g}")
     rows: list[tuple[int, FloatArray, FloatArray, float]] = []
-    for body, p in enumerate(points):
-        axes = np.linalg.eigh(np.cov((p - p.mean(axis=0)).T))[1].T[::-1]
-        size = np.ptp(p @ axes.T, axis=0)
-        long, wide, thin = np.argsort(-size, kind="stable").tolist()
-        if size[long] < LEAST_LONG * size[wide]:
+    for body, (p, own) in enumerate(zip(points, normals, strict=True)):
+        axes, size = _box(p, own)
+        if size[0] < LEAST_LONG * size[1]:
             continue
-        normals = [thin, wide] if size[wide] < NEARLY_SQUARE * size[thin] else [thin]
-        rows += [(body, axes[long], axes[k], float(size[long]) / 2.0) for k in normals]
+        across = [2, 1] if size[1] < NEARLY_SQUARE * size[2] else [2]
+        rows += [(body, axes[0], axes[k], float(size[0]) / 2.0) for k in across]
     if not rows:
         raise InputError(f"no body is {LEAST_LONG:g} times as long as wide: none can bend")
     body_of, axis, normal, half = zip(*rows, strict=True)
     return Bends(np.array(body_of), np.array(axis), np.array(normal), np.array(half), sigma_mm)
+
+
+def _box(p: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the axes of a body along its length, width and thickness, shape (3, 3), and its size along them, mm."""
+    tried = np.concatenate([normals, np.linalg.eigh(np.cov((p - p.mean(axis=0)).T))[1].T])
+    size = np.ptp(p @ tried.T, axis=0)
+    thin = tried[np.argmin(size)]
+    flat = np.flatnonzero(np.abs(tried @ thin) < SQUARE_COS)
+    long = tried[flat[np.argmax(size[flat])]] if len(flat) else np.linalg.svd(thin[None])[2][1]
+    long = long - (long @ thin) * thin
+    long /= np.linalg.norm(long)
+    axes = np.stack([long, np.cross(thin, long), thin])
+    return axes, np.ptp(p @ axes.T, axis=0)
 
 
 def _roots() -> FloatArray:
