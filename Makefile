@@ -61,11 +61,13 @@ viewer: ## build the pages' JavaScript anew; needs Node
 
 .PHONY: freecad-addon
 freecad-addon: ## build dist/wpcal-workbench.zip, which is unpacked into FreeCAD's folder Mod
-	$(PYTHON) cad/freecad/build.py dist/wpcal-workbench.zip
+	$(PYTHON) -m cad.freecad.build dist/wpcal-workbench.zip
 
-shots: $(VENV)/ready ## photograph the pages for docs/; needs chromium
+shots: $(VENV)/ready ## photograph the pages and the FreeCAD workbench for docs/; needs chromium and FreeCAD
 	sh .ci/browser
+	sh .ci/freecad
 	$(BIN)/python docs/make_shots.py
+	$(BIN)/python docs/make_freecad_shots.py
 
 # The kernel's wheel needs the system's libGL: looked for before anything is downloaded.
 $(VENV)/ready: pyproject.toml .ci/system-libraries

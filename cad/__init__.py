@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cad.step.write import write_moved_step
     from cad.workpiece.calibrate import calibrate_workpiece
     from cad.workpiece.seams import find_seams
+    from cad.workpiece.show import show
     from cad.workpiece.to_build123d import seam_locations, seam_planes, seam_wire
     from cad.workpiece.touches import plan_touches
     from cad.workpiece.workpiece import open_workpiece
@@ -29,6 +30,7 @@ _HOMES = {
     "seam_locations": "cad.workpiece.to_build123d:seam_locations",
     "seam_planes": "cad.workpiece.to_build123d:seam_planes",
     "seam_wire": "cad.workpiece.to_build123d:seam_wire",
+    "show": "cad.workpiece.show:show",
     "to_brep": "cad.kernel.to_brep:to_brep",
     "write_moved_step": "cad.step.write:write_moved_step",
 }
@@ -41,6 +43,7 @@ __all__ = [
     "seam_locations",
     "seam_planes",
     "seam_wire",
+    "show",
     "to_brep",
     "write_moved_step",
 ]

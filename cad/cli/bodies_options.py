@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from wpcal.cli.option_groups import option
+from wpcal.core.wording import shown
 
 if TYPE_CHECKING:
     from cad.workpiece.bodies import BodiesOptions, BodyGroup
@@ -15,6 +18,8 @@ EACH_SOLID = "each"
 """What ``--bodies`` means without a file."""
 USUAL_BENDING = "1"
 """What ``--bending`` means without a number; `wpcal.calibrate.bodies.bending` has the reason."""
+USUAL_CONTACTS = "usual"
+"""What ``--contacts`` means without a number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +31,7 @@ class BodiesFlags:
         metavar="[FILE]",
         is_flag=False,
         flag_value=EACH_SOLID,
+        callback=lambda _context, _parameter, value: _json_file(value),
         help=(
             "The bodies may have moved since the model: each solid, the members of a part of one solid, or those of "
             "FILE (JSON: names, solids, tack_mm, tack_mrad). Seams are where moved faces meet."
@@ -40,17 +46,6 @@ class BodiesFlags:
         "--tack-mrad",
         type=float,
         help="Tack tolerance of the turn of a body: standard deviation, for --bodies.  [default: 3]",
-    )
-    bending_mm: float | None = option(
-        "--bending",
-        metavar="[MM]",
-        type=float,
-        is_flag=False,
-        flag_value=USUAL_BENDING,
-        help=(
-            "Long plates may have bent, too, for --bodies: MM is the root mean square bow of a plate of 1 m; "
-            f"without a number {USUAL_BENDING} mm."
-        ),
     )
 
     def to_options(self) -> BodiesOptions | None:
@@ -67,10 +62,8 @@ class BodiesFlags:
         if self.bodies is None:
             if self.tack_mm is not None or self.tack_mrad is not None:
                 raise InputError("--tack-mm and --tack-mrad are for --bodies")
-            if self.bending_mm is not None:
-                raise InputError("--bending is for --bodies")
             return None
-        return replace(BodiesOptions.of(self.tack_mm, self.tack_mrad, self.groups()), bending_mm=self.bending_mm)
+        return BodiesOptions.of(self.tack_mm, self.tack_mrad, self.groups())
 
     @property
     def file(self) -> Path | None:
@@ -84,3 +77,59 @@ class BodiesFlags:
         from cad.workpiece.bodies import read_bodies
 
         return read_bodies(self.file)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitBodiesFlags(BodiesFlags):
+    """Whether they may have moved and bent, and whether what lay on each other still does."""
+
+    contacts: str | None = option(
+        "--contacts",
+        metavar="[MM]",
+        is_flag=False,
+        flag_value=USUAL_CONTACTS,
+        help=(
+            "With --bodies: plane faces of two bodies that touch in the model stay on each other; they come apart by "
+            "MM (standard deviation).  [default: half of --gap-mm]"
+        ),
+    )
+    bending_mm: float | None = option(
+        "--bending",
+        metavar="[MM]",
+        type=float,
+        is_flag=False,
+        flag_value=USUAL_BENDING,
+        help=(
+            "With --bodies: long plates may have bent, too. MM is the root mean square bow of a plate of 1 m; "
+            f"without a number {USUAL_BENDING} mm."
+        ),
+    )
+
+    def to_options(self) -> BodiesOptions | None:
+        """Check and return them; errors as in `BodiesFlags.to_options`."""
+        from wpcal.core.errors import InputError
+
+        options = BodiesFlags.to_options(self)
+        if options is None:
+            for name, value in (("--contacts", self.contacts), ("--bending", self.bending_mm)):
+                if value is not None:
+                    raise InputError(f"{name} is for --bodies")
+            return None
+        options = replace(options, bending_mm=self.bending_mm)
+        if self.contacts is None:
+            return options
+        try:
+            sigma_mm = None if self.contacts == USUAL_CONTACTS else float(self.contacts)
+        except ValueError:
+            raise InputError(f"--contacts: expected a number of mm, got {shown(self.contacts)}") from None
+        return replace(options, keeps_contacts=True, contact_sigma_mm=sigma_mm)
+
+
+def _json_file(value: str | None) -> str | None:
+    """Refuse a file that is no JSON file: what follows ``--bodies`` is taken for its file."""
+    if value is not None and value != EACH_SOLID and Path(value).suffix.lower() != ".json":
+        raise click.UsageError(
+            f"--bodies: expected a JSON file of bodies, got {shown(value)}; without a file, put --bodies last or "
+            "before another option"
+        )
+    return value

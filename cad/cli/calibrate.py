@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import FitBodiesFlags
 from cad.cli.holder import HolderFlags
 from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
@@ -85,7 +85,7 @@ class CalibrationFlags:
 
     touching: TouchFlags
     calibration: CalibrateFlags
-    moving: BodiesFlags
+    moving: FitBodiesFlags
     reading: ProgramFlags
     choice: SeamChoiceFlags
 
@@ -126,7 +126,7 @@ def run_arguments(run: TouchRun | None) -> dict[str, Any]:
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
 @takes("touching", TouchFlags)
 @takes("calibration", CalibrateFlags)
-@takes("moving", BodiesFlags)
+@takes("moving", FitBodiesFlags)
 @takes("holder", HolderFlags)
 @takes("reading", ProgramFlags)
 @takes("choice", SeamChoiceFlags)
@@ -139,7 +139,7 @@ def calibrate(
     out: Path,
     touching: TouchFlags,
     calibration: CalibrateFlags,
-    moving: BodiesFlags,
+    moving: FitBodiesFlags,
     holder: HolderFlags,
     reading: ProgramFlags,
     choice: SeamChoiceFlags,

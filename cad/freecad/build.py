@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Build the workbench: `python cad/freecad/build.py dist/wpcal-workbench.zip`.
+"""Build the workbench: `python -m cad.freecad.build dist/wpcal-workbench.zip`.
 
 The ZIP file holds one folder, `WpCal`, which is dropped into FreeCAD's `Mod` folder.
 """
@@ -11,10 +11,13 @@ import sys
 import zipfile
 from pathlib import Path
 
+from cad.freecad.texts import translation_file
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 FOLDER = "WpCal"
-LEFT_OUT = {"__pycache__", Path(__file__).name, "ruff.toml"}
+LEFT_OUT = {"__pycache__", ".ruff_cache", "build.py", "texts.py", "ruff.toml"}
+TRANSLATIONS = "freecad/wpcal_wb/resources/translations/WpCal.ts"
 MOMENT = (2020, 1, 1, 0, 0, 0)
 """The time of every file in the ZIP file: the same sources give the same bytes."""
 
@@ -26,6 +29,7 @@ def addon_files() -> dict[str, bytes]:
         for path in sorted(HERE.rglob("*"))
         if path.is_file() and not LEFT_OUT & set(path.relative_to(HERE).parts)
     }
+    files[TRANSLATIONS] = translation_file(HERE / "freecad").encode("utf-8")
     files["LICENSE"] = (ROOT / "LICENSE").read_bytes()
     package = files["package.xml"].decode("utf-8")
     files["package.xml"] = re.sub(r"<version>[^<]*", f"<version>{wpcal_version()}", package, count=1).encode("utf-8")

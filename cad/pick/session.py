@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from cad.pick.moving import MovingChoice
+from cad.pick.next_touches import next_for_bodies
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
 from cad.pick.touches import predict_touches, touch_at
@@ -199,21 +200,28 @@ class PickSession:
         dict
             ``features`` to add (empty if no further one helps); ``error_95_mm``, the largest 95 % error along the
             accepted seams that is predicted with them; the ``seam`` where it occurs; ``sigma_mm``, the teaching error
-            per axis assumed.
+            per axis assumed. If bodies may have moved, ``touches`` says what each feature is for (`next_for_bodies`).
 
         Raises
         ------
         InputError
-            When the name of a feature is unknown, rows were touched on faces, or as in `wpcal.advise.advise`.
+            When the name of a feature is unknown, rows were touched on faces of a part that is one body, or as in
+            `wpcal.advise.advise`.
         """
-        if "kind" in rows.columns:
+        choice = self.moving.to_options(self.groups)
+        if "kind" in rows.columns and choice is None:
             raise InputError("points are suggested for tables without a column kind")
-        if "feature" not in rows.columns:
+        if "feature" not in rows.columns and choice is None:
             raise InputError("points are suggested for tables with a column feature")
         features = self.part.workpiece.features
         have, others = _named_in(rows, features)
         taken = {feature.name for feature in (*have, *others)}
         sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
+        if choice is not None:
+            with self._busy:
+                part, weldment = self.part, self._with_sections()
+            ball_mm = self.options.ball_mm
+            return next_for_bodies(part, weldment, rows, (have, others), choice, sigma_mm=sigma_mm, ball_mm=ball_mm)
         least_squares = self.options.criterion is not Criterion.MINIMAX
         chosen = advise_set(
             [item for item in self.part.touchables if item.feature.kind.is_point and item.feature.name not in taken],
@@ -255,6 +263,8 @@ def _named_in(
     rows: Rows, features: Sequence[ReferenceFeature]
 ) -> tuple[list[ReferenceFeature], list[ReferenceFeature]]:
     """Return the features named by rows that are fitted, each once, and those named by other rows only."""
+    if "feature" not in rows.columns:
+        return [], []
     place, use = rows.columns.index("feature"), rows.columns.index("use") if "use" in rows.columns else None
     named: dict[bool, dict[str, ReferenceFeature]] = {True: {}, False: {}}
     for row in rows.cells:

@@ -89,7 +89,7 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
     WpcalError
         When a row cannot be understood.
     """
-    planned = _planned(part, rows, ball_mm)
+    planned = planned_touches(part, rows, ball_mm)
     nothing: dict[str, Any] = {"touches": [], "error_95_mm": None, "seam": "", "free": "", "sigma_mm": sigma_mm}
     if planned is None:
         return nothing
@@ -110,8 +110,22 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
     return {**nothing, "touches": arrows, **_worst(part.seams, covariance)}
 
 
-def _planned(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches, list[int]] | None:
-    """Return the touches at their model points, as if the part were at the base, and the index of the row of each."""
+def planned_touches(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches, list[int]] | None:
+    """Return the touches of rows at their model points, as if the part were at the base.
+
+    Parameters
+    ----------
+    part : PickPart
+    rows : Rows
+        Those with use ``yes`` and a model point or a feature count.
+    ball_mm : float
+        Radius of rows that state none.
+
+    Returns
+    -------
+    tuple or None
+        The touches and the index of the row of each; None for a table of features, or without such a row.
+    """
     columns = rows.columns
     if "kind" not in columns:
         return None

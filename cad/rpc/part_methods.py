@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import FitBodiesFlags
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import CalibrateFlags, SeamChoiceFlags
@@ -45,7 +45,7 @@ DECISIONS = "decisions"
 PART_OPTIONS = OptionSet(
     without=("details", "json", "accept_unsure"),
     calibration=CalibrateFlags,
-    moving=BodiesFlags,
+    moving=FitBodiesFlags,
     holder=HolderFlags,
     reading=ProgramFlags,
     choice=SeamChoiceFlags,

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.bodies.bending import Bends, find_bends
 from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
+from wpcal.calibrate.bodies.members import find_members
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
+from wpcal.core.wording import listed
 
 BODIES_SCHEMA = "wpcal/bodies/1"
 
@@ -55,12 +56,29 @@ class BodiesOptions:
         Every solid that is in no group is a body of its own.
     bending_mm : float or None
         Root mean square bow of a plate of 1 m; None: plates stay straight.
+    keeps_contacts : bool
+        Whether plane faces of two bodies that touch in the model stay on each other.
+    contact_sigma_mm : float or None
+        How far they may come apart or into each other: a standard deviation. None: half of the gap up to which members
+        count as in contact.
+
+    Raises
+    ------
+    InputError
+        When `contact_sigma_mm` is not positive.
     """
 
     tolerance: TackTolerance = field(default_factory=TackTolerance)
     is_stated: bool = False
     groups: tuple[BodyGroup, ...] = ()
     bending_mm: float | None = None
+    keeps_contacts: bool = False
+    contact_sigma_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        sigma_mm = self.contact_sigma_mm
+        if sigma_mm is not None and not 0.0 < sigma_mm < math.inf:
+            raise InputError(f"the gap that contacts may open must be a positive number of mm, got {sigma_mm:g}")
 
     @classmethod
     def of(cls, tack_mm: float | None, tack_mrad: float | None, groups: tuple[BodyGroup, ...] = ()) -> BodiesOptions:
@@ -97,11 +115,17 @@ def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
     """
     record = read_json(path, schema=BODIES_SCHEMA)
     usual = TackTolerance()
-    groups = []
-    for number, entry in enumerate(record.get("bodies", []), 1):
+    entries, groups = record.get("bodies"), list[BodyGroup]()
+    _refuse_unknown(record, ("schema", "bodies"), "the file", path)
+    if not entries:
+        raise FormatError("names no body; expected a list bodies with at least one", path=str(path))
+    for number, entry in enumerate(entries, 1):
         name = entry.get("name")
         if not name:
             raise FormatError(f"body {number} has no name", path=str(path))
+        _refuse_unknown(entry, ("name", "solids", "tack_mm", "tack_mrad"), f"body {name}", path)
+        if any(group.name == name for group in groups):
+            raise FormatError(f"body {name} is there twice: list all its solids once", path=str(path))
         tolerance = None
         if "tack_mm" in entry or "tack_mrad" in entry:
             try:
@@ -110,6 +134,12 @@ def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
                 raise FormatError(f"body {name}: {error}", path=str(path)) from None
         groups.append(BodyGroup(name, tuple(entry.get("solids", [name])), tolerance))
     return tuple(groups)
+
+
+def _refuse_unknown(record: dict[str, Any], known: tuple[str, ...], where: str, path: Path) -> None:
+    unknown = [name for name in record if name not in known]
+    if unknown:
+        raise FormatError(f"{where} has {listed(unknown)}; expected {', '.join(known)}", path=str(path))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,29 +176,51 @@ def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
         When a group names no solid of the part, or two groups name the same one, or the part is one body, or no body
         can bend that is asked to.
     """
-    graph = trimmed.graph
-    if len(graph.solid_names) == 1 and not options.groups:
-        face_body, names = _members(graph)
-        tolerances = [options.tolerance] * len(names)
-    else:
-        body_of_solid, names, tolerances = _grouped(graph.solid_names, options)
-        face_body = body_of_solid[graph.face_solid]
+    units, face_unit = units_of(trimmed)
+    body_of_unit, names, tolerances = _grouped(units, options)
+    face_body = body_of_unit[face_unit]
     if len(names) < 2:
-        raise InputError("the part is one body: nothing can have moved in it")
+        raise InputError(_one_body(trimmed.graph, options))
     faces = [np.flatnonzero(face_body == body) for body in range(len(names))]
     borders = [_border(trimmed, own) for own in faces]
     boxes = [(p.min(axis=0) + p.max(axis=0)) / 2.0 for p in borders]
     bends = Bends.none()
     if options.bending_mm is not None:
+        graph = trimmed.graph
         planes = [own[graph.face_kind[own] == SurfaceKind.PLANE] for own in faces]
         bends = find_bends(borders, [graph.face_frame[own, 3] for own in planes], options.bending_mm)
     return PartBodies(Bodies(tuple(names), np.stack(boxes), tuple(tolerances), bends), face_body)
 
 
+def _one_body(graph: BrepGraph, options: BodiesOptions) -> str:
+    what = "the part is one body: nothing can have moved in it"
+    if options.groups:
+        return f"{what}; put its solids into two bodies or more"
+    return f"{what}; no concave edges divide its one solid (a face that runs over two plates joins them)"
+
+
+def units_of(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
+    """Return what can move by itself: the solids, or the members of a part of one solid.
+
+    Parameters
+    ----------
+    trimmed : TrimmedFaces
+
+    Returns
+    -------
+    names : tuple of str
+    face_unit : ndarray of int, shape (F,)
+    """
+    graph = trimmed.graph
+    if len(graph.solid_names) > 1:
+        return graph.solid_names, graph.face_solid
+    return find_members(trimmed)
+
+
 def _grouped(solids: Sequence[str], options: BodiesOptions) -> tuple[IntArray, list[str], list[TackTolerance]]:
     group_of: dict[int, BodyGroup] = {}
     for group in options.groups:
-        found = [i for i, solid in enumerate(solids) if any(fnmatchcase(solid, pattern) for pattern in group.solids)]
+        found = [i for i, solid in enumerate(solids) if any(_is_named(solid, pattern) for pattern in group.solids)]
         if not found:
             raise InputError(
                 f"body {group.name}: the part has no solid {', '.join(group.solids)}; it has {_few(solids)}"
@@ -177,11 +229,17 @@ def _grouped(solids: Sequence[str], options: BodiesOptions) -> tuple[IntArray, l
             if i in group_of:
                 raise InputError(f"solid {solids[i]} is in two bodies: {group_of[i].name} and {group.name}")
             group_of[i] = group
+    taken = {group.name for group in options.groups}
     names: list[str] = []
     tolerances: list[TackTolerance] = []
     body = np.zeros(len(solids), dtype=np.int64)
     for i, solid in enumerate(solids):
         own = group_of.get(i, BodyGroup(solid, (solid,)))
+        if i not in group_of and solid in taken:
+            raise InputError(
+                f"body {solid} does not hold the solid {solid}, which is in no body: give the body another name, or "
+                "list the solid"
+            )
         name = own.name
         if name not in names:
             names.append(name)
@@ -190,14 +248,9 @@ def _grouped(solids: Sequence[str], options: BodiesOptions) -> tuple[IntArray, l
     return body, names, tolerances
 
 
-def _members(graph: BrepGraph) -> tuple[IntArray, list[str]]:
-    """Divide the faces of one solid at concave edges: what is joined over other edges only is a member."""
-    two_sided = np.flatnonzero((graph.edge_faces >= 0).all(axis=1))
-    joined = two_sided[~are_concave(graph, two_sided)]
-    n = len(graph.face_solid)
-    a, b = graph.edge_faces[joined].T
-    count, face_body = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
-    return np.asarray(face_body, dtype=np.int64), [f"member {i + 1}" for i in range(count)]
+def _is_named(solid: str, pattern: str) -> bool:
+    """Whether a name is the one given; * and ? match any letters, and a bracket is a bracket."""
+    return solid == pattern or fnmatchcase(solid, pattern.replace("[", "[[]"))
 
 
 def _border(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:

@@ -334,7 +334,11 @@ def calibrate_files(
         issues = means.write_moved(
             source, found.T_base_part, folder / moved, seams=marked, bake=bake, T_part_moved=own, progress=progress
         )
-        issues = (*apart, *(() if found.moved is None else found.moved.gap_notes()), *issues)
+        issues = (
+            *apart,
+            *(() if found.moved is None else (*found.moved.contact_notes(), *found.moved.gap_notes())),
+            *issues,
+        )
         if part_glb is not None:
             (folder / PART_FILE).write_bytes(part_glb)
         record = found.to_record((*run_issues, *issues, *mesh_issues))

@@ -13,18 +13,21 @@ from cad.workpiece.fit_taught import CalibrateOptions, Observed
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.calibrate.bodies.bodies import Contacts
+from wpcal.calibrate.bodies.contacts import find_contacts
 from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
 from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies
 from wpcal.calibrate.criteria import RIVAL, SILENT, Criterion
 from wpcal.calibrate.result import CalibrationResult
+from wpcal.calibrate.solver_report import SolverReport
 from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
-from wpcal.core.wording import listed
+from wpcal.core.wording import counted, listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
 from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
@@ -32,6 +35,9 @@ from wpcal.taught.table import TaughtPoints
 
 STILL_TRUE = (RIVAL, SILENT)
 """Codes of issues of the part as one body that hold for its bodies, too: another place of the whole is not excluded."""
+
+USUAL_CONTACT_SHARE = 0.5
+"""Of the gap up to which members count as in contact: 95 % of the tacked plates are then within this gap."""
 
 OVERLAP_MM = 0.05
 """A smaller overlap of two plates is a burr or round-off, and is not told."""
@@ -55,6 +61,10 @@ class MovedWorkpiece:
         At the frames of each seam.
     gap_limit_mm : float
         Members count as in contact up to this gap (`SeamOptions.gap_for`); a wider one is told per seam.
+    contacts : Contacts or None
+        Where bodies were kept on each other.
+    contact_sigma_mm : float
+        How far they may come apart: standard deviation.
     """
 
     bodies: MovedBodies
@@ -63,6 +73,8 @@ class MovedWorkpiece:
     seams: tuple[MovedSeam, ...]
     errors: tuple[MeetingErrors, ...]
     gap_limit_mm: float
+    contacts: Contacts | None = None
+    contact_sigma_mm: float = 0.0
 
     @property
     def u95_mm(self) -> tuple[FloatArray, ...]:
@@ -118,6 +130,17 @@ class MovedWorkpiece:
         """Return the names of the bodies between which a seam lies."""
         names = self.bodies.fit.motions.bodies.names
         return [names[b] for b in dict.fromkeys([*moved.base_body.tolist(), *moved.wall_body.tolist()]) if b >= 0]
+
+    def contact_notes(self) -> tuple[Issue, ...]:
+        """Return how many contacts were kept, or that there is none."""
+        if self.contacts is None:
+            return ()
+        if not len(self.contacts):
+            return (Issue("no-contacts", "--contacts: no plane faces of two bodies lie on each other in the model"),)
+        first, second = self.contacts.first.tolist(), self.contacts.second.tolist()
+        pairs = {frozenset(pair) for pair in zip(first, second, strict=True)}
+        what = f"{counted(len(pairs), 'pair')} of bodies {'is' if len(pairs) == 1 else 'are'} kept on each other"
+        return (Issue("contacts-kept", f"{what}, within {self.contact_sigma_mm:.2g} mm (standard deviation)"),)
 
     def gap_notes(self) -> tuple[Issue, ...]:
         """Return which accepted seams are wider than usual, and which overlap by more than errors explain."""
@@ -197,6 +220,10 @@ def fit_weldment(
     assert touches is not None  # of the rows that were fitted as one part
     body = bodies_of(touches, part.face_body)
     sigma = _sigma(rigid, touches, options)
+    gap_limit_mm = options.seams.gap_for(workpiece.graph)
+    contacts, sigma_mm = None, choice.contact_sigma_mm or gap_limit_mm * USUAL_CONTACT_SHARE
+    if choice.keeps_contacts:
+        contacts = find_contacts(workpiece.trimmed, part.face_body, gap_mm=gap_limit_mm, sigma_mm=sigma_mm)
     found = fit_moved_bodies(
         touches,
         body,
@@ -204,6 +231,7 @@ def fit_weldment(
         rigid.T_base_part,
         sigma_mm=options.teaching.per_axis_mm or sigma.mm,  # a smaller one than the digits show is for exact touches
         estimate=not choice.is_stated,
+        contacts=contacts,
         seed=options.seed,
     )
     motions = found.fit.motions
@@ -211,8 +239,7 @@ def fit_weldment(
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
     result = _judged(rigid, found, moved, sigma, observed_on)
-    gap_limit_mm = options.seams.gap_for(workpiece.graph)
-    return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm)
+    return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm)
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
@@ -322,6 +349,7 @@ def _judged(
         T_base_nominal=T @ rigid.T_nominal_part.inverse(),
         criterion=Criterion.WEIGHTED,
         lower_bound_mm=0.0,
+        solver=_then_bodies(rigid.solver),
         sigma=sigma,
         covariance=fit.covariance[:6, :6],
         judgement=judge_bodies(evidence),
@@ -333,3 +361,9 @@ def _judged(
         known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm,
     )
     return replace(result, objective_mm=result.residuals.rms_mm)
+
+
+def _then_bodies(solver: SolverReport) -> SolverReport:
+    """Return how this answer was found; the course of the search is that of the part as one body."""
+    method = f"{solver.method}, then damped Gauss-Newton on the motions of the bodies"
+    return replace(solver, method=method, trace=None, annealed_objective_mm=None)

@@ -127,7 +127,7 @@ def draw_touches(
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     progress(f"finding seams: {workpiece.size}")
     # the touches are on the part as read: curves that the search for seams adds are no borders of faces
-    found, _ = find_seams(workpiece, seam_options or SeamOptions(), choice)
+    found, with_curves = find_seams(workpiece, seam_options or SeamOptions(), choice)
     counted = _counted_seams(found, seams)
     part_glb = _triangles(workpiece, progress)
     material = None if part_glb is None else TriangleMaterial.of(read_part_glb(part_glb))
@@ -138,7 +138,7 @@ def draw_touches(
         counted,
         workpiece.features,
         material,
-        None if bodies is None else tacked_bodies(workpiece, counted, bodies),
+        None if bodies is None else tacked_bodies(with_curves, counted, bodies),
     )
     options, reach = options or TouchOptions(), None
     if cell is not None:

@@ -5,13 +5,14 @@ Importing this module does not load the CAD kernel: a process without it can hol
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.script_shapes import script_shapes
 from cad.workpiece.step_file import StepFile
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
@@ -103,9 +104,9 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
 
     Parameters
     ----------
-    step : path, build123d shape, iterable of build123d shapes, or Workpiece
-        A STEP file, or shapes in mm: the label of a shape becomes the name of its solid. A part that is open already
-        is returned as it is.
+    step : path, build123d or CadQuery shape, iterable of these, or Workpiece
+        A STEP file, or shapes in mm: the label of a shape becomes the name of its solid. A CadQuery `Workplane` or
+        `Assembly` is taken, too. A part that is open already is returned as it is.
     cache : AnswerCache
         Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is kept.
 
@@ -128,7 +129,7 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
         return Workpiece(file.content.graph, file.features, file.content.issues, file)
     from cad.kernel.to_brep import to_brep
 
-    shapes = tuple(step) if isinstance(step, Iterable) and not hasattr(step, "wrapped") else (step,)
+    shapes = script_shapes(step)
     named = _named_solids(shapes)
     if not named:
         raise InputError("the shapes given hold no solid")

@@ -31,10 +31,10 @@ class Wpcal:
 
 
 if __name__ == "__main__":
-    (step, table, out), wpcal = sys.argv[1:], Wpcal()
-    print("wpcal", wpcal.ask("hello")["wpcal"])
-    part = wpcal.ask("open", path=step)["handle"]
+    (step, table, out), session = sys.argv[1:], Wpcal()
+    print("wpcal", session.ask("hello")["wpcal"])
+    part = session.ask("open", path=step)["handle"]
     taught = {"path": table}
-    print(wpcal.ask("calibrate", handle=part, taught=taught)["record"]["verdict"])
-    print(*wpcal.ask("save", handle=part, taught=taught, out=out)["files"])
-    wpcal.ask("shutdown")
+    print(session.ask("calibrate", handle=part, taught=taught)["record"]["verdict"])
+    print(*session.ask("save", handle=part, taught=taught, out=out)["files"])
+    session.ask("shutdown")

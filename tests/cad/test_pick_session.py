@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession, fault_record
@@ -186,6 +187,22 @@ def test_nothing_is_suggested_for_touches_or_unknown_features(part: PickPart) ->
         session.suggest(touches)
     with pytest.raises(InputError, match="no feature 'V99'"):
         session.suggest(named("V99"))
+
+
+def test_points_are_suggested_for_bodies_that_may_have_moved(part: PickPart) -> None:
+    """A plate without a touch comes first; touches on faces count as well as features."""
+    session = PickSession(part)
+    session.choose(MovingChoice(is_on=True, tack_mm=2.0))
+    assert len(session.suggest(Rows())["features"]) == 4
+    on_base = named("V1", "V3", "V13", "H1")
+    found = session.suggest(on_base)
+    (touch,) = found["touches"]
+    assert found["features"] == [touch["name"]]
+    assert touch["body"] == "web"
+    assert f"seam {touch['seam']} from {touch['before_mm']:.2f} mm to {touch['after_mm']:.2f} mm" in touch["sentence"]
+    touches = session.read((TEE / "touches_321.csv").read_bytes(), name="touches_321.csv")[0]
+    (on_faces,) = session.suggest(touches)["touches"]
+    assert on_faces["body"] == "web"  # the six touches of the table are on the base
 
 
 def test_a_row_touched_on_the_neighbour_of_its_feature_comes_with_that_feature(part: PickPart) -> None:

@@ -1,5 +1,7 @@
 """The example scripts of docs/ do what they say."""
 
+import json
+import os
 import re
 import runpy
 import sys
@@ -57,6 +59,21 @@ def test_without_cad_fits_arrays(run_example: Run) -> None:
     shown = run_example("without_cad.py")
     assert "PASS: 0.107 mm at A; no fit is below 0.107 mm" in shown
     assert "correction of the cell's model: SixTuple(x_mm=0.0" in shown
+
+
+def test_the_weldment_goes_from_the_model_to_the_program(
+    run_example: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = (ROOT / "docs" / "examples" / "weldment.py").read_text(encoding="utf-8")
+    assert len(script.splitlines()) <= 30
+    assert f"```python\n{script}```" in (ROOT / "docs" / "how-to" / "scripting.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
+    shown = run_example("weldment.py")
+    assert "PASS; the real plate ends at" in shown
+    names = [seam["name"] for seam in json.loads((tmp_path / "result" / "seams.json").read_text())["seams"]]
+    assert "root" in names
+    assert (tmp_path / "result" / "rapid" / "WPCAL.mod").is_file()
 
 
 def test_in_steps_writes_the_moved_part(run_example: Run, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ needs_freecad = pytest.mark.skipif(shutil.which("freecadcmd") is None, reason="F
 def install_addon(home: Path) -> Path:
     """Build the ZIP file, unpack it into the folder `Mod` of a fresh home, and return that folder."""
     target = home / "workbench.zip"
-    subprocess.run([sys.executable, str(ROOT / "cad/freecad/build.py"), str(target)], check=True)
+    subprocess.run([sys.executable, "-m", "cad.freecad.build", str(target)], cwd=ROOT, check=True)
     mod = home / ".local/share/FreeCAD/Mod"
     with zipfile.ZipFile(target) as archive:
         archive.extractall(mod)

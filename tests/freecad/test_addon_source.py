@@ -35,13 +35,15 @@ def test_only_freecad_qt_and_the_standard_library_are_imported(path: Path) -> No
 
 def test_the_zip_file_is_one_folder_with_all_that_freecad_reads(tmp_path: Path) -> None:
     target = tmp_path / "dist" / "workbench.zip"
-    subprocess.run([sys.executable, str(ADDON / "build.py"), str(target)], check=True)
+    subprocess.run([sys.executable, "-m", "cad.freecad.build", str(target)], cwd=ROOT, check=True)
     with zipfile.ZipFile(target) as archive:
         names = archive.namelist()
         package = ET.fromstring(archive.read("WpCal/package.xml"))
+        texts = ET.fromstring(archive.read("WpCal/freecad/wpcal_wb/resources/translations/WpCal.ts"))
     assert all(name.startswith("WpCal/") for name in names)
     assert {f"WpCal/{path.relative_to(ADDON).as_posix()}" for path in SOURCES} <= set(names)
     assert "WpCal/freecad/__init__.py" not in names, "FreeCAD's own package would be hidden"
+    assert {"Features and seams", "Suggest next", "weld", "Cancelled."} <= {one.text for one in texts.iter("source")}
     space = {"p": "https://wiki.freecad.org/Package_Metadata"}
     for icon in package.iterfind(".//p:icon", space):
         assert f"WpCal/{icon.text}" in names

@@ -15,7 +15,7 @@ from wpcal.results.folder import read_finished
 
 TEE = ROOT / "fixtures" / "tee"
 STEPS = Path(__file__).parent / "inside" / "steps_job.py"
-LONGEST_S = 120
+LONGEST_S = 240
 SAME_POSE = 1e-6
 """FreeCAD writes coordinates of STEP files with 15 digits: the pose is that of the golden result."""
 LARGEST_PICTURE_BYTES = 150_000
@@ -44,6 +44,13 @@ def test_a_click_and_typed_coordinates_become_the_golden_calibration(job: tuple[
     assert run.facts["summary"].startswith("PASS")
     distances = [f"{point['distance_mm']:.3f}" for point in golden["points"]]
     assert run.facts["residuals"] == distances
+
+
+def test_the_preferences_find_wpcal_and_say_how_to_install_it(job: tuple[WindowRun, Path]) -> None:
+    run, _ = job
+    assert Path(run.facts["found"]).samefile(Path(sys.executable).parent / "wpcal")
+    assert "/nowhere/wpcal" in run.facts["missing"]
+    assert "pipx install" in run.facts["missing"]
 
 
 def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple[WindowRun, Path]) -> None:

@@ -17,6 +17,7 @@ from cad.step.bake import bake_text
 from cad.step.open_text import read_step_text
 from cad.step.part21 import index_part21
 from cad.step.products import components_of, find_roots
+from cad.workpiece.bodies import read_bodies
 from tests.fuzz.audited import audited_targets
 from tests.fuzz.further import CELL, further_targets
 from tests.fuzz.rpc_lines import rpc_targets
@@ -144,6 +145,7 @@ def targets() -> dict[str, Target]:
         "taught": Target(taught, table_seeds),
         "rows": Target(rows, table_seeds),
         "pairs": Target(of_path(read_pairs), (seed("pairs.csv"), (FIXTURES / "yin2003" / "table1.csv").read_bytes())),
+        "bodies": Target(of_path(read_bodies), ((FIXTURES / "uprights" / "bodies.json").read_bytes(),)),
         "bases": Target(of_path(read_base_points), (seed("bases.csv"),)),
         "poses": Target(of_path(lambda path: read_poses(path, mh6())), (seed("poses.csv"),)),
         "joints": Target(of_path(lambda path: read_taught_joints(path, mh6())), (seed("joints.csv"),)),

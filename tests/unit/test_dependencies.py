@@ -27,9 +27,10 @@ def declared() -> set[str]:
 
 
 def imported() -> set[str]:
-    """Return the first names of all imports in the two packages."""
+    """Return the first names of all imports in the two packages; the workbench runs in FreeCAD's own Python."""
     names: set[str] = set()
-    for path in (path for package in ("wpcal", "cad") for path in (ROOT / package).rglob("*.py")):
+    paths = (path for package in ("wpcal", "cad") for path in (ROOT / package).rglob("*.py"))
+    for path in (path for path in paths if not path.is_relative_to(ROOT / "cad" / "freecad")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 names |= {alias.name.partition(".")[0] for alias in node.names}

@@ -27,7 +27,7 @@ LARGEST_WHOLE = 2**64
 """Whole numbers: seeds have up to 64 bits."""
 MOST_LEVELS = 64
 """Lists and objects in one another, in a field that the schema does not know."""
-_ENTRY_WORDS = {"frames": "point", "searches": "search"}
+_ENTRY_WORDS = {"frames": "point", "searches": "search", "bodies": "body"}
 """Names of list entries that are not the singular of the list's name: ``seams.csv`` counts points, too."""
 
 Where: TypeAlias = "tuple[Where, str | int] | None"

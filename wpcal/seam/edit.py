@@ -58,7 +58,7 @@ class PlacedEdit:
 
     candidate: Candidate
     edit: SeamEdit
-    path: str
+    path: str = "script"
 
 
 def read_edits(path: Path) -> tuple[PlacedEdit, ...]:

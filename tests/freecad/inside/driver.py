@@ -21,7 +21,7 @@ import FreeCAD
 import FreeCADGui
 from PySide import QtCore, QtGui
 
-WAIT_S = 30
+WAIT_S = 60
 POLL_MS = 20
 SETTLE_S = 0.15
 """The 3-D view needs a moment after the pointer came before it knows what is under it."""

@@ -13,6 +13,8 @@ import FreeCADGui
 from PySide import QtCore, QtGui
 
 FIXTURE = Path(os.environ["WPCAL_TEE"])
+OFF = 5
+"""The column of the residuals in the panel of taught points."""
 
 
 def read_rows():
@@ -55,6 +57,7 @@ def steps(window):
     window.view().fitAll()
     before = state_of_model(document)
     yield 0.3
+    yield from preferences(window)
     yield from features_and_seams(window, document)
     yield from taught_points(window, document)
     yield from calibrate(window, document)
@@ -62,6 +65,23 @@ def steps(window):
     yield from export(window, document)
     yield from touch_plan(window, document)
     yield from reopen(window, document)
+
+
+def preferences(window):
+    window.say("preferences")
+    from freecad.wpcal_wb.preferences import PreferencePage
+
+    page = PreferencePage()
+    page.loadSettings()
+    page.form.show()
+    page.find()
+    yield lambda: page.answer.text().endswith("answers.")
+    window.facts["found"] = page.edit.text()
+    page.edit.setText("/nowhere/wpcal")
+    page.test()
+    yield lambda: "cannot be started" in page.answer.text()
+    window.facts["missing"] = page.answer.text()
+    page.form.close()
 
 
 def features_and_seams(window, document):
@@ -99,9 +119,9 @@ def taught_points(window, document):
         for name in ("x_mm", "y_mm", "z_mm", "use"):
             panel.model.change({(number, name): row[name]}, "Type")
         yield 0
-    yield lambda: panel.summary.text().startswith("PASS")
+    yield lambda: not panel.is_busy and all(table.item(row, OFF).text() for row in range(len(rows)))
     window.facts["summary"] = panel.summary.text()
-    window.facts["residuals"] = [table.item(row, 5).text() for row in range(table.rowCount())]
+    window.facts["residuals"] = [table.item(row, OFF).text() for row in range(table.rowCount())]
     yield from window.shot("freecad-touches")
     panel.reject()
 

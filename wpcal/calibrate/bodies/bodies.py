@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -70,6 +71,12 @@ class Contacts:
 
     def __len__(self) -> int:
         return len(self.p_part)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Contacts]) -> Contacts:
+        """Return the contacts of all parts."""
+        names = ("p_part", "normal_part", "first", "second", "sigma_mm")
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
     @classmethod
     def none(cls) -> Contacts:

@@ -194,8 +194,8 @@ def fit_moved_bodies(
         As in `fit_bodies`.
     """
     fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts)
-    evidence = judge_motion(fit.whitened, seed=seed)
-    estimated = estimated_tolerances(fit.whitened, bodies) if estimate else None
+    evidence = judge_motion(fit.whitened.without_contacts(), seed=seed)
+    estimated = estimated_tolerances(fit.whitened.without_contacts(), bodies) if estimate else None
     if estimated is not None:
         fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts)
     source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED

@@ -40,6 +40,11 @@ class Whitened:
     touch: IntArray
     bends: int
 
+    def without_contacts(self) -> Whitened:
+        """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
+        rows = self.touch >= 0
+        return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows], self.bends)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:

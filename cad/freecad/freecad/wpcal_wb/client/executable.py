@@ -71,10 +71,10 @@ def found_executables() -> Iterator[Executable]:
 def how_to_install() -> str:
     """Return what to do when there is no wpcal."""
     return translate(
-        "wpcal was not found. Install it outside FreeCAD, with Python 3.11 or later:\n"
-        "    pipx install wpcal\n"
+        "wpcal was not found. Install it outside FreeCAD, with Python 3.11 or later, in a folder with its source:\n"
+        "    pipx install .\n"
         "or in an environment of its own:\n"
-        "    python3 -m venv ~/wpcal && ~/wpcal/bin/pip install wpcal\n"
+        "    python3 -m venv ~/wpcal && ~/wpcal/bin/pip install .\n"
         "Then name the executable in Edit > Preferences > wpcal, or press Find there."
     )
 

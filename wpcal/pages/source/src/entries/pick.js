@@ -232,10 +232,11 @@ class Picker {
     const { answer, fault } = await post("suggest", this.rows.toRecord());
     suggestButton.disabled = false;
     if (fault) return this.status.say(fault.message, "wrong");
-    const { features, error_95_mm, seam, sigma_mm } = answer;
+    const { features, error_95_mm, seam, sigma_mm, touches = [] } = answer;
     const error = `${fixed(error_95_mm)} mm, on ${seam}, for a teaching error of ${short(sigma_mm)} mm per axis`;
     if (!features.length) return this.status.say(`No further point reduces the largest 95 % error: ${error}.`);
-    const text = `Touch ${features.join(", ")}. With all points, the 95 % error is at most ${error}.`;
+    const what = touches.length === 1 ? touches[0].sentence.replace(/^t/, "T") : `Touch ${features.join(", ")}`;
+    const text = `${what}. With all points, the 95 % error is at most ${error}.`;
     return this.table.addFeatures(features, text);
   }
 

@@ -1,0 +1,85 @@
+"""Which features to touch next on a part whose bodies may have moved: with zero touches of a body, too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from cad.pick.part import PickPart
+from cad.pick.rows import Rows
+from cad.pick.touches import planned_touches
+from cad.workpiece.advise_bodies import advise_bodies
+from cad.workpiece.bodies import BodiesOptions
+from cad.workpiece.workpiece import Workpiece
+from wpcal.features import ReferenceFeature
+
+FIRST_POINTS = 4
+"""As many are suggested at first: they hold the whole part. Then one at a time."""
+
+SAME_MM = 1e-3
+"""A feature this near to a touched point of the model is that point."""
+
+
+def next_for_bodies(
+    part: PickPart,
+    weldment: Workpiece,
+    rows: Rows,
+    named: tuple[Sequence[ReferenceFeature], Sequence[ReferenceFeature]],
+    choice: BodiesOptions,
+    *,
+    sigma_mm: float,
+    ball_mm: float,
+) -> dict[str, Any]:
+    """Choose the features that lower the error of the worst seam most.
+
+    Parameters
+    ----------
+    part : PickPart
+    weldment : Workpiece
+        The part with the curves on which its seams lie.
+    rows : Rows
+        Touches on faces and edges count as well as features.
+    named : tuple
+        Features of rows that are fitted, and of other rows.
+    choice : BodiesOptions
+    sigma_mm : float
+        Teaching error per axis.
+    ball_mm : float
+        Radius of rows that state none.
+
+    Returns
+    -------
+    dict
+        As of `PickSession.suggest`, and ``touches``: for each feature its body, the seam that it serves, the error of
+        this seam before and after, and a sentence.
+    """
+    have, others = named
+    taken = {feature.name for feature in (*have, *others)}
+    planned = planned_touches(part, rows, ball_mm)
+    made = np.zeros((0, 3)) if planned is None else planned[0].p_base
+    free = [
+        item
+        for item in part.touchables
+        if item.feature.kind.is_point
+        and item.feature.name not in taken
+        and not (np.linalg.norm(made - item.feature.p_mm, axis=1) < SAME_MM).any()
+    ]
+    found = advise_bodies(
+        weldment,
+        [seam for seam in part.seams if seam.accepted],
+        free,
+        choice,
+        sigma_mm=sigma_mm,
+        have=have if planned is None else (),
+        touched=None if planned is None else planned[0],
+        count=max(FIRST_POINTS - (len(have) if planned is None else len(made)), 1),
+    )
+    return {
+        "features": [touch.name for touch in found.touches],
+        "error_95_mm": found.error_95_mm,
+        "seam": found.seam,
+        "sigma_mm": sigma_mm,
+        "touches": [touch.to_record() for touch in found.touches],
+    }
