@@ -23,6 +23,9 @@ from wpcal.core.wording import listed
 
 BODIES_SCHEMA = "wpcal/bodies/1"
 
+KNOWN = ("name", "solids", "tack_mm", "tack_mrad", "faces", "centre_mm", "size_mm")
+"""What a body may have in a file. The last three are written to recognise it by, and are not read."""
+
 
 @dataclass(frozen=True, slots=True)
 class BodyGroup:
@@ -123,7 +126,7 @@ def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
         name = entry.get("name")
         if not name:
             raise FormatError(f"body {number} has no name", path=str(path))
-        _refuse_unknown(entry, ("name", "solids", "tack_mm", "tack_mrad"), f"body {name}", path)
+        _refuse_unknown(entry, KNOWN, f"body {name}", path)
         if any(group.name == name for group in groups):
             raise FormatError(f"body {name} is there twice: list all its solids once", path=str(path))
         tolerance = None

@@ -117,6 +117,18 @@ def test_options_that_do_not_go_together(tmp_path: Path, arguments: list[str], w
     assert not (tmp_path / "out").exists()
 
 
+def test_the_file_that_is_written_says_what_no_file_says(uprights: Workpiece, tmp_path: Path) -> None:
+    path = tmp_path / "bodies.json"
+    assert run_here("bodies", PART, "-o", str(path)).returncode == 0
+    usual = find_bodies(uprights.trimmed, BodiesOptions())
+    read = find_bodies(uprights.trimmed, BodiesOptions(groups=read_bodies(path)))
+    assert (read.bodies.names, read.bodies.tolerances) == (usual.bodies.names, usual.bodies.tolerances)
+    assert (read.face_body == usual.face_body).all()
+    again = run_here("bodies", PART, "-o", str(path))
+    assert again.returncode == 2
+    assert "exists" in again.stderr
+
+
 def test_the_fixture_is_what_it_says() -> None:
     record = json.loads((UPRIGHTS / "bodies.json").read_text())
     assert [group.name for group in read_bodies(UPRIGHTS / "bodies.json")] == [b["name"] for b in record["bodies"]]

@@ -23,6 +23,7 @@ COMMANDS = {
     "advise": "tee.step --count 3",
     "audit": "out",
     "bases": "cell/two-mh6.json touched.csv -o new",
+    "bodies": "tee.step -o new.json",
     "cell": "check cell/two-mh6.json -o new",
     "correct": "joints.csv --robot mh6",
     "demo": "-o new",

@@ -16,7 +16,7 @@ OUR_PACKAGES = ("wpcal", "cad")
 
 SECTIONS: Mapping[str, Sequence[str]] = {
     "Begin": ("demo",),
-    "Look at the part": ("features", "seams", "torches", "advise", "sheet"),
+    "Look at the part": ("features", "seams", "bodies", "torches", "advise", "sheet"),
     "Teach": ("pick", "taught", "match"),
     "Calibrate": ("calibrate", "batch", "report", "welds", "export", "audit", "diff"),
     "Without a part": ("fit", "study"),
