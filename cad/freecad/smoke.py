@@ -132,7 +132,7 @@ class Smoke:
         """Write the result folder and an ABB program."""
         session, out = session_of(self.document), self.folder / "result"
         table = str(self.folder / "taught.csv")
-        saved = session.ask("save", {**fit_params(self.document, {}), "table": table, "out": str(out)}).wait(300)
+        saved = session.ask("save", {**fit_params(self.document), "table": table, "out": str(out)}).wait(300)
         params = {"folder": str(out), "formats": ["rapid"]}
         written = session.client.call("export", params).wait(300)["files"]["rapid"]
         return f"{len(saved['files'])} files, {Path(written[0]).name}"
@@ -143,7 +143,7 @@ class Smoke:
         self.document.saveAs(file)
         FreeCAD.closeDocument(self.document.Name)
         self.document = FreeCAD.openDocument(file)
-        if not fit_params(self.document, {})["taught"]["rows"] or placed_part(self.document) is None:
+        if not fit_params(self.document)["taught"]["rows"] or placed_part(self.document) is None:
             raise RuntimeError("taught points or the placed part were lost")
         return f"{Path(file).stat().st_size} bytes"
 

@@ -7,12 +7,18 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
 
+from cad.pick.shared_seams import read_decisions
 from cad.rpc.options import command_named, describe_options, name_of, usage_told, words_of
+from cad.rpc.protocol import method_names
 from wpcal.core.errors import InputError
+from wpcal.core.records import to_json
+from wpcal.core.wording import shown
+from wpcal.seam.record import SEAMS_SCHEMA
 
 GIVEN_BY_PARAMS = frozenset({"out", "json", "format", "write_templates", "write_setup", "check", "no_cache"})
 """Options that a request states by its params, and those that print or only prepare something."""
@@ -23,7 +29,15 @@ CommandMethod = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 
 def options_of(method: str) -> list[dict[str, Any]]:
-    """Return the options of a method; none if it takes none."""
+    """Return the options of a method; none if it takes none.
+
+    Raises
+    ------
+    InputError
+        If there is no such method.
+    """
+    if method not in method_names():
+        raise InputError(f"{shown(method)}: no such method; known: {', '.join(method_names())}")
     if method in COMMANDS:
         return describe_options(_options(method))
     from cad.rpc.part_methods import PART_OPTIONS
@@ -80,7 +94,15 @@ def export(params: Mapping[str, Any]) -> dict[str, Any]:
 
 def touches(params: Mapping[str, Any]) -> dict[str, Any]:
     """Plan the touches of a part, and write the plan."""
-    return _run("touches", [_path(params, "path"), *_out(params)], params)
+    decisions = params.get("decisions")
+    if not decisions:
+        return _run("touches", [_path(params, "path"), *_out(params)], params)
+    read_decisions(decisions, path="decisions")
+    seams = [{**decision, "name": decision["candidate"]["name"]} for decision in decisions]
+    with TemporaryDirectory() as folder:
+        file = Path(folder, "seams.json")
+        file.write_text(to_json({"schema": SEAMS_SCHEMA, "seams": seams}), encoding="utf-8")
+        return _run("touches", [_path(params, "path"), "--seams", str(file), *_out(params)], params)
 
 
 def plan(params: Mapping[str, Any]) -> dict[str, Any]:

@@ -138,6 +138,11 @@ def test_programs_touches_and_pages(client: RpcClient, tee: dict[str, Any], rows
     assert Path(client.ask("page", folder="result")["path"]).is_file()
     plan = client.ask("touches", handle=tee["handle"], out="touch", options={"touches": 6})
     assert len(plan["searches"]) == 6
+    long = [seam["candidate"] for seam in client.ask("seams", handle=tee["handle"])["seams"] if seam["accepted"]]
+    rejected = [{"candidate": candidate, "edit": {"reject": True}} for candidate in long]
+    error = client.refused("touches", handle=tee["handle"], out="none", decisions=rejected)
+    assert (error["kind"], (folder / "none").exists()) == ("GeometryError", False)
+    assert "no such method" in client.refused("options", method="nix")["message"]
     assert client.refused("plan", folder="result", cell="none.json", out="plan")["kind"] == "InputError"
 
 

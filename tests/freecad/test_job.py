@@ -64,9 +64,11 @@ def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple
     assert len(plan["searches"]) == 6
 
 
-def test_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowRun, Path]) -> None:
+def test_options_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowRun, Path]) -> None:
     run, _ = job
-    assert run.facts["undone"]
+    assert run.facts["verdict for 0.2 mm"] == "UNSURE"
+    assert run.facts["tolerance again"] == "0.4"
+    assert run.facts["undone"] == 4  # calibrate, two tolerances, coordinate systems
     assert run.facts["redone"]
     kept = run.facts["kept"]
     assert {"WpCalSeams", "WpCalTaught", "WpCalCalibration", "WpCalPlaced", "WpCalFrames"} <= set(kept)

@@ -314,12 +314,12 @@ def _read_mesh(seams_json: Path) -> bytes | None:
         If the file cannot be read or is not such a mesh.
     """
     from wpcal.brep.mesh_glb import read_part_glb
-    from wpcal.core.input_file import read_bytes
+    from wpcal.brep.moved_mesh import read_moved_glb
 
     path = seams_json.with_name("part.glb")
     if not path.exists():
         return None
-    mesh = read_bytes(path)
+    mesh = read_moved_glb(path)
     read_part_glb(mesh, path=str(path))
     return mesh
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from wpcal.brep.moved_mesh import moved_glb
 from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
@@ -71,7 +72,7 @@ class FinishedCalibration:
     calibration : dict
         The record of ``calibration.json``.
     part_glb : bytes or None
-        ``part.glb``, the part's triangles, where there is one.
+        ``part.glb``, the part's triangles, where there is one; with each solid where its body moved.
     torch : TorchShape or None
         The torch with which reach was felt; None in files from before it was written.
     """
@@ -201,4 +202,7 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
         raise FrameError(f"{path}: {_WRONG_SPACE[stated]}", code=ErrorCode.ROBOT_SPACE)
     seams = seams_from_record(found.seams, path=str(path))
     errors, torch = errors_from_record(found.seams), torch_of_seams(found.seams, path)
-    return FinishedCalibration(found.T_base_part, seams, errors, found.calibration, found.part_glb, torch)
+    glb = found.part_glb
+    if glb is not None:
+        glb = moved_glb(glb, found.calibration, path=str(folder / PART_FILE))
+    return FinishedCalibration(found.T_base_part, seams, errors, found.calibration, glb, torch)

@@ -107,7 +107,7 @@ class JobTest(unittest.TestCase):
         taught = TaughtModel(self.session)
         read = self.session.ask("read_taught", {"path": str(TEE / "taught.csv")}).wait()
         taught.write(read["columns"], read["rows"], "Read")
-        fit = self.session.ask("calibrate", fit_params(self.document, {})).wait()
+        fit = self.session.ask("calibrate", fit_params(self.document)).wait()
         golden = json.loads((TEE / "golden/calibration.json").read_text())
         ours, of_command = ([x for row in record["T_base_part"] for x in row] for record in (fit, golden))
         self.assertEqual(len(ours), len(of_command))
@@ -154,12 +154,28 @@ class JobTest(unittest.TestCase):
         model = SeamModel(session_of(other))
         ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 50)
+        longest = max(model.seams, key=lambda seam: seam["length_mm"])
+        shortest = min(model.seams, key=lambda seam: seam["length_mm"])
+        model.reverse(longest)
+        model.weld(shortest, True)
         rib.Length = 60
         other.recompute()
         self.assertTrue(model.is_stale)
+        found = model.session.ask("seams", {"options": model.options}).wait()
+        self.assertEqual(
+            model.drop_unfitting(found["seams"]), [longest["name"]], "one end of the rib stayed where it was"
+        )
         ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
+        self.assertEqual([one["candidate"]["name"] for one in model.decisions], [shortest["name"]])
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 60)
         self.assertFalse(model.is_stale)
+        container = other.addObject("App::Part", "Part")
+        model.use_objects([plate, rib])
+        for obj in (plate, rib):
+            container.addObject(obj)
+        self.assertFalse(model.is_stale)
+        container.Placement.Base.x = 10
+        self.assertTrue(model.is_stale, "the same part at another place")
 
     def test_saved_and_opened_again_nothing_is_lost_and_nothing_is_stale(self) -> None:
         self.document.saveAs(str(SAVED))

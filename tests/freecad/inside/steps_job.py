@@ -15,6 +15,10 @@ from PySide import QtCore, QtGui
 FIXTURE = Path(os.environ["WPCAL_TEE"])
 OFF = 5
 """The column of the residuals in the panel of taught points."""
+TOLERANCE_MM = "0.4"
+"""Another one than wpcal's own; the document keeps it."""
+MOST_UNDONE = 4
+"""Calibrate, two tolerances, and the coordinate systems."""
 
 
 def read_rows():
@@ -133,17 +137,23 @@ def calibrate(window, document):
     window.facts["verdict"] = panel.verdict.text()
     window.facts["pose"] = panel.fit["T_base_part"]
     yield from window.shot("freecad-calibrate")
+    window.say("another tolerance")
+    yield from set_option(panel, "tolerance_mm", "0.2")
+    window.facts["verdict for 0.2 mm"] = panel.verdict.text()
+    yield from set_option(panel, "tolerance_mm", TOLERANCE_MM)
     panel.datums.setCurrentIndex(panel.datums.findData("ends"))
     window.view().fitAll()
     yield 0.3
     yield from window.shot("freecad-placed")
     window.say("undo and redo")
     names = [obj.Name for obj in document.Objects]
-    document.undo()
-    document.undo()
-    window.facts["undone"] = not any(obj.TypeId == "App::Part" for obj in document.Objects)
-    document.redo()
-    document.redo()
+    undone = 0
+    while any(obj.TypeId == "App::Part" for obj in document.Objects) and undone < MOST_UNDONE:
+        document.undo()
+        undone += 1
+    window.facts["undone"] = undone
+    for _ in range(undone):
+        document.redo()
     window.facts["redone"] = [obj.Name for obj in document.Objects] == names
     window.say("save")
     panel.save()
@@ -151,6 +161,15 @@ def calibrate(window, document):
     window.facts["result"] = panel.folder.path()
     window.facts["said"] = panel.message.text()
     panel.reject()
+
+
+def set_option(panel, name, text):
+    """Type an option of a panel and wait for the fit; use with `yield from`."""
+    before = panel.fit
+    field = panel.options.field(name)
+    field.setText(text)
+    field.editingFinished.emit()
+    yield lambda: panel.fit is not before and not panel.is_busy
 
 
 def export(window, document):
@@ -192,4 +211,5 @@ def reopen(window, document):
     panel = open_panel("WpCal_Calibrate", document)
     yield lambda: panel.fit is not None and not panel.is_busy
     window.facts["verdict again"] = panel.verdict.text()
+    window.facts["tolerance again"] = panel.options.field("tolerance_mm").text()
     panel.reject()

@@ -44,7 +44,7 @@ def steps(window):
         edits.append(time.monotonic() - start)
         yield 0.05
         start = time.monotonic()
-        panel.session.ask("calibrate", fit_params(document, {})).wait(30)
+        panel.session.ask("calibrate", fit_params(document)).wait(30)
         bare.append(time.monotonic() - start)
         yield 0.05
     window.facts["from the edit to the residuals, s"] = round(statistics.median(edits), 4)

@@ -10,9 +10,9 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.brep.moved_mesh import read_moved_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.input_file import read_bytes
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.transform import RigidTransform
@@ -192,7 +192,7 @@ def read_sequence_input(
         for seam in seams
     )
     glb = path.with_name(PART_FILE)
-    raw = part_glb if part_glb is not None else read_bytes(glb) if glb.exists() else None
+    raw = part_glb if part_glb is not None else read_moved_glb(glb) if glb.exists() else None
     part = None if raw is None else TriangleMaterial.of(read_part_glb(raw, path=str(glb)))
     if part is not None and part_glb is not None:
         _require_on_part([in_part[row] for row in rows], part)

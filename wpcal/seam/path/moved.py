@@ -107,23 +107,33 @@ def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, moves: BodyMo
     with_each = [np.einsum("nij,nj->ni", each.R, p) + each.t for each in now]
     x_each = [np.einsum("nij,nj->ni", each.R, x) for each in now]
 
-    # a point that the model has off its faces (root gap, bridge) keeps this offset
-    off = p - meet_moved(graph, still[0], still[1], p, x, least_sin=LEAST_SIN)
+    met_still = meet_moved(graph, still[0], still[1], p, x, least_sin=LEAST_SIN)
     met = meet_moved(graph, now[0], now[1], with_each[0], x_each[0], least_sin=LEAST_SIN)
-    is_met = np.asarray(np.isfinite(met + off).all(axis=1))
-    moved = np.where(is_met[:, None], met + off, (with_each[0] + with_each[1]) / 2.0)
+    is_met = np.asarray(np.isfinite(met + met_still).all(axis=1))
+    met_still = np.where(is_met[:, None], met_still, p)
+    met = np.where(is_met[:, None], met, (with_each[0] + with_each[1]) / 2.0)
 
-    n_still = [face.feet(graph, p)[1] for face in still]
-    n_now = [face.feet(graph, moved)[1] for face in now]
+    n_still = [face.feet(graph, met_still)[1] for face in still]
+    n_now = [face.feet(graph, met)[1] for face in now]
+    x_still = np.where(is_met[:, None], _crossing(n_still, x), x)
     x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), _unit(x_each[0] + x_each[1]))
-    turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x, *n_still).transpose(0, 2, 1)
+    turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x_still, *n_still).transpose(0, 2, 1)
+    # a point that the model has off its faces (root gap, bridge) keeps its place beside them
+    moved = met + np.einsum("nij,nj->ni", turn, p - met_still)
     gap = _gaps(graph, seam, piece, now)
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(moved, axis=0), axis=1))])
+    s = _lengths(seam.frames, moved)
     angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
     frames = SeamFrames(s, moved, turn @ seam.frames.R, angle, seam.frames.frame)
     pieces = replace(seam.pieces, gap_mm=_gaps_of_pieces(piece, gap, len(seam.pieces)))
     own = replace(seam, frames=frames, pieces=pieces, length_mm=float(s[-1]))
     return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], x_each[0], is_met, gap)
+
+
+def _lengths(frames: SeamFrames, moved: FloatArray) -> FloatArray:
+    """Return the length from the start of the seam to each moved frame, shape (n,): arcs stretch as their chords do."""
+    before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (frames.p, moved))
+    steps = np.where(before > 0.0, np.diff(frames.s_mm) * after / np.where(before > 0.0, before, 1.0), after)
+    return np.concatenate([frames.s_mm[:1], frames.s_mm[0] + np.cumsum(steps)])
 
 
 def _gaps(graph: BrepGraph, seam: Seam, piece: IntArray, now: Sequence[MovedFaces]) -> FloatArray:

@@ -17,14 +17,14 @@ FRAME_CHOICES = {"": None, "ends": True, "all": False}
 """Which seam frames become coordinate systems: none, those at the ends, every one (the value of `ends_only`)."""
 
 
-def fit_params(document: Any, options: Mapping[str, Any]) -> dict[str, Any]:
+def fit_params(document: Any, options: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return what `calibrate` and `save` are asked: taught points, options, decisions about seams.
 
     Parameters
     ----------
     document : FreeCAD.Document
-    options : mapping
-        Of this panel; they count more than those kept in the document.
+    options : mapping, optional
+        Of the fit, instead of those that the document keeps.
 
     Raises
     ------
@@ -35,9 +35,22 @@ def fit_params(document: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     table = data_of(taught, "Table") if taught is not None else None
     if not table or not table.get("rows"):
         raise ValueError(translate("There are no taught points yet. Take them in the panel Taught points."))
-    kept = data_of(taught, "FitOptions") or {}
     taught_rows = {"columns": table["columns"], "rows": table["rows"]}
-    return {"taught": taught_rows, **seam_params(document, {**kept, **options})}
+    given = fit_options(document) if options is None else options
+    return {"taught": taught_rows, **seam_params(document, given)}
+
+
+def fit_options(document: Any) -> dict[str, Any]:
+    """Return the options of the fit that a document keeps."""
+    taught = object_of(document, Kind.TAUGHT)
+    return (data_of(taught, "FitOptions") or {}) if taught is not None else {}
+
+
+def keep_options(document: Any, options: Mapping[str, Any]) -> None:
+    """Keep options of the fit, without those that only repeat the search for seams. Call it inside a `transaction`."""
+    of_seams = seam_params(document, {})["options"]
+    own = {name: value for name, value in options.items() if of_seams.get(name) != value}
+    set_data(ensure_object(document, Kind.TAUGHT), "FitOptions", own or None)
 
 
 def seam_params(document: Any, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import Any, Dict, Sequence, Tuple
 
 from ..client.process import Result
 from ..words import translate
+from .export import is_same_placement
 from .kinds import Kind, data_of, ensure_object, object_of, set_data, transaction
 from .session import Session
 
@@ -21,6 +22,8 @@ Vector = Tuple[float, float, float]
 
 SAME_EDGE_MM = 0.05
 """An edge is where a seam was found if its points around the picked one are this near to the seam."""
+SAME_CANDIDATE_MM = 0.1
+"""As wpcal recognises a candidate (`SAME_PLACE_MM` of its seam edits)."""
 NEAR_SHARE = 0.015
 """A click on a face is meant for a seam within this share of the size of all seams: some pixels of the view."""
 LARGEST_TURN = math.radians(40)
@@ -69,13 +72,14 @@ class SeamModel:
 
     @property
     def is_stale(self) -> bool:
-        """Whether the part was changed after the seams were found. True also if it cannot be written now."""
+        """Whether the part was changed or moved after the seams were found. True also if it cannot be written now."""
         if self.object is None:
             return False
         try:
-            return bool(self.session.write_part().hash != self.object.PartHash)
+            part = self.session.write_part()
         except ValueError:
             return True
+        return bool(part.hash != self.object.PartHash) or not is_same_placement(part.frame, self.object.PartFrame)
 
     def _data(self, name: str) -> Any:
         return None if self.object is None else data_of(self.object, name)
@@ -122,6 +126,24 @@ class SeamModel:
     def choose_options(self, options: dict[str, Any]) -> None:
         """Search with other options; they are kept when wpcal has answered (`take_seams`)."""
         self._options = {name: value for name, value in options.items() if value not in (None, "", [], False)}
+
+    def drop_unfitting(self, candidates: Sequence[Seam]) -> list[str]:
+        """Forget decisions about seams that the part does not have any more, and return their names.
+
+        Parameters
+        ----------
+        candidates : sequence of dict
+            The seams as wpcal finds them without decisions.
+        """
+        fitting = [one for one in self.decisions if any(_is_same(one, seam) for seam in candidates)]
+        dropped = [one["candidate"]["name"] for one in self.decisions if one not in fitting]
+        self._decisions = fitting
+        return dropped
+
+    def forget_decisions(self) -> None:
+        """Forget every decision and every named edge; kept when wpcal has answered (`take_seams`)."""
+        self._decisions = []
+        self._options = {name: value for name, value in self.options.items() if name != "edge"}
 
     # -- deciding ---------------------------------------------------------------------------------------------------
 
@@ -234,6 +256,13 @@ def _middle(seam: Seam) -> Vector:
 
 def _place(point: Sequence[float]) -> str:
     return ",".join(f"{x:.4f}" for x in point)
+
+
+def _is_same(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Tell whether two records are about one candidate, as wpcal judges it: by start, middle and length."""
+    a, b = one["candidate"], other["candidate"]
+    places = [math.dist(a[name], b[name]) for name in ("start_part_mm", "middle_part_mm")]
+    return bool(max(*places, abs(a["length_mm"] - b["length_mm"])) <= SAME_CANDIDATE_MM)
 
 
 def _key(record: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable
 
 import FreeCAD
 import FreeCADGui
@@ -45,6 +45,7 @@ class TaskPanel:
         outer.addLayout(self.body)
         outer.addWidget(self._message_line())
         outer.addLayout(self._progress_line())
+        self._documents_end = _DocumentsEnd(document, self.reject)
         self.build()
         self.form.destroyed.connect(lambda *_: self._end())
 
@@ -204,6 +205,7 @@ class TaskPanel:
         if self._is_closed:
             return
         self._is_closed = True
+        self._documents_end.stop()
         self._clock.stop()
         asks, self._asks = self._asks, []
         for ask in asks:
@@ -221,6 +223,23 @@ class TaskPanel:
     def isAllowedAlterDocument(self) -> bool:
         """Undo and Redo work while the panel is open."""
         return True
+
+
+class _DocumentsEnd:
+    """Closes a panel whose document is closed. A document observer of FreeCAD."""
+
+    def __init__(self, document: Any, close: Callable[[], Any]) -> None:
+        self._name, self._close = document.Name, close
+        FreeCAD.addDocumentObserver(self)
+
+    def stop(self) -> None:
+        """Hear no more."""
+        FreeCAD.removeDocumentObserver(self)
+
+    def slotDeletedDocument(self, document: Any) -> None:
+        """Close the panel while the document is still there."""
+        if document.Name == self._name:
+            self._close()
 
 
 def show_panel(panel: Any) -> Any:

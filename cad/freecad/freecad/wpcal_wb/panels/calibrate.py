@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..document.calibration import fit_params, keep_fit, kept_fit_of, shown_of
+from ..document.calibration import fit_options, fit_params, keep_fit, keep_options, kept_fit_of, seam_params, shown_of
 from ..document.kinds import Kind, object_of, transaction
 from ..document.shown import Shown
 from ..qt import QtCore, widgets
@@ -43,7 +43,11 @@ class CalibratePanel(TaskPanel):
         self.body.addWidget(self._verdict())
         self.body.addWidget(self._table())
         self.body.addWidget(self._view_box())
-        self.options = OptionForm(first=FIRST_OPTIONS, left_out=("out", "force", "json", "no_cache", "seams"))
+        if self.fit is not None:
+            self._show_fit()
+        self.options = OptionForm(
+            first=FIRST_OPTIONS, switches=("bodies",), left_out=("out", "force", "json", "no_cache", "seams")
+        )
         self.options.changed = lambda: self._refit.start(REFIT_AFTER_MS)
         self.body.addWidget(self.options.widget)
         self.body.addWidget(self._result_box())
@@ -59,23 +63,27 @@ class CalibratePanel(TaskPanel):
     def calibrate(self) -> None:
         """Fit the points of the document with the options of the panel."""
         try:
-            params = fit_params(self.document, self.options.values())
+            options = self._options()
+            params = fit_params(self.document, options)
         except ValueError as error:
             self.say(str(error), is_error=True)
             return
-        self.ask("calibrate", {**params, "frames": True}, self._fitted)
+        self.ask("calibrate", {**params, "frames": True}, lambda fit: self._fitted(fit, options))
+
+    def _options(self) -> dict[str, Any] | None:
+        """Return the options of the form; None before wpcal has said which there are."""
+        return self.options.values() if self.options.is_filled else None
 
     def _options_known(self, answer: dict[str, Any]) -> None:
         self.options.fill(answer["options"])
-        taught = object_of(self.document, Kind.TAUGHT)
-        self.options.set_values(fit_params(self.document, {})["options"] if taught else {})
+        self.options.set_values(seam_params(self.document, fit_options(self.document))["options"])
 
-    def _fitted(self, fit: dict[str, Any]) -> None:
+    def _fitted(self, fit: dict[str, Any], options: dict[str, Any] | None) -> None:
         self.fit = fit
         self._show_fit()
-        self._keep()
+        self._keep(options)
 
-    def _keep(self) -> None:
+    def _keep(self, options: dict[str, Any] | None = None) -> None:
         if self.fit is None:
             return
         shown = Shown(
@@ -88,6 +96,8 @@ class CalibratePanel(TaskPanel):
         try:
             with transaction(self.document, translate("Calibrate")):
                 keep_fit(self.session, self.fit, shown)
+                if options is not None:
+                    keep_options(self.document, options)
         except ValueError as error:
             self.say(str(error), is_error=True)
 
@@ -219,7 +229,7 @@ class CalibratePanel(TaskPanel):
     def save(self) -> None:
         """Write the result folder, as `wpcal calibrate` does."""
         try:
-            params = fit_params(self.document, self.options.values())
+            params = fit_params(self.document, self._options())
             folder = self.folder.path()
         except ValueError as error:
             self.say(str(error), is_error=True)

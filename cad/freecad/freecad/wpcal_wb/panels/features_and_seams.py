@@ -17,7 +17,7 @@ from ..words import translate
 from .base import TaskPanel
 from .option_form import OptionForm
 from .watching import DocumentWatch, SelectionWatch
-from .widgets import button, folded
+from .widgets import button, folded, view_of
 
 COLUMNS = ("weld", "joint", "mm", "sure", "reason")
 FIRST_OPTIONS = {
@@ -70,7 +70,21 @@ class FeaturesAndSeamsPanel(TaskPanel):
 
     def _opened(self, opened: dict[str, Any]) -> None:
         self.model.take_features(opened)
-        self._ask_seams(translate("Find seams"))
+        if self.model.decisions:
+            self.ask("seams", {"options": self.model.options}, self._decide_again)
+        else:
+            self._ask_seams(translate("Find seams"))
+
+    def _decide_again(self, result: dict[str, Any]) -> None:
+        """Keep the decisions that still fit their seam, and say which do not."""
+        dropped = self.model.drop_unfitting(result["seams"])
+        text = translate("The part has changed: what was decided about {names} does not fit any more.")
+        self._ask_seams(translate("Find seams"), text.format(names=", ".join(dropped)) if dropped else "")
+
+    def forget_decisions(self) -> None:
+        """Leave every seam to wpcal again."""
+        self.model.forget_decisions()
+        self._ask_seams(translate("Forget the decisions"))
 
     def _ask_seams(self, text: str, said: str = "") -> None:
         """Ask for the seams with the decisions so far; only the newest answer is kept."""
@@ -150,7 +164,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         return box
 
     def _view(self) -> Any:
-        return None if self.model.object is None else self.model.object.ViewObject.Proxy
+        return view_of(self.model.object)
 
     def _show_in_view(self) -> None:
         view = self._view()
@@ -243,6 +257,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
             ("Add the edge", self.add_selected_edge, "Take the edge selected in the 3-D view for a seam"),
             ("Undo", self.document.undo, "Take the last change back"),
             ("Search again", self.find, "Write the part anew and search"),
+            ("Forget the decisions", self.forget_decisions, "Leave every seam to wpcal again; named edges, too"),
         )
         for number, (text, method, tip) in enumerate(buttons):
             layout.addWidget(button(translate(text), method, translate(tip)), number // 2, number % 2)

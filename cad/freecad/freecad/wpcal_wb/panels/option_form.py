@@ -25,7 +25,7 @@ class OptionForm:
         Called after a field was changed, without arguments.
     """
 
-    def __init__(self, *, first: Mapping[str, str], left_out: Sequence[str] = ()) -> None:
+    def __init__(self, *, first: Mapping[str, str], left_out: Sequence[str] = (), switches: Sequence[str] = ()) -> None:
         """Make an empty form.
 
         Parameters
@@ -34,8 +34,11 @@ class OptionForm:
             Options that are shown at once, in this order, with their labels. The others are below "More options".
         left_out : sequence of str
             Options that the panel asks for in its own way.
+        switches : sequence of str
+            Options with a value that may be left out: here they are on or off.
         """
-        self._first, self._left_out = first, left_out
+        self._first, self._left_out, self._switches = first, left_out, switches
+        self.is_filled = False
         self._fields: dict[str, _Field] = {}
         self._wanted: dict[str, Any] = {}
         self.changed: Callable[[], None] | None = None
@@ -53,7 +56,10 @@ class OptionForm:
 
     def fill(self, options: Sequence[Mapping[str, Any]]) -> None:
         """Make the fields; `options` is the answer of the request of the same name."""
-        by_name = {option["name"]: option for option in options if option["name"] not in self._left_out}
+        by_name = {option["name"]: dict(option) for option in options if option["name"] not in self._left_out}
+        for name in self._switches:
+            if name in by_name:
+                by_name[name].update(type="boolean", default=False)
         names = [name for name in self._first if name in by_name]
         names += [name for name in by_name if name not in names]
         for name in names:
@@ -65,6 +71,7 @@ class OptionForm:
             layout = self._near if name in self._first else self._rest
             layout.addRow(field.label, field.widget)
         self.more.setVisible(any(name not in self._first for name in names))
+        self.is_filled = True
         self.set_values(self._wanted)
 
     def values(self) -> dict[str, Any]:

@@ -9,8 +9,8 @@ from typing import Any
 import FreeCADGui
 
 from ..client import Failure
-from ..document.calibration import fit_params, seam_params
-from ..document.kinds import Kind, object_of
+from ..document.calibration import fit_options, fit_params, seam_params
+from ..document.kinds import Kind
 from ..document.pasted import pasted_points
 from ..document.picks import Pick, feature_under, picks_of, touch_of
 from ..document.seams import SeamModel
@@ -20,7 +20,7 @@ from ..words import translate
 from .base import TaskPanel
 from .taught_table import TaughtTable
 from .watching import DocumentWatch, SelectionWatch
-from .widgets import button
+from .widgets import button, view_of
 
 REFIT_AFTER_MS = 30
 """Changes within this time are fitted together. A cell changes once, when it is left."""
@@ -186,7 +186,7 @@ class TaughtPointsPanel(TaskPanel):
             self.summary.setText(translate("Click corners, holes, edges or faces; then type what the robot shows."))
             self._show_residuals([])
             return
-        params = fit_params(self.document, {})
+        params = fit_params(self.document)
         self._fit = self.ask("calibrate", params, self._fitted, quiet=True)
 
     def _fitted(self, fit: dict[str, Any]) -> None:
@@ -217,14 +217,16 @@ class TaughtPointsPanel(TaskPanel):
         super().failed(failure)
 
     def _show_residuals(self, points: list[dict[str, Any]]) -> None:
-        if self.model.object is not None:
-            self.model.object.ViewObject.Proxy.show_residuals(points)
+        view = view_of(self.model.object)
+        if view is not None:
+            view.show_residuals(points)
 
     # -- what to touch next -----------------------------------------------------------------------------------------
 
     def suggest(self) -> None:
         """Ask which features to touch next, and add rows for them."""
-        self.ask("suggest", {"taught": self.model.request(), **seam_params(self.document, {})}, self._suggested)
+        params = seam_params(self.document, fit_options(self.document))
+        self.ask("suggest", {"taught": self.model.request(), **params}, self._suggested)
 
     def _suggested(self, answer: dict[str, Any]) -> None:
         names = [name for name in answer["features"] if self.model.row_of_feature(name) is None]
@@ -239,6 +241,6 @@ class TaughtPointsPanel(TaskPanel):
             self.say(text.format(names=", ".join(names), mm=error, seam=answer["seam"]))
 
     def _mark(self, names: list[str]) -> None:
-        seams = object_of(self.document, Kind.SEAMS)
-        if seams is not None:
-            seams.ViewObject.Proxy.choose(names)
+        view = view_of(self.seams.object)
+        if view is not None:
+            view.choose(names)

@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""Small widgets that the panels share."""
+"""Small things that the panels share: buttons, a fold, and what draws an object."""
 
 from __future__ import annotations
 
 from typing import Any, Callable
 
 from ..qt import widgets
+
+
+def view_of(obj: Any) -> Any:
+    """Return what draws an object; None without an object, and while FreeCAD closes its document."""
+    try:
+        return None if obj is None else obj.ViewObject.Proxy
+    except NameError:  # the document is closed: its window went first
+        return None
 
 
 def button(text: str, method: Callable[[], Any], tip: str = "") -> Any:
