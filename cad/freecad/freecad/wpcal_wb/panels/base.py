@@ -11,7 +11,7 @@ import FreeCADGui
 from ..client import Failure
 from ..client.process import Result
 from ..document.session import Ask, session_of
-from ..qt import QtCore, widgets
+from ..qt import QtCore, number_of, widgets
 from ..words import translate
 
 PROGRESS_AFTER_MS = 400
@@ -199,7 +199,7 @@ class TaskPanel:
 
     def getStandardButtons(self) -> int:
         """Return the buttons above the panel: Close."""
-        return int(widgets().QDialogButtonBox.Close)
+        return number_of(widgets().QDialogButtonBox.Close)
 
     def reject(self) -> bool:
         """Close the panel."""
