@@ -54,7 +54,7 @@ class PartWeldment:
 
     def met(self, motions: Motions) -> list[MovedSeam]:
         """Where the seams are when the bodies have moved."""
-        return moved_seams(self.graph, self.seams, self.graph.face_solid, *motions.moves())
+        return moved_seams(self.graph, self.seams, self.graph.face_solid, motions)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +96,7 @@ def part_weldment(path: Path, *, each: int, on_base: int = 6, frames: int = 3) -
     trimmed, seams = _opened(path, frames)
     graph = trimmed.graph
     count = len(graph.solid_names)
-    candidates = [_candidates(trimmed, np.flatnonzero(graph.face_solid == b)) for b in range(count)]
+    candidates = [face_candidates(trimmed, np.flatnonzero(graph.face_solid == b)) for b in range(count)]
     centroids = np.stack([(p.min(axis=0) + p.max(axis=0)) / 2.0 for _, p, _ in candidates])
     own = Bodies(tuple(graph.solid_names), centroids, (TackTolerance(),) * count)
     largest = int(np.argmax([np.ptp(p, axis=0).max() for _, p, _ in candidates]))
@@ -107,7 +107,7 @@ def part_weldment(path: Path, *, each: int, on_base: int = 6, frames: int = 3) -
         np.concatenate([each_body[k][at] for each_body, at in zip(candidates, rows, strict=True)]) for k in range(3)
     )
     body = np.repeat(np.arange(count), [len(at) for at in rows])
-    return PartWeldment(graph, seams, Weldment(own, p, n, body, _on_faces(trimmed, face)))
+    return PartWeldment(graph, seams, Weldment(own, p, n, body, on_faces(trimmed, face)))
 
 
 def uprights_weldment(each: int) -> PartWeldment:
@@ -118,7 +118,7 @@ def uprights_weldment(each: int) -> PartWeldment:
     above = np.einsum("fi,nfi->nf", frame[:, 3], planned.p[:, None] - frame[:, 0])
     along = np.einsum("fi,ni->nf", frame[:, 3] * graph.face_outward[:, None], planned.normal)
     fits = (np.abs(above) < 1e-6) & (along > 0.999) & (graph.face_solid == planned.body[:, None])
-    targets = _on_faces(trimmed, np.argmax(fits, axis=1))
+    targets = on_faces(trimmed, np.argmax(fits, axis=1))
     return PartWeldment(graph, seams, Weldment(bodies(), planned.p, planned.normal, planned.body, targets))
 
 
@@ -129,7 +129,7 @@ def _opened(path: Path, frames: int) -> tuple[TrimmedFaces, tuple[Seam, ...]]:
     return workpiece.trimmed, tuple(accepted[k] for k in some)
 
 
-def _on_faces(trimmed: TrimmedFaces, face: IntArray) -> GraphTargets:
+def on_faces(trimmed: TrimmedFaces, face: IntArray) -> GraphTargets:
     return GraphTargets(trimmed, np.full(len(face), int(TargetKind.FACE)), face, np.full((len(face), 3), np.nan))
 
 
@@ -174,7 +174,7 @@ def _thinned(seam: Seam, most: int) -> Seam:
     return replace(seam, frames=frames.select(rows))
 
 
-def _candidates(trimmed: TrimmedFaces, faces: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
+def face_candidates(trimmed: TrimmedFaces, faces: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Faces, points and normals that may be touched, of one body: shapes (k,), (k, 3), (k, 3)."""
     graph, rng = trimmed.graph, np.random.default_rng(0)
     found = []

@@ -30,7 +30,10 @@ class AdviseFlags:
     points: int | None = option(
         "--count",
         type=int,
-        help="Number of points to teach, with --have; with --bodies, to add.  [default: 4; with --bodies 2 per body]",
+        help=(
+            "Number of touches: points to teach, with --have; with --bodies, to add.  [default: 4; with --bodies 2 "
+            "per body]"
+        ),
     )
     tolerance_mm: float | None = option(
         "--tolerance-mm",

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import FitBodiesFlags
 from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
 from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
 from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
 
 if TYPE_CHECKING:
+    from cad.pick.moving import MovingChoice
     from cad.pick.part import PickPart
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
@@ -37,7 +38,7 @@ NOT_CALIBRATE = (
     "browser",
     "other_part",
     *option_names(ProgramFlags),
-    *option_names(BodiesFlags),
+    *option_names(FitBodiesFlags),
 )
 """Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
@@ -68,7 +69,7 @@ DEFAULT_TABLE = Path("taught.csv")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
 @click.option("--other-part", is_flag=True, help="Take rows that were taught on another part.")
 @takes("calibration", CalibrateFlags)
-@takes("moving", BodiesFlags)
+@takes("moving", FitBodiesFlags)
 @takes("choice", SeamChoiceFlags)
 @takes("reading", ProgramFlags)
 @no_cache_option
@@ -85,7 +86,7 @@ def pick(
     browser: bool,
     other_part: bool,
     calibration: CalibrateFlags,
-    moving: BodiesFlags,
+    moving: FitBodiesFlags,
     choice: SeamChoiceFlags,
     reading: ProgramFlags,
     no_cache: bool,
@@ -99,7 +100,6 @@ def pick(
     --host gives another of its addresses.
     """
     from cad.pick.draft import draft_of
-    from cad.pick.moving import MovingChoice
     from cad.pick.opening import find_table, start_table
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
@@ -112,7 +112,7 @@ def pick(
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
-    asked = None if moving.to_options() is None else MovingChoice(True, moving.tack_mm, moving.tack_mrad)
+    asked = chosen_by(moving)
     if str(part_step) != STDIN:
         require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
@@ -152,6 +152,16 @@ def pick(
         if table.kept:
             click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
+
+
+def chosen_by(flags: FitBodiesFlags) -> MovingChoice | None:
+    """Return what the options of a command say of bodies; None if they say nothing."""
+    from cad.pick.moving import MovingChoice
+
+    options = flags.to_options()
+    if options is None:
+        return None
+    return MovingChoice(True, flags.tack_mm, flags.tack_mrad, options.keeps_contacts, options.contact_sigma_mm)
 
 
 def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, use_cache: bool) -> PickPart:

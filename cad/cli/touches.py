@@ -34,13 +34,15 @@ class TouchFlags:
         "--touches",
         "--count",
         type=int,
-        help="Number of searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more per "
-        "further body]",
+        help=(
+            "Number of touches: searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more "
+            "per further body]"
+        ),
     )
     tolerance_mm: float | None = option(
         "--tolerance-mm",
         type=float,
-        help="As many searches, at most 60, as keep all seams within this, with 95 % confidence.",
+        help="Allowed error: as many searches, at most 60, as keep all seams within it, with 95 % confidence.",
     )
     pattern: str = option(
         "--pattern",

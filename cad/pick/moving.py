@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +13,23 @@ from wpcal.core.numbers import parse_number
 
 @dataclass(frozen=True, slots=True)
 class MovingChoice:
-    """What the options ``--bodies``, ``--tack-mm`` and ``--tack-mrad`` say.
+    """What the options ``--bodies``, ``--tack-mm``, ``--tack-mrad`` and ``--contacts`` say.
 
     Parameters
     ----------
     is_on : bool
     tack_mm, tack_mrad : float or None
         None: not stated.
+    keeps_contacts : bool
+    contact_mm : float or None
+        How far contacts come apart; None: not stated.
     """
 
     is_on: bool = False
     tack_mm: float | None = None
     tack_mrad: float | None = None
+    keeps_contacts: bool = False
+    contact_mm: float | None = None
 
     @classmethod
     def from_record(cls, record: Any) -> MovingChoice:
@@ -37,17 +42,22 @@ class MovingChoice:
         """
         if not isinstance(record, dict) or not isinstance(record.get("is_on"), bool):
             raise InputError("expected is_on as true or false")
-        tack_mm, tack_mrad = (_number(record.get(name), name) for name in ("tack_mm", "tack_mrad"))
-        BodiesOptions.of(tack_mm, tack_mrad)  # checks them
-        return cls(record["is_on"], tack_mm, tack_mrad)
+        names = ("tack_mm", "tack_mrad", "contact_mm")
+        tack_mm, tack_mrad, contact_mm = (_number(record.get(name), name) for name in names)
+        choice = cls(record["is_on"], tack_mm, tack_mrad, record.get("keeps_contacts") is True, contact_mm)
+        replace(choice, is_on=True).to_options(())  # checks the numbers
+        return choice
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values."""
-        return {"is_on": self.is_on, "tack_mm": self.tack_mm, "tack_mrad": self.tack_mrad}
+        return asdict(self)
 
     def to_options(self, groups: tuple[BodyGroup, ...]) -> BodiesOptions | None:
         """Return the choice as a calibration takes it, with the groups of ``--bodies FILE``; None if it is off."""
-        return BodiesOptions.of(self.tack_mm, self.tack_mrad, groups) if self.is_on else None
+        if not self.is_on:
+            return None
+        options = BodiesOptions.of(self.tack_mm, self.tack_mrad, groups)
+        return replace(options, keeps_contacts=self.keeps_contacts, contact_sigma_mm=self.contact_mm)
 
     def words(self, file: Path | None) -> list[str]:
         """Return the options of a command that say the same."""
@@ -55,7 +65,10 @@ class MovingChoice:
             return []
         words = ["--bodies", *([] if file is None else [str(file)])]
         stated = (("--tack-mm", self.tack_mm), ("--tack-mrad", self.tack_mrad))
-        return words + [word for name, value in stated if value is not None for word in (name, f"{value:g}")]
+        words += [word for name, value in stated if value is not None for word in (name, f"{value:g}")]
+        if self.keeps_contacts:
+            words += ["--contacts", *([] if self.contact_mm is None else [f"{self.contact_mm:g}"])]
+        return words
 
 
 def _number(value: Any, name: str) -> float | None:

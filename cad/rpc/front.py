@@ -94,6 +94,7 @@ class Front:
         self._handles: OrderedDict[str, dict[str, Any]] = OrderedDict()
         self._opened = 0
         self._is_ending = False
+        self._has_ended = threading.Event()
         self._room = threading.BoundedSemaphore(64)
 
     def run(self) -> int:
@@ -107,6 +108,7 @@ class Front:
             pass
         finally:
             self._end()
+            self._has_ended.set()
         return 0
 
     # What happens
@@ -120,13 +122,9 @@ class Front:
             self._events.put(("last", None))
             return
         self._events.put(("gone", None))
-        watchdog = threading.Timer(WATCHDOG_S, self._leave)
-        watchdog.daemon = True
-        watchdog.start()
-
-    def _leave(self) -> None:
-        """End at once, although the main thread waits for somebody who takes an answer."""
-        if self._worker is not None:
+        if self._has_ended.wait(WATCHDOG_S):
+            return
+        if self._worker is not None:  # the main thread waits for somebody who takes an answer
             self._worker.kill()
         os._exit(0)
 
@@ -352,4 +350,9 @@ def answer_client() -> int:
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     os.dup2(2, 1)
-    return Front(requests, answers).run()
+    os.close(nothing)
+    try:
+        return Front(requests, answers).run()
+    finally:
+        os.dup2(requests, 0)
+        os.dup2(answers, 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -218,7 +218,8 @@ def fit_weldment(
     touches = _touches(taught, workpiece, observed.fitted, "yes")
     checks = _touches(taught, workpiece, observed.check, "check")
     assert touches is not None  # of the rows that were fitted as one part
-    body = bodies_of(touches, part.face_body)
+    solid_of = _solids_of_rows(taught, workpiece)
+    body = bodies_of(touches, part.face_body, solid_of)
     sigma = _sigma(rigid, touches, options)
     gap_limit_mm = options.seams.gap_for(workpiece.graph)
     contacts, sigma_mm = None, choice.contact_sigma_mm or gap_limit_mm * USUAL_CONTACT_SHARE
@@ -235,9 +236,9 @@ def fit_weldment(
         seed=options.seed,
     )
     motions = found.fit.motions
-    moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
+    moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, motions))
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
-    observed_on = [(each, bodies_of(each, part.face_body)) for each in (touches, checks) if each is not None]
+    observed_on = [(each, bodies_of(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None]
     result = _judged(rigid, found, moved, sigma, observed_on)
     return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm)
 
@@ -249,11 +250,19 @@ def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touche
     return touches_of(taught, workpiece.trimmed, workpiece.features, use=use)
 
 
-def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
+def _solids_of_rows(taught: TaughtPoints, workpiece: Workpiece) -> dict[str, int]:
+    """Return the solid of every row that names a feature: where corners of two bodies coincide, the name tells them."""
+    solids = {feature.name: feature.solid for feature in workpiece.features}
+    number = {name: i for i, name in enumerate(workpiece.graph.solid_names)}
+    named = {row: solids.get(feature or row, "") for row, feature in zip(taught.names, taught.features, strict=True)}
+    return {row: number[solid] for row, solid in named.items() if solid in number}
+
+
+def bodies_of(touches: Touches, face_body: IntArray, solid_of: Mapping[str, int] | None = None) -> IntArray:
     """Return the body that each touch lies on, shape (n,).
 
-    A point is of the body whose vertex, circle or edge it is; where those of two bodies coincide, of the one of which
-    it is a vertex or a centre.
+    A point is of the body of the solid that `solid_of` gives for its row; otherwise of the body whose vertex, circle or
+    edge it is; where those of two bodies coincide, of the one of which it is a vertex or a centre.
     """
     targets = touches.targets
     assert isinstance(targets, GraphTargets)  # of `touches_of`
@@ -267,6 +276,10 @@ def bodies_of(touches: Touches, face_body: IntArray) -> IntArray:
     is_point = kind == TargetKind.POINT
     if is_point.any():
         body[is_point] = bodies_at(graph, targets.point[touches.rows][is_point], face_body)
+    for i in np.flatnonzero(is_point).tolist():
+        own = np.unique(face_body[graph.face_solid == (solid_of or {}).get(touches.names[i], -1)])
+        if len(own) == 1:  # a solid that is cut into members has several
+            body[i] = own[0]
     return body
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.running import Ended, run_here
@@ -57,3 +58,26 @@ def test_check_points_and_their_errors_are_on_the_moved_bodies(run: tuple[Ended,
     errors = {point["name"]: point["error_95_mm"] for point in points}
     assert [point["name"] for point in points if point["use"] == "check"] == ["V6", "H1"]
     assert errors["V6"] > 2.0 * errors["H1"]  # a corner of the web, which one touch holds, and a hole of the base
+
+
+def test_a_named_corner_is_of_its_own_solid_where_two_coincide(tmp_path: Path) -> None:
+    """Two boxes that stand side by side share four corners: the name of a row says of which box its corner is."""
+    from build123d import Box, Pos
+
+    from cad.workpiece.bodies import BodiesOptions, find_bodies
+    from cad.workpiece.moved_bodies import _solids_of_rows, bodies_of
+    from cad.workpiece.workpiece import open_workpiece
+    from wpcal.taught.resolve import touches_of
+    from wpcal.taught.table import TaughtPoints
+
+    workpiece = open_workpiece([Box(100, 50, 20), Pos(100, 0, 0) * Box(100, 50, 20)])
+    part = find_bodies(workpiece.trimmed, BodiesOptions())
+    corners = [feature for feature in workpiece.features if feature.kind.value == "V"]
+    names = tuple(corner.name for corner in corners)
+    p = np.array([corner.p_mm for corner in corners])
+    model = np.full(p.shape, np.nan)
+    taught = TaughtPoints(names, p, names, model, ("yes",) * len(names), "", ())
+    touches = touches_of(taught, workpiece.trimmed, workpiece.features, use="yes")
+    body = bodies_of(touches, part.face_body, _solids_of_rows(taught, workpiece))
+    assert [part.bodies.names[b] for b in body] == [corner.solid for corner in corners]
+    assert (bodies_of(touches, part.face_body) != body).any()  # what the place alone would say

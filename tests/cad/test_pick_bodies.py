@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -35,7 +36,7 @@ def part() -> PickPart:
 
 
 @pytest.mark.parametrize(
-    "moving", [MovingChoice(True), MovingChoice(True, 0.5, 2.0), MovingChoice(True, tack_mrad=5.0)]
+    "moving", [MovingChoice(True), MovingChoice(True, 0.5, 2.0), MovingChoice(True, tack_mrad=5.0, keeps_contacts=True)]
 )
 def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice) -> None:
     groups = read_bodies(UPRIGHTS / "bodies.json") if moving.tack_mm is None else ()
@@ -43,7 +44,7 @@ def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice
     session = PickSession(part, options, moving=moving, groups=groups)
     rows, _ = session.read(TAUGHT.read_bytes(), name="taught.csv")
     answer = session.fit(rows)
-    stated = BodiesOptions.of(moving.tack_mm, moving.tack_mrad, groups)
+    stated = replace(BodiesOptions.of(moving.tack_mm, moving.tack_mrad, groups), keeps_contacts=moving.keeps_contacts)
     found = calibrate_workpiece(
         UPRIGHTS / "uprights.step",
         TAUGHT,
@@ -77,6 +78,9 @@ def test_the_choice_is_kept_with_the_table_and_said_in_the_command(part: PickPar
     assert again.moving == chosen
     assert chosen.words(None) == ["--bodies", "--tack-mm", "0.7"]
     assert MovingChoice(True).words(Path("b.json")) == ["--bodies", "b.json"]
+    with_contacts = MovingChoice(True, keeps_contacts=True, contact_mm=0.2)
+    assert with_contacts.words(None) == ["--bodies", "--contacts", "0.2"]
+    assert MovingChoice.from_record(with_contacts.to_record()) == with_contacts
     assert MovingChoice(False, 0.7).words(None) == []
 
 
@@ -95,6 +99,7 @@ def test_a_draft_of_before_is_read(tmp_path: Path) -> None:
         ({"is_on": True, "tack_mm": "0"}, "tack tolerance in mm must be a positive number"),
         ({"is_on": True, "tack_mrad": -3}, "tack tolerance in mrad must be a positive number"),
         ({"is_on": True, "tack_mm": "a lot"}, "expected a number"),
+        ({"is_on": True, "contact_mm": "-1"}, "must be a positive number"),
         ({"is_on": "yes"}, "expected is_on"),
     ],
 )

@@ -26,10 +26,37 @@ def imported(tree: ast.AST) -> set[str]:
     return {name.split(".")[0] for name in names}
 
 
+def newer_types(tree: ast.AST) -> list[str]:
+    """Return where `list[int]` or `int | None` is computed, not only annotated: Python 3.8 has neither."""
+    annotations = [
+        getattr(node, name)
+        for node in ast.walk(tree)
+        for name in ("annotation", "returns")
+        if getattr(node, name, None) is not None
+    ]
+    annotated = {id(part) for one in annotations for part in ast.walk(one)}
+    generic = {"dict", "list", "tuple", "set", "frozenset", "type"}
+    return [
+        ast.unparse(node)
+        for node in ast.walk(tree)
+        if id(node) not in annotated
+        and (
+            (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in generic)
+            or (
+                isinstance(node, ast.BinOp)
+                and isinstance(node.op, ast.BitOr)
+                and isinstance(node.right, ast.Constant)
+                and node.right.value is None
+            )
+        )
+    ]
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(PACKAGE).as_posix())
 def test_only_freecad_qt_and_the_standard_library_are_imported(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"), feature_version=OLDEST_PYTHON)
     assert imported(tree) <= FREECADS | set(sys.stdlib_module_names)
+    assert not newer_types(tree)
     assert path.read_text(encoding="utf-8").startswith("# SPDX-License-Identifier: MIT\n")
 
 

@@ -22,6 +22,10 @@ def test_the_client(home: Path) -> None:
     run_inside("case_client", home)
 
 
+def test_the_part_at_its_pose(home: Path) -> None:
+    run_inside("case_placed", home)
+
+
 def test_the_objects_of_a_document(home: Path) -> None:
     run_inside("case_document", home)
 

@@ -214,16 +214,17 @@ def advise_moved(
     worst = int(np.argmax(errors))
     if errors[worst] > NOT_HELD_MM and len(chosen) == len(choices.names):
         raise GeometryError("the touches that are possible leave a motion of the whole part free")
-    told = _Told(model, choices, seams, every, start)
     best = search.added(start, order)
+    shown = order if best is None else [*order, best]
+    told = _told(model, choices, seams, every.errors_after(start, shown), shown)
     return MovedAdvice(
-        tuple(told.touch(order[:k], order[k]) for k in range(len(order))),
+        tuple(told[: len(order)]),
         float(errors[worst]),
         seams.seams[worst],
         _unseen(model, every, C, worst),
         every.joint_error(C),
-        told.by_seam(errors),
-        None if best is None else told.touch(order, best),
+        tuple((name, float(errors[rows].max())) for name, rows in _rows_of(seams).items()),
+        None if best is None else told[-1],
         model,
         tolerance_mm,
         why,
@@ -255,40 +256,37 @@ def _unseen(model: MovedModel, search: MovedSearch, C: FloatArray, point: int) -
     return float(one.errors(own @ own.T)[0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Told:
-    """What touches do to seams, in words of the part."""
+def _rows_of(seams: SeamPoints) -> dict[str, IntArray]:
+    """Return the points of each seam."""
+    names = np.array(seams.seams)
+    return {name: np.flatnonzero(names == name) for name in dict.fromkeys(seams.seams)}
 
-    model: MovedModel
-    choices: TouchChoices
-    seams: SeamPoints
-    search: MovedSearch
-    start: FloatArray
 
-    def by_seam(self, errors: FloatArray) -> tuple[tuple[str, float], ...]:
-        names = np.array(self.seams.seams)
-        return tuple((name, float(errors[names == name].max())) for name in dict.fromkeys(self.seams.seams))
-
-    def touch(self, before: Sequence[int], index: int) -> AdvisedTouch:
-        M = self.start + self.search.information(before)
-        errors = self.search.errors(inverse(M))
-        after = self.search.errors(inverse(M + self.search.information([index])))
-        body, points = int(self.choices.body[index]), self.seams.points
+def _told(
+    model: MovedModel, choices: TouchChoices, seams: SeamPoints, errors: FloatArray, order: Sequence[int]
+) -> list[AdvisedTouch]:
+    """Say what each touch does: `errors`, of shape (n + 1, k), are those before the first and after each of n."""
+    points, rows, touches = seams.points, _rows_of(seams), []
+    for number, index in enumerate(order):
+        before, after = errors[number], errors[number + 1]
+        body = int(choices.body[index])
         own = (points.wall_body == body) | (points.base_body == body)
-        own = own if own.any() else np.ones(len(errors), dtype=bool)
-        is_held = bool(errors.max() <= NOT_HELD_MM)
-        seam = self.seams.seams[int(np.argmax(np.where(own, errors if is_held else after, -1.0)))]
-        of_seam = np.array(self.seams.seams) == seam
-        now, then = float(errors[of_seam].max()), float(after[of_seam].max())
-        return AdvisedTouch(
-            index,
-            self.choices.names[index],
-            self.choices.where[index],
-            self.model.bodies.names[body] if body >= 0 else "the part",
-            seam,
-            now if now <= NOT_HELD_MM else None,
-            then if then <= NOT_HELD_MM else None,
+        own = own if own.any() else np.ones(len(before), dtype=bool)
+        is_held = bool(before.max() <= NOT_HELD_MM)
+        seam = seams.seams[int(np.argmax(np.where(own, before if is_held else after, -1.0)))]
+        now, then = (float(each[rows[seam]].max()) for each in (before, after))
+        touches.append(
+            AdvisedTouch(
+                index,
+                choices.names[index],
+                choices.where[index],
+                model.bodies.names[body] if body >= 0 else "the part",
+                seam,
+                now if now <= NOT_HELD_MM else None,
+                then if then <= NOT_HELD_MM else None,
+            )
         )
+    return touches
 
 
 def _why_not(

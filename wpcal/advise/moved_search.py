@@ -207,6 +207,30 @@ class MovedSearch:
     def _joint(self, start: FloatArray, chosen: Sequence[int]) -> float:
         return self.joint_error(inverse(start + self.information(chosen)))
 
+    def errors_after(self, start: FloatArray, order: Sequence[int]) -> FloatArray:
+        """Return the errors of the seam points before the first touch, and after each in an order.
+
+        Parameters
+        ----------
+        start : ndarray, shape (m, m)
+        order : sequence of int, length n
+
+        Returns
+        -------
+        ndarray, shape (n + 1, k)
+            mm.
+        """
+        C = inverse(start)
+        S = self.seams @ C @ self.seams.transpose(0, 2, 1)
+        found = [length_quantile(S, COVERAGE)]
+        for k in order:
+            X = C @ self.rows[k].T
+            D = np.linalg.inv(np.eye(X.shape[1]) + self.rows[k] @ X)
+            A = self.seams @ X
+            C, S = C - X @ D @ X.T, S - A @ D @ A.transpose(0, 2, 1)
+            found.append(length_quantile(S, COVERAGE))
+        return np.stack(found)
+
     def in_order(self, start: FloatArray, chosen: Sequence[int]) -> list[int]:
         """Return chosen touches in the order in which each lowers the errors most; `start` has the shape (m, m)."""
         some = list(chosen)

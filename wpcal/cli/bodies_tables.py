@@ -13,6 +13,8 @@ from wpcal.core.wording import listed
 
 ERRORS = ("u95_mm", "u95_across_mm", "u95_placing_mm", "u95_unseen_mm")
 """Columns of errors of a seam."""
+MOST_ROWS = 40
+"""Most bodies shown; of more, those with the strongest evidence."""
 LEAST_P = 0.001
 """Smaller probabilities are shown as "< 0.001"."""
 
@@ -34,7 +36,8 @@ def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = 
     details : bool
         Also print the motions along the axes of the part.
     """
-    console.print(_seams(record["seams"], record["gap_limit_mm"]))
+    if record["seams"]:
+        console.print(_seams(record["seams"], record["gap_limit_mm"]))
     console.print(_bodies(record["bodies"]))
     if details:
         console.print(_motions(record["bodies"]))
@@ -70,7 +73,8 @@ def _bodies(rows: Sequence[Mapping[str, Any]]) -> Table:
     table.add_column("body")
     for heading in ("moved mm", "turned mrad", "sigma", "p", "touches", "tack tolerance"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for row in rows:
+    strongest = sorted(rows, key=lambda row: -row["sigmas"])[:MOST_ROWS]
+    for row in rows if len(rows) <= MOST_ROWS else strongest:
         tack = f"{row['tack_mm']:.3g} mm, {row['tack_mrad']:.3g} mrad"
         if row["touches"]:
             numbers = [f"{math.hypot(*row['moved_mm']):.2f}", f"{math.hypot(*row['turned_mrad']):.1f}"]
@@ -82,6 +86,8 @@ def _bodies(rows: Sequence[Mapping[str, Any]]) -> Table:
             numbers = ["–"] * 4
         table.add_row(row["name"], *numbers, str(row["touches"]), tack)
     table.caption = "sigma, p: evidence of the touches that a body moved; p is corrected for the number of bodies"
+    if len(rows) > MOST_ROWS:
+        table.caption += f"; the {MOST_ROWS} of {len(rows)} bodies with the strongest evidence"
     return table
 
 

@@ -81,6 +81,17 @@ def test_errors_after_each_touch_are_those_of_the_whole_inverse() -> None:
         assert scores[k] == pytest.approx(1.5 * np.sum(errors**16.0) ** (1 / 16), rel=1e-6)  # no floor: both parts
 
 
+def test_errors_along_an_order_are_those_of_the_whole_inverse() -> None:
+    own = tacked(PART)
+    model = own.model()
+    search = MovedSearch(choices(PART, model).rows, model.seam_rows(own.seams.points))
+    order = [0, 7, 3, 4, 12, 1, 20, 5]
+    errors = search.errors_after(model.prior(), order)
+    for k in (6, 8):  # the part is held
+        direct = search.errors(np.linalg.inv(model.prior() + search.information(order[:k])))
+        np.testing.assert_allclose(errors[k], direct, rtol=1e-4, atol=0)
+
+
 def test_the_choice_is_nearly_the_best_of_all_sets() -> None:
     own = tacked(PART)
     model = own.model()

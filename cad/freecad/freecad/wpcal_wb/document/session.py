@@ -7,9 +7,8 @@ the part, and after the process was started anew.
 
 from __future__ import annotations
 
-import shutil
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Callable, Iterator
 
@@ -92,7 +91,7 @@ class Session:
         self._changes = export.Changes(document)
         self._written_at = -1
         self._written_names: list[str] = []
-        self._folder = Path(tempfile.mkdtemp(prefix="wpcal-"))
+        self._folder = tempfile.TemporaryDirectory(prefix="wpcal-")  # removed also when FreeCAD ends
         self._files = 0
 
     def chosen(self) -> list[Any]:
@@ -122,7 +121,7 @@ class Session:
         if self.part is not None and self._written_at == self._changes.count and names == self._written_names:
             return self.part
         self._files += 1
-        written = export.export_part(objects, self._folder / f"part-{self._files}.step")
+        written = export.export_part(objects, Path(self._folder.name) / f"part-{self._files}.step")
         self._written_at, self._written_names = self._changes.count, names
         if self.part is not None and written.hash == self.part.hash:  # changed and changed back
             written = written._replace(path=self.part.path)
@@ -202,7 +201,8 @@ class Session:
         if self.opened is not None and self.client.is_running and self._opened_in == self.client.starts:
             self.client.call("close", {"handle": self.opened["handle"]})
         self.opened = None
-        shutil.rmtree(self._folder, ignore_errors=True)
+        with suppress(OSError):  # Windows keeps a file that wpcal has open; FreeCAD's end removes it
+            self._folder.cleanup()
 
 
 class _Sessions:

@@ -11,7 +11,7 @@ import FreeCADGui
 from ..client import Failure
 from ..client.process import Result
 from ..document.session import Ask, session_of
-from ..qt import QtCore, widgets
+from ..qt import QtCore, number_of, widgets
 from ..words import translate
 
 PROGRESS_AFTER_MS = 400
@@ -113,14 +113,14 @@ class TaskPanel:
 
         def done(result: Any) -> None:
             if end():
-                if not quiet:
-                    self.say("")
                 on_result(result)
 
         def failed(failure: Failure) -> None:
             if end():
                 self.failed(failure)
 
+        if not quiet:
+            self.say("")  # what was said before belongs to an earlier question
         asks.append(start(done, failed))
         self._asks.append(asks[0])
         if not quiet:
@@ -191,7 +191,7 @@ class TaskPanel:
 
     def getStandardButtons(self) -> int:
         """Return the buttons above the panel: Close."""
-        return int(widgets().QDialogButtonBox.Close)
+        return number_of(widgets().QDialogButtonBox.Close)
 
     def reject(self) -> bool:
         """Close the panel."""

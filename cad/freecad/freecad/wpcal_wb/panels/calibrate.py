@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..client import Failure
 from ..document.calibration import fit_options, fit_params, keep_fit, keep_options, kept_fit_of, seam_params, shown_of
 from ..document.kinds import Kind, object_of, transaction
 from ..document.shown import Shown
@@ -37,6 +38,7 @@ class CalibratePanel(TaskPanel):
     def build(self) -> None:
         """Make the widgets; the fit starts at once."""
         self.fit: dict[str, Any] | None = kept_fit_of(object_of(self.document, Kind.CALIBRATION))
+        self._is_fitting = False
         self._refit: Any = QtCore.QTimer()
         self._refit.setSingleShot(True)
         self._refit.timeout.connect(self.calibrate)
@@ -68,6 +70,7 @@ class CalibratePanel(TaskPanel):
         except ValueError as error:
             self.say(str(error), is_error=True)
             return
+        self._is_fitting = True
         self.ask("calibrate", {**params, "frames": True}, lambda fit: self._fitted(fit, options))
 
     def _options(self) -> dict[str, Any] | None:
@@ -79,9 +82,22 @@ class CalibratePanel(TaskPanel):
         self.options.set_values(seam_params(self.document, fit_options(self.document))["options"])
 
     def _fitted(self, fit: dict[str, Any], options: dict[str, Any] | None) -> None:
+        self._is_fitting = False
         self.fit = fit
         self._show_fit()
         self._keep(options)
+
+    def failed(self, failure: Failure) -> None:
+        """Show why there is no fit, and no longer the verdict of an earlier one."""
+        was_fitting, self._is_fitting = self._is_fitting, False
+        if was_fitting and not failure.is_cancelled:
+            self.fit = None
+            self.verdict.setText("–")
+            self.verdict.setStyleSheet("font-size: 20pt")
+            self.sentence.setText("")
+            self.notes.setText("")
+            self.residuals.setRowCount(0)
+        super().failed(failure)
 
     def _keep(self, options: dict[str, Any] | None = None) -> None:
         if self.fit is None:

@@ -9,7 +9,8 @@ const HINT = "Standard deviation of how far tacks let a body move and turn. Empt
 
 export class Moving {
   /**
-   * @param {{is_on: boolean, tack_mm: number|null, tack_mrad: number|null}} choice  at the start
+   * @param {{is_on: boolean, tack_mm: number|null, tack_mrad: number|null, keeps_contacts: boolean,
+   *   contact_mm: number|null}} choice  at the start
    * @param {{onChange: function(), onFault: function(string), onBody: function(object), onSeam: function(string)}} on
    */
   constructor(choice, on) {
@@ -18,7 +19,9 @@ export class Moving {
     this.input = this.box.querySelector("input");
     this.input.setAttribute("data-test", "bodies");
     this.fields = { tack_mm: this.field("mm", "tack_mm", 1), tack_mrad: this.field("mrad", "tack_mrad", 3) };
-    const tolerance = [el("span", {}, "tack tolerance"), ...Object.values(this.fields)];
+    this.contacts = checkBox("plates stay on each other", () => this.sending.ask(), {});
+    this.contacts.querySelector("input").setAttribute("data-test", "contacts");
+    const tolerance = [el("span", {}, "tack tolerance"), ...Object.values(this.fields), this.contacts];
     this.tolerance = el("span", { class: "tolerance", title: HINT }, tolerance);
     this.told = el("div", { class: "bodies" });
     this.element = el("div", { id: "moving" }, el("div", { class: "moving" }, this.box, this.tolerance), this.told);
@@ -39,13 +42,17 @@ export class Moving {
   /** What the page states now. */
   get stated() {
     const text = (name) => this.fields[name].querySelector("input").value.trim() || null;
-    return { is_on: this.input.checked, tack_mm: text("tack_mm"), tack_mrad: text("tack_mrad") };
+    const { checked } = this.contacts.querySelector("input");
+    const { contact_mm } = this.choice;
+    const [tack_mm, tack_mrad] = ["tack_mm", "tack_mrad"].map(text);
+    return { is_on: this.input.checked, tack_mm, tack_mrad, keeps_contacts: checked, contact_mm };
   }
 
   /** Shows a choice: the server's at the start, or that of another window. */
   take(choice) {
     this.choice = choice;
     this.input.checked = choice.is_on;
+    this.contacts.querySelector("input").checked = choice.keeps_contacts;
     for (const [name, field] of Object.entries(this.fields)) {
       const input = field.querySelector("input");
       if (document.activeElement !== input) input.value = choice[name] ?? "";
@@ -57,7 +64,7 @@ export class Moving {
     const { answer, fault } = await post("moving", this.stated);
     if (fault) {
       this.on.onFault(fault.message);
-      this.input.checked = this.choice.is_on;
+      if (!this.stated.is_on || !this.choice.is_on) this.input.checked = this.choice.is_on;
       return;
     }
     this.take(answer.moving);
@@ -75,7 +82,7 @@ export class Moving {
       el("p", { class: "sentence" }, sentence),
       el("p", { class: "caption" }, tolerances),
       bodiesTable(bodies, (body) => this.on.onBody(body)),
-      seamsOfBodiesTable(bodies, (name) => this.on.onSeam(name)),
+      ...(bodies.seams.length ? [seamsOfBodiesTable(bodies, (name) => this.on.onSeam(name))] : []),
     );
   }
 }

@@ -31,8 +31,8 @@ export function bodiesSection({ bodies }, focus = null, focusSeam = null) {
     el("p", { class: "sentence" }, sentence),
     el("p", { class: "caption" }, tolerances),
     bodiesTable(bodies, focus),
-    el("h3", {}, "Seams where the moved faces meet"),
-    seamsOfBodiesTable(bodies, focusSeam),
+    bodies.seams.length ? el("h3", {}, "Seams where the moved faces meet") : null,
+    bodies.seams.length ? seamsOfBodiesTable(bodies, focusSeam) : null,
   );
 }
 
