@@ -21,7 +21,7 @@ from wpcal.core.whole_folder import FolderLock, lock_taken
 
 WORK_MARK = ".wpcal-batch-"
 """Start of the name of the folder for unfinished work, in the output folder."""
-NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS})
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 """After one of these errors every other job would fail for the same reason."""
 MOST_TRIES = 2
 """A job or a group whose process somebody else killed is tried once more."""

@@ -102,6 +102,8 @@ PART, TAUGHT = str(UPRIGHTS / "uprights.step"), str(UPRIGHTS / "taught.csv")
     [
         ([PART, TAUGHT, "--tack-mm", "1"], "--tack-mm and --tack-mrad are for --bodies"),
         ([PART, TAUGHT, "--contacts"], "--contacts is for --bodies"),
+        ([PART, TAUGHT, "--bending"], "--bending is for --bodies"),
+        ([PART, TAUGHT, "--bodies", "--bending", "0"], "must be a positive number of mm, got 0"),
         ([PART, TAUGHT, "--bodies", "--contacts", "x"], "--contacts: expected a number of mm, got 'x'"),
         ([PART, TAUGHT, "--bodies", "--contacts", "0"], "must be a positive number of mm, got 0"),
         ([PART, TAUGHT, "--bodies", "--tack-mrad", "0"], "the tack tolerance in mrad must be a positive number"),
