@@ -15,7 +15,7 @@ import pytest
 
 from cad.rpc.protocol import ANSWER, method_names, schema_of
 from tests.rpc_client import RpcClient
-from tests.running import run_here
+from tests.running import kernel_work_here, run_here
 
 ROOT = Path(__file__).parents[2]
 TEE = ROOT / "fixtures" / "tee"
@@ -23,11 +23,14 @@ MISTYPED_MM = "81x.29"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The part and its table; the commands that are compared with work in this process."""
     folder = tmp_path_factory.mktemp("rpc")
     shutil.copy(TEE / "tee.step", folder)
     shutil.copy(TEE / "taught.csv", folder)
-    return folder
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        yield folder
 
 
 @pytest.fixture(scope="module")
