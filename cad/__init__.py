@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from cad.kernel.to_brep import to_brep
     from cad.step.read import read_step
     from cad.step.write import write_moved_step
+    from cad.workpiece.advise import advise_weldment
+    from cad.workpiece.bodies import BodiesOptions
     from cad.workpiece.calibrate import calibrate_workpiece
     from cad.workpiece.seams import find_seams
     from cad.workpiece.show import show
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from cad.workpiece.workpiece import open_workpiece
 
 _HOMES = {
+    "BodiesOptions": "cad.workpiece.bodies:BodiesOptions",
+    "advise_weldment": "cad.workpiece.advise:advise_weldment",
     "calibrate_workpiece": "cad.workpiece.calibrate:calibrate_workpiece",
     "find_seams": "cad.workpiece.seams:find_seams",
     "open_workpiece": "cad.workpiece.workpiece:open_workpiece",
@@ -35,6 +39,8 @@ _HOMES = {
     "write_moved_step": "cad.step.write:write_moved_step",
 }
 __all__ = [
+    "BodiesOptions",
+    "advise_weldment",
     "calibrate_workpiece",
     "find_seams",
     "open_workpiece",

@@ -7,31 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
-from wpcal.calibrate.touches.touches import Nearest, Touches, TouchTargets
+from wpcal.calibrate.bodies.plane_touches import Planes
+from wpcal.calibrate.touches.touches import Touches, TouchTargets
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Planes:
-    """Targets that are whole planes: enough for touches within their faces.
-
-    Parameters
-    ----------
-    p, n : ndarray, shape (m, 3)
-        A point of each plane, and its outward normal.
-    """
-
-    p: FloatArray
-    n: FloatArray
-
-    def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
-        """As `TouchTargets.nearest`."""
-        n = self.n[rows]
-        off = np.einsum("ij,ij->i", points - self.p[rows], n)
-        return Nearest(points - off[:, None] * n, n, n[:, :, None] * n[:, None, :])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -54,7 +54,7 @@ class PartWeldment:
 
     def met(self, motions: Motions) -> list[MovedSeam]:
         """Where the seams are when the bodies have moved."""
-        return moved_seams(self.graph, self.seams, self.graph.face_solid, *motions.moves())
+        return moved_seams(self.graph, self.seams, self.graph.face_solid, motions)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 from wpcal.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from wpcal.advise import advise_touches
     from wpcal.calibrate import Criterion
     from wpcal.calibrate import calibrate as calibrate_points
+    from wpcal.calibrate.bodies.plane_touches import calibrate_bodies, predict_body_errors
     from wpcal.core import PointPairs, RigidTransform, WpcalError
     from wpcal.features import feature_named, find_features
     from wpcal.results import schema_text
@@ -32,11 +34,14 @@ _HOMES = {
     "StepOptions": "wpcal.seam:StepOptions",
     "TaughtPoints": "wpcal.taught:TaughtPoints",
     "WpcalError": "wpcal.core:WpcalError",
+    "advise_touches": "wpcal.advise:advise_touches",
+    "calibrate_bodies": "wpcal.calibrate.bodies.plane_touches:calibrate_bodies",
     "calibrate_points": "wpcal.calibrate:calibrate",
     "detect_seams": "wpcal.seam:detect_seams",
     "feature_named": "wpcal.features:feature_named",
     "find_features": "wpcal.features:find_features",
     "pair_points": "wpcal.taught:pair_points",
+    "predict_body_errors": "wpcal.calibrate.bodies.plane_touches:predict_body_errors",
     "read_taught": "wpcal.taught:read_taught",
     "schema_text": "wpcal.results:schema_text",
 }
@@ -48,11 +53,14 @@ __all__ = [
     "StepOptions",
     "TaughtPoints",
     "WpcalError",
+    "advise_touches",
+    "calibrate_bodies",
     "calibrate_points",
     "detect_seams",
     "feature_named",
     "find_features",
     "pair_points",
+    "predict_body_errors",
     "read_taught",
     "schema_text",
 ]

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 EACH_SOLID = "each"
 """What ``--bodies`` means without a file."""
+USUAL_BENDING = "1"
+"""What ``--bending`` means without a number; `wpcal.calibrate.bodies.bending` has the reason."""
 USUAL_CONTACTS = "usual"
 """What ``--contacts`` means without a number."""
 
@@ -79,7 +81,7 @@ class BodiesFlags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitBodiesFlags(BodiesFlags):
-    """Whether they may have moved, and whether what lay on each other still does."""
+    """Whether they may have moved and bent, and whether what lay on each other still does."""
 
     contacts: str | None = option(
         "--contacts",
@@ -91,16 +93,31 @@ class FitBodiesFlags(BodiesFlags):
             "MM (standard deviation).  [default: half of --gap-mm]"
         ),
     )
+    bending_mm: float | None = option(
+        "--bending",
+        metavar="[MM]",
+        type=float,
+        is_flag=False,
+        flag_value=USUAL_BENDING,
+        help=(
+            "With --bodies: long plates may have bent, too. MM is the root mean square bow of a plate of 1 m; "
+            f"without a number {USUAL_BENDING} mm."
+        ),
+    )
 
     def to_options(self) -> BodiesOptions | None:
         """Check and return them; errors as in `BodiesFlags.to_options`."""
         from wpcal.core.errors import InputError
 
         options = BodiesFlags.to_options(self)
+        if options is None:
+            for name, value in (("--contacts", self.contacts), ("--bending", self.bending_mm)):
+                if value is not None:
+                    raise InputError(f"{name} is for --bodies")
+            return None
+        options = replace(options, bending_mm=self.bending_mm)
         if self.contacts is None:
             return options
-        if options is None:
-            raise InputError("--contacts is for --bodies")
         try:
             sigma_mm = None if self.contacts == USUAL_CONTACTS else float(self.contacts)
         except ValueError:

@@ -14,9 +14,11 @@ from wpcal.advise.candidates import fills_a_plane
 from wpcal.advise.design import farthest_rows
 from wpcal.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
 from wpcal.advise.moved_model import MovedModel, SeamPoints, Tacked
+from wpcal.calibrate.bodies import Motions
 from wpcal.calibrate.bodies.errors import MeetingPoints
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
 from wpcal.features import Ease, ReferenceFeature, Touchable
 from wpcal.seam.path.moved import moved_seams
 from wpcal.seam.seam import Seam
@@ -52,9 +54,8 @@ def tacked_bodies(workpiece: Workpiece, seams: Sequence[Seam], choice: BodiesOpt
 
 def _seam_points(workpiece: Workpiece, seams: Sequence[Seam], part: PartBodies) -> SeamPoints:
     some = [seam for seam in seams if len(seam.frames)]
-    count = len(part.bodies)
-    still = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
-    points = [meeting_points(moved) for moved in moved_seams(workpiece.graph, some, part.face_body, *still)]
+    still = Motions.rigid(part.bodies, RigidTransform.identity(target="base", source="part"))
+    points = [meeting_points(moved) for moved in moved_seams(workpiece.graph, some, part.face_body, still)]
     names = tuple(seam.name for seam in some for _ in range(len(seam.frames)))
     return SeamPoints(MeetingPoints.joined(points), names)
 

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.brep.graph import BrepGraph
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.calibrate.bodies.bending import Bends, find_bends
 from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
 from wpcal.calibrate.bodies.members import find_members
 from wpcal.core.arrays import FloatArray, IntArray
@@ -56,6 +57,8 @@ class BodiesOptions:
         Whether a person stated it; otherwise it is estimated where there are enough touches.
     groups : tuple of BodyGroup
         Every solid that is in no group is a body of its own.
+    bending_mm : float or None
+        Root mean square bow of a plate of 1 m; None: plates stay straight.
     keeps_contacts : bool
         Whether plane faces of two bodies that touch in the model stay on each other.
     contact_sigma_mm : float or None
@@ -71,6 +74,7 @@ class BodiesOptions:
     tolerance: TackTolerance = field(default_factory=TackTolerance)
     is_stated: bool = False
     groups: tuple[BodyGroup, ...] = ()
+    bending_mm: float | None = None
     keeps_contacts: bool = False
     contact_sigma_mm: float | None = None
 
@@ -172,15 +176,23 @@ def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
     Raises
     ------
     InputError
-        When a group names no solid of the part, or two groups name the same one, or the part is one body.
+        When a group names no solid of the part, or two groups name the same one, or the part is one body, or no body
+        can bend that is asked to.
     """
     units, face_unit = units_of(trimmed)
     body_of_unit, names, tolerances = _grouped(units, options)
     face_body = body_of_unit[face_unit]
     if len(names) < 2:
         raise InputError(_one_body(trimmed.graph, options))
-    boxes = [_centre(trimmed, np.flatnonzero(face_body == body)) for body in range(len(names))]
-    return PartBodies(Bodies(tuple(names), np.stack(boxes), tuple(tolerances)), face_body)
+    faces = [np.flatnonzero(face_body == body) for body in range(len(names))]
+    borders = [_border(trimmed, own) for own in faces]
+    boxes = [(p.min(axis=0) + p.max(axis=0)) / 2.0 for p in borders]
+    bends = Bends.none()
+    if options.bending_mm is not None:
+        graph = trimmed.graph
+        planes = [own[graph.face_kind[own] == SurfaceKind.PLANE] for own in faces]
+        bends = find_bends(borders, [graph.face_frame[own, 3] for own in planes], options.bending_mm)
+    return PartBodies(Bodies(tuple(names), np.stack(boxes), tuple(tolerances), bends), face_body)
 
 
 def _one_body(graph: BrepGraph, options: BodiesOptions) -> str:
@@ -244,11 +256,10 @@ def _is_named(solid: str, pattern: str) -> bool:
     return solid == pattern or fnmatchcase(solid, pattern.replace("[", "[[]"))
 
 
-def _centre(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
-    """Return the middle of the box of the faces' borders, shape (3,), mm."""
+def _border(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
+    """Return points of the faces' borders, shape (k, 3), mm."""
     rows = np.concatenate([np.arange(trimmed.start[f], trimmed.start[f + 1]) for f in faces.tolist()])
-    points = trimmed.p0[rows] if len(rows) else trimmed.graph.face_frame[faces, 0]
-    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
+    return np.asarray(trimmed.p0[rows] if len(rows) else trimmed.graph.face_frame[faces, 0])
 
 
 def _few(names: Sequence[str]) -> str:

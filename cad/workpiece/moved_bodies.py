@@ -236,7 +236,7 @@ def fit_weldment(
         seed=options.seed,
     )
     motions = found.fit.motions
-    moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, *motions.moves()))
+    moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, motions))
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None]
     result = _judged(rigid, found, moved, sigma, observed_on)

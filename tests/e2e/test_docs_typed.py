@@ -35,7 +35,7 @@ PAGES = ("README.md", "docs/tour.md", "docs/how-to/first-part.md", MOVED)
 BLOCK = re.compile(
     r"(?:<!-- (?P<mark>[^\n]*) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
 )
-FEWEST_COMMANDS = {"README.md": 13, "docs/tour.md": 8, "docs/how-to/first-part.md": 6, MOVED: 4}
+FEWEST_COMMANDS = {"README.md": 13, "docs/tour.md": 8, "docs/how-to/first-part.md": 6, MOVED: 5}
 """What the pages hold today: a block that is no longer recognised would otherwise pass unseen."""
 
 

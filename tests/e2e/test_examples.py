@@ -61,6 +61,15 @@ def test_without_cad_fits_arrays(run_example: Run) -> None:
     assert "correction of the cell's model: SixTuple(x_mm=0.0" in shown
 
 
+def test_plates_that_moved_are_found_from_arrays(run_example: Run) -> None:
+    shown = run_example("plates_that_moved.py")
+    assert shown.count(" for web on plate") == 8
+    assert "bodies moved (p < 0.001)" in shown
+    moved = re.findall(r"^(\w+) moved by \[(.*)\] mm", shown, flags=re.MULTILINE)
+    along_y = {name: float(v.split(",")[1]) for name, v in moved}
+    assert along_y["web"] - along_y["plate"] == pytest.approx(-1.5, abs=0.1)
+
+
 def test_the_weldment_goes_from_the_model_to_the_program(
     run_example: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -101,7 +101,7 @@ class MovedModel:
         J = np.zeros((k, 3, self.size))
         if b:
             scales = self.bodies.scales.ravel()
-            J[:, :, 6 : 6 + 6 * b] = meeting_jacobian(self._still(), points)[:, :, 6:] * scales
+            J[:, :, 6 : 6 + 6 * b] = meeting_jacobian(self._still(), points)[:, :, 6 : 6 + 6 * b] * scales
         J[:, :, :6] = point_jacobian(points.p_part - self.centre_part) / self._scale
         return J
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wpcal.calibrate.bodies.bending import Bends
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 
@@ -94,11 +95,14 @@ class Bodies:
     centroid_part : ndarray, shape (b, 3)
         The points about which they turn, in `part`, mm.
     tolerances : tuple of TackTolerance, length b
+    bends : Bends
+        How those of them bend that are long.
     """
 
     names: tuple[str, ...]
     centroid_part: FloatArray
     tolerances: tuple[TackTolerance, ...]
+    bends: Bends = field(default_factory=Bends.none)
 
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.centroid_part) == len(self.tolerances):
@@ -113,6 +117,11 @@ class Bodies:
     def scales(self) -> FloatArray:
         """Standard deviations of the motions (ω, v) of all bodies, rad and mm, shape (b, 6)."""
         return np.stack([tolerance.scales for tolerance in self.tolerances])
+
+    @property
+    def all_scales(self) -> FloatArray:
+        """Standard deviations of the motions and of the k amplitudes of bending, shape (6 b + k,)."""
+        return np.concatenate([self.scales.ravel(), self.bends.scales])
 
     def scaled(self, turn: float, shift: float) -> Bodies:
         """Return the bodies with tolerances multiplied by these factors: turns by the first, shifts by the second."""

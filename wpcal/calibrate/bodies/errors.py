@@ -98,22 +98,17 @@ def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (n, 3, 6 + 6 b)
+    ndarray, shape (n, 3, 6 + 6 b + k)
         In `base`, mm per rad and per mm.
     """
-    T, n, b = motions.T_base_part, len(points.p_part), len(motions.bodies)
+    T, n = motions.T_base_part, len(points.p_part)
     A = np.stack([points.n_wall, points.n_base, points.x], axis=1)
     B_wall = np.stack([points.n_wall, np.zeros((n, 3)), points.x], axis=1)
     B_base = np.stack([np.zeros((n, 3)), points.n_base, np.zeros((n, 3))], axis=1)
     A[~points.is_met], B_wall[~points.is_met], B_base[~points.is_met] = np.eye(3), np.eye(3) / 2.0, np.eye(3) / 2.0
-    J = np.zeros((n, 3, b, 6))
-    for body, share in ((points.wall_body, B_wall), (points.base_body, B_base)):
-        rows = np.flatnonzero(body >= 0)
-        material = _material_points(motions, body[rows], points.p_part[rows])
-        by = motions.displacement_jacobian(body[rows], material)
-        J[rows, :, body[rows]] += np.linalg.solve(A[rows], share[rows] @ by)
-    whole = point_jacobian(T.apply(points.p_part))
-    return np.concatenate([whole, T.R @ J.reshape(n, 3, 6 * b)], axis=2)
+    by_wall, by_base = (_by_motions(motions, body, points.p_part) for body in (points.wall_body, points.base_body))
+    own = np.linalg.solve(A, B_wall @ by_wall + B_base @ by_base)
+    return np.concatenate([point_jacobian(T.apply(points.p_part)), T.R @ own], axis=2)
 
 
 def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
@@ -176,20 +171,12 @@ def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     ndarray, shape (n,)
         A gap is off by more, to either side, with 5 % probability; mm.
     """
-    n, b = len(points.p_part), len(fit.motions.bodies)
-    J = np.zeros((n, b, 6))
-    for body, sign in ((points.wall_body, 1.0), (points.base_body, -1.0)):
-        rows = np.flatnonzero(body >= 0)
-        by = fit.motions.displacement_jacobian(
-            body[rows], _material_points(fit.motions, body[rows], points.p_part[rows])
-        )
-        J[rows, body[rows]] += sign * np.einsum("ni,nij->nj", points.n_base[rows], by)
-    flat = J.reshape(n, 6 * b)
+    by_wall, by_base = (_by_motions(fit.motions, body, points.p_part) for body in (points.wall_body, points.base_body))
+    flat = np.einsum("ni,nij->nj", points.n_base, by_wall - by_base)
     variance = np.einsum("ni,ij,nj->n", flat, fit.covariance[6:, 6:], flat)
     return np.asarray(ndtri((1.0 + COVERAGE) / 2.0) * np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _material_points(motions: Motions, body: IntArray, p_part: FloatArray) -> FloatArray:
-    """Return where the moved points are in the model of their body, shape (n, 3)."""
-    R, t = motions.moves()
-    return np.asarray(np.einsum("nij,ni->nj", R[body], p_part - t[body]))
+def _by_motions(motions: Motions, body: IntArray, p_part: FloatArray) -> FloatArray:
+    """Return how points of moved bodies move with the unknowns of the bodies, shape (n, 3, 6 b + k)."""
+    return motions.jacobian(body, motions.material(body, p_part))

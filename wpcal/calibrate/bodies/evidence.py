@@ -90,6 +90,14 @@ class _Restricted:
         Q = null_space(touched.J.T)
         return cls(Q.T @ touched.r, Q.T @ touched.B)
 
+    def beside(self, bends: int) -> _Restricted:
+        """Return the model of the motions alone: bending, the last columns of Z, then is an error of the touches."""
+        if bends == 0:
+            return self
+        Z, bent = self.Z[:, :-bends], self.Z[:, -bends:]
+        solved = np.linalg.solve(np.linalg.cholesky(np.eye(len(self.y)) + bent @ bent.T), np.column_stack([self.y, Z]))
+        return _Restricted(solved[:, 0], solved[:, 1:])
+
 
 def judge_motion(touched: Whitened, *, seed: int = 0) -> MotionEvidence:
     """Judge whether the touches need bodies that moved, and which.
@@ -111,7 +119,7 @@ def judge_motion(touched: Whitened, *, seed: int = 0) -> MotionEvidence:
     shown = _ratio((vectors.T @ free.y)[None] ** 2, shrink)[0]
     drawn = _ratio(np.random.default_rng(seed).standard_normal((DRAWS, len(values))) ** 2, shrink)
     p_rigid = (1.0 + np.count_nonzero(drawn >= shown)) / (1.0 + DRAWS)
-    p = _of_each(free)
+    p = _of_each(free.beside(touched.bends))
     return MotionEvidence(
         p_rigid, _holm(p), np.asarray(-ndtri(np.maximum(p, 1e-300) / 2.0)), float(np.sum(values / (1.0 + values)))
     )
@@ -167,7 +175,7 @@ def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
         the touches see fewer than `LEAST_SEEN` motions of a kind. None if they see fewer altogether: the stated
         tolerances then stay.
     """
-    free = _Restricted.of(touched)
+    free = _Restricted.of(touched).beside(touched.bends)
     is_turn = np.arange(free.Z.shape[1]) % 6 < 3
     kinds = [free.Z[:, is_turn], free.Z[:, ~is_turn]]
     if _seen(free.Z) < LEAST_SEEN:

@@ -26,7 +26,7 @@ from scipy.optimize import minimize
 
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.motions import Motions, left_jacobian
-from wpcal.calibrate.bodies.problem import LEAST_HELD, Problem, State, Whitened, linearised_each
+from wpcal.calibrate.bodies.problem import LEAST_HELD, Problem, State, Whitened, linearised_each, touched_poses
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ConvergenceError, GeometryError, InputError
@@ -63,10 +63,10 @@ class BodiesFit:
     motions : Motions
     residuals_mm : ndarray, shape (n,)
         Distances of the touches from the moved bodies.
-    covariance : ndarray, shape (6 + 6 b, 6 + 6 b)
+    covariance : ndarray, shape (6 + 6 b + k, 6 + 6 b + k)
         Of (ξ, δ_1, …, δ_b): ξ about the origin of the base as in `CalibrationResult`, δ_b = (ω, v) of body b about its
-        centroid in `part`; rad and mm.
-    unseen : ndarray, shape (6 + 6 b, 6 + 6 b)
+        centroid in `part`; then the k amplitudes of bending; rad and mm.
+    unseen : ndarray, same shape
         The part of `covariance` that comes from motions which no touch saw.
     whitened : Whitened
         The linear model at the rigid fit, from which tolerances and evidence are judged.
@@ -85,8 +85,7 @@ class BodiesFit:
 
     def paired(self, touches: Touches, body: IntArray) -> PointPairs:
         """Pair every touch with the point, in `part`, where it should have been; `body` has the shape (n,)."""
-        R, t = self.motions.poses_of(body)
-        contact = linearised_each(touches, R, t).contact_part
+        contact = linearised_each(touches, *touched_poses(touches, body, self.motions)).contact_part
         moved = self.motions.apply(body, contact)
         return PointPairs(touches.names, moved, touches.p_base, touches.covariances, space=touches.space)
 

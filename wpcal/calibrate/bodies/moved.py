@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc
 
+from wpcal.calibrate.bodies.bending import MODES
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
 from wpcal.calibrate.bodies.fit import BodiesFit, fit_bodies
@@ -19,6 +20,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 
+BOW_POINTS = 11
+"""Points along a body at which a record tells its bow: three on the shortest wave."""
 MOST_TOLD = 5
 """Bodies whose motions a sentence names; a table has all."""
 
@@ -96,13 +99,17 @@ class MovedBodies:
         values = sorted({(t.mm, t.mrad) for t in self.fit.motions.bodies.tolerances})
         told = listed([f"{mm:.3g} mm and {mrad:.3g} mrad" for mm, mrad in values])
         rest = f"; never touched: {listed(list(self.untouched))}" if self.untouched else ""
-        return f"tack tolerance {told}, {_IN_WORDS[self.source]}{rest}"
+        bends = self.fit.motions.bodies.bends
+        bent = listed([self.fit.motions.bodies.names[b] for b in dict.fromkeys(bends.body.tolist())])
+        bending = f"; bending {bends.sigma_mm:.3g} mm per plate of 1 m, of {bent}" if bent else ""
+        return f"tack tolerance {told}, {_IN_WORDS[self.source]}{bending}{rest}"
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for ``calibration.json``."""
         motions = self.fit.motions
         R, t = motions.moves()
-        spread = np.sqrt(np.maximum(np.diag(self.fit.covariance)[6:].reshape(-1, 6), 0.0))
+        bent = self._bent()
+        spread = np.sqrt(np.maximum(np.diag(self.fit.covariance)[6 : 6 + 6 * len(motions.bodies)].reshape(-1, 6), 0.0))
         return {
             "sentence": self.sentence(),
             "p_rigid": self.evidence.p_rigid,
@@ -125,10 +132,32 @@ class MovedBodies:
                     "sigmas": max(float(self.evidence.sigmas[b]), 0.0),
                     "has_moved": b in self.moved,
                     "T_part_moved": _matrix(R[b], t[b]),
+                    **({"bending": bent[b]} if bent[b] else {}),
                 }
                 for b, name in enumerate(motions.bodies.names)
             ],
         }
+
+    def _bent(self) -> list[list[dict[str, Any]]]:
+        """Return how each body bent: per direction, the bow along the body and its standard deviation."""
+        motions, bends = self.fit.motions, self.fit.motions.bodies.bends
+        first = 6 + 6 * len(motions.bodies)
+        told: list[list[dict[str, Any]]] = [[] for _ in motions.bodies.names]
+        for m, body in enumerate(bends.body.tolist()):
+            s = np.linspace(-bends.half_mm[m], bends.half_mm[m], BOW_POINTS)
+            w, _ = bends.shapes(m, s)
+            own = slice(first + MODES * m, first + MODES * (m + 1))
+            spread = np.sqrt(np.maximum(np.einsum("si,ij,sj->s", w, self.fit.covariance[own, own], w), 0.0))
+            told[body].append(
+                {
+                    "axis_part": bends.axis[m].tolist(),
+                    "normal_part": bends.normal[m].tolist(),
+                    "s_mm": s.tolist(),
+                    "bow_mm": (w @ motions.bend_mm[MODES * m : MODES * (m + 1)]).tolist(),
+                    "sigma_mm": spread.tolist(),
+                }
+            )
+        return told
 
 
 def fit_moved_bodies(

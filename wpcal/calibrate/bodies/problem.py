@@ -26,21 +26,24 @@ class Whitened:
     r : ndarray, shape (m,)
     J : ndarray, shape (m, 6 + s)
         By the scaled motion of the whole, and by errors that all touches share.
-    B : ndarray, shape (m, 6 b)
-        By the motions of the bodies, in units of their tolerances.
+    B : ndarray, shape (m, 6 b + bends)
+        By the motions of the bodies, in units of their tolerances, then by the amplitudes of bending.
     touch : ndarray of int, shape (m,)
         The touch of each row; -1: a kept contact.
+    bends : int
+        How many amplitudes there are.
     """
 
     r: FloatArray
     J: FloatArray
     B: FloatArray
     touch: IntArray
+    bends: int
 
     def without_contacts(self) -> Whitened:
         """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
         rows = self.touch >= 0
-        return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows])
+        return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows], self.bends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +108,7 @@ class Problem:
     def state(self, motions: Motions, shared: FloatArray) -> State:
         """Return a state with its residuals; `shared` has the shape (s,)."""
         touched = replace(self.touches, p_base=self.touches.p_base - self.shared @ shared)
-        at = linearised_each(touched, *motions.poses_of(self.body))
+        at = linearised_each(touched, *touched_poses(touched, self.body, motions))
         return State(motions, at, at.information(self.own), self._gaps(motions), shared)
 
     def cost(self, state: State) -> float:
@@ -122,15 +125,20 @@ class Problem:
         gradient = WJ.T @ state.at.d.ravel()
         H = J.reshape(WJ.shape).T @ WJ
         G, known = self._contact_jacobian(state.motions), len(H) - 6
-        gradient[6:] += np.concatenate([self._scaled(state.motions).ravel() + G.T @ state.gaps, state.shared])
+        gradient[6:] += np.concatenate([self._scaled(state.motions) + G.T @ state.gaps, state.shared])
         H[6:, 6:] += np.eye(known)
         H[self.of_bodies, self.of_bodies] += G.T @ G
         return gradient, H
 
     @property
     def of_bodies(self) -> slice:
-        """Where the unknowns of the bodies are."""
-        return slice(6, 6 + 6 * len(self.bodies))
+        """Where the unknowns of the bodies are: their motions, then the amplitudes of bending."""
+        return slice(6, 6 + 6 * len(self.bodies) + len(self.bodies.bends))
+
+    def _by_bodies(self, step: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what a step changes in the motions, shape (b, 6), and in the amplitudes of bending, shape (k,)."""
+        by, b = step[self.of_bodies] * self.bodies.all_scales, 6 * len(self.bodies)
+        return by[:b].reshape(-1, 6), by[b:]
 
     def moved(self, state: State, step: FloatArray) -> State:
         """Move the whole and its bodies by a step of shape (k,).
@@ -143,14 +151,15 @@ class Problem:
 
     def with_whole(self, state: State, step: FloatArray) -> State:
         """Move the bodies within the part by a step of shape (k,)."""
-        motions, by = state.motions, step[self.of_bodies].reshape(-1, 6) * self.bodies.scales
+        motions, (by, bent) = state.motions, self._by_bodies(step)
         whole = self._whole(motions.T_base_part, step)
-        moved = Motions(self.bodies, whole, motions.omega + by[:, :3], motions.v_mm + by[:, 3:])
+        omega, v = motions.omega + by[:, :3], motions.v_mm + by[:, 3:]
+        moved = Motions(self.bodies, whole, omega, v, motions.bend_mm + bent)
         return self.state(moved, state.shared + step[self.of_bodies.stop :])
 
     def in_place(self, state: State, step: FloatArray) -> State:
         """Move the bodies within the base by a step of shape (k,)."""
-        motions, by = state.motions, step[self.of_bodies].reshape(-1, 6) * self.bodies.scales
+        motions, (by, bent) = state.motions, self._by_bodies(step)
         T, c = motions.T_base_part, self.bodies.centroid_part
         whole = self._whole(T, step)
         turn = step[:3] / self.length_mm
@@ -158,7 +167,7 @@ class Problem:
         centre += np.cross(turn, centre - self.pivot) + step[3:6] + by[:, 3:] @ T.R.T
         own_turn = np.einsum("bij,bj->bi", left_jacobian(motions.omega), by[:, :3]) @ T.R.T + turn
         omega = log_rotation(whole.R.T @ exp_rotation(own_turn) @ motions.poses()[0])
-        moved = Motions(self.bodies, whole, omega, (centre - whole.t_mm) @ whole.R - c)
+        moved = Motions(self.bodies, whole, omega, (centre - whole.t_mm) @ whole.R - c, motions.bend_mm + bent)
         return self.state(moved, state.shared + step[self.of_bodies.stop :])
 
     def _whole(self, T: RigidTransform, step: FloatArray) -> RigidTransform:
@@ -167,19 +176,11 @@ class Problem:
         return RigidTransform(turn @ T.R, t, target=T.target, source=T.source)
 
     def jacobian(self, state: State) -> FloatArray:
-        """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + s)."""
-        n, b = len(self.touches), len(self.bodies)
+        """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + k + s)."""
         at, T = state.at, state.motions.T_base_part
-        J = np.zeros((n, 3, 6 + 6 * b + self.shared.shape[2]))
-        J[:, :, :6] = -at.A @ point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        rows = np.flatnonzero(self.body >= 0)
-        own = self.body[rows]
-        by_body = state.motions.displacement_jacobian(own, at.contact_part[rows]) * self.bodies.scales[own][:, None, :]
-        blocks = np.zeros((n, 3, b, 6))
-        blocks[rows, :, own] = -at.A[rows] @ (T.R @ by_body)
-        J[:, :, self.of_bodies] = blocks.reshape(n, 3, 6 * b)
-        J[:, :, self.of_bodies.stop :] = -at.A @ self.shared
-        return J
+        whole = point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
+        by_bodies = T.R @ (state.motions.jacobian(self.body, at.contact_part) * self.bodies.all_scales)
+        return np.asarray(-at.A @ np.concatenate([whole, by_bodies, self.shared], axis=2))
 
     def covariances(self, state: State) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""
@@ -189,7 +190,7 @@ class Problem:
         bodies_part = inverse[:, 6:]
         S = np.zeros((kept, kept))
         S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        S[6:, 6:] = np.diag(self.bodies.scales.ravel())
+        S[6:, 6:] = np.diag(self.bodies.all_scales)
         return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
 
     def whitened(self, state: State) -> Whitened:
@@ -208,10 +209,12 @@ class Problem:
         first = np.concatenate([common, np.zeros((len(G), common.shape[1]))])
         touch = np.concatenate([np.repeat(np.arange(len(self.touches)), 3)[is_seen], np.full(len(G), -1)])
         bodies = np.concatenate([J[is_seen, self.of_bodies], G])
-        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, bodies, touch)
+        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, bodies, touch, len(self.bodies.bends))
 
     def _scaled(self, motions: Motions) -> FloatArray:
-        return np.concatenate([motions.omega, motions.v_mm], axis=1) / self.bodies.scales
+        """Return u, shape (6 b + k,)."""
+        own = np.concatenate([motions.omega, motions.v_mm], axis=1).ravel()
+        return np.concatenate([own, motions.bend_mm]) / self.bodies.all_scales
 
     def _gaps(self, motions: Motions) -> FloatArray:
         c = self.contacts
@@ -219,15 +222,32 @@ class Problem:
         return np.asarray(np.einsum("ki,ki->k", apart, c.normal_part) / c.sigma_mm)
 
     def _contact_jacobian(self, motions: Motions) -> FloatArray:
-        """Derivative of the gaps by u, shape (k, 6 b)."""
-        c, b = self.contacts, len(self.bodies)
-        G = np.zeros((len(c), b, 6))
-        for own, sign in ((c.first, 1.0), (c.second, -1.0)):
-            rows = np.flatnonzero(own >= 0)
-            by = motions.displacement_jacobian(own[rows], c.p_part[rows]) * self.bodies.scales[own[rows]][:, None, :]
-            each = np.einsum("ki,kij->kj", c.normal_part[rows], by) / c.sigma_mm[rows, None]
-            G[rows, own[rows]] += sign * each
-        return G.reshape(len(c), 6 * b)
+        """Derivative of the gaps by u, shape (contacts, 6 b + k)."""
+        c = self.contacts
+        apart = motions.jacobian(c.first, c.p_part) - motions.jacobian(c.second, c.p_part)
+        by = np.einsum("ki,kij->kj", c.normal_part, apart) / c.sigma_mm[:, None]
+        return np.asarray(by * self.bodies.all_scales)
+
+
+def touched_poses(touches: Touches, body: IntArray, motions: Motions) -> tuple[FloatArray, FloatArray]:
+    """Return from the model to the base at every touch: of its body, or of the cross-section of one that bends.
+
+    Parameters
+    ----------
+    touches : Touches
+        n of them.
+    body : ndarray of int, shape (n,)
+    motions : Motions
+
+    Returns
+    -------
+    tuple of ndarray, shapes (n, 3, 3) and (n, 3)
+    """
+    if len(motions.bodies.bends) == 0:
+        return motions.poses_of(body)
+    T = motions.T_base_part
+    R, t = motions.moves_at(body, motions.material(body, T.inverse().apply(touches.p_base)))
+    return T.R @ R, T.apply(t)
 
 
 def linearised_each(touches: Touches, R: FloatArray, t: FloatArray) -> Linearised:

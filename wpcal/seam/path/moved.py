@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -19,6 +20,26 @@ from wpcal.seam.seam import Seam, SeamFrames
 
 LEAST_SIN = 0.02
 """Faces nearer to parallel than 1 degree do not fix the place where they meet; the seam then goes with both bodies."""
+
+
+class BodyMoves(Protocol):
+    """Where bodies are, within `part`."""
+
+    def moves_at(self, body: IntArray, p_part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return from the model to where bodies are at points of them.
+
+        Parameters
+        ----------
+        body : ndarray of int, shape (n,)
+            -1: a face that does not move.
+        p_part : ndarray, shape (n, 3)
+            In the model, mm.
+
+        Returns
+        -------
+        tuple of ndarray, shapes (n, 3, 3) and (n, 3)
+            Turn and shift of the cross-section of each point; mm.
+        """
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,9 +72,7 @@ class MovedSeam:
     gap_mm: FloatArray
 
 
-def moved_seams(
-    graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, R: FloatArray, t: FloatArray
-) -> list[MovedSeam]:
+def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, moves: BodyMoves) -> list[MovedSeam]:
     """Return seams where their moved faces meet.
 
     A point of a seam lies on an edge of the wall; it stays in the plane that goes with this edge, so that the ends of
@@ -67,19 +86,16 @@ def moved_seams(
         In `part`.
     face_body : ndarray of int, shape (F,)
         The body of every face; -1: it does not move.
-    R, t : ndarray, shapes (b, 3, 3), (b, 3)
-        From the model to where each body is, in `part`, mm.
+    moves : BodyMoves
 
     Returns
     -------
     list of MovedSeam
     """
-    R = np.concatenate([R, np.eye(3)[None]])  # the last one is body -1
-    t = np.concatenate([t, np.zeros((1, 3))])
-    return [_moved_seam(graph, seam, face_body, R, t) for seam in seams]
+    return [_moved_seam(graph, seam, face_body, moves) for seam in seams]
 
 
-def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, R: FloatArray, t: FloatArray) -> MovedSeam:
+def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, moves: BodyMoves) -> MovedSeam:
     p, x, piece = seam.frames.p, seam.frames.R[:, :, 0], _piece_of_each(graph, seam)
     faces = [seam.pieces.wall[piece], seam.pieces.base[piece]]
     faces = [
@@ -87,9 +103,9 @@ def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, R: FloatArray
     ]  # a missing face goes with the other
     bodies = [np.where(face >= 0, face_body[face], -1) for face in faces]
     still = [MovedFaces(face, np.tile(np.eye(3), (len(p), 1, 1)), np.zeros((len(p), 3))) for face in faces]
-    now = [MovedFaces(face, R[body], t[body]) for face, body in zip(faces, bodies, strict=True)]
-    with_each = [np.einsum("nij,nj->ni", R[body], p) + t[body] for body in bodies]
-    x_each = [np.einsum("nij,nj->ni", R[body], x) for body in bodies]
+    now = [MovedFaces(face, *moves.moves_at(body, p)) for face, body in zip(faces, bodies, strict=True)]
+    with_each = [np.einsum("nij,nj->ni", each.R, p) + each.t for each in now]
+    x_each = [np.einsum("nij,nj->ni", each.R, x) for each in now]
 
     met_still = meet_moved(graph, still[0], still[1], p, x, least_sin=LEAST_SIN)
     met = meet_moved(graph, now[0], now[1], with_each[0], x_each[0], least_sin=LEAST_SIN)

@@ -7,7 +7,7 @@ from typing import Any, Callable
 
 from PySide import QtCore
 
-__all__ = ["QtCore", "application", "gui", "wait_until", "widgets"]
+__all__ = ["QtCore", "application", "gui", "number_of", "wait_until", "widgets"]
 
 
 def gui() -> Any:
@@ -29,6 +29,14 @@ def widgets() -> Any:
 def application() -> Any:
     """Return Qt's application; without a window (`freecadcmd`) there is none yet, and one without window is made."""
     return QtCore.QCoreApplication.instance() or QtCore.QCoreApplication([])
+
+
+def number_of(flag: Any) -> int:
+    """Return a flag as a number: an enumeration of Qt 6 is none by itself."""
+    try:
+        return int(flag)
+    except TypeError:
+        return int(flag.value)
 
 
 def wait_until(is_done: Callable[[], bool], seconds: float) -> bool:
