@@ -8,7 +8,6 @@ system ends those of its jobs.
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import os
 import select
@@ -26,12 +25,11 @@ from pathlib import Path
 from typing import Any
 
 from cad.batch.channel import Channel
+from cad.kernel.child_main import end_with_parent
 from cad.kernel.frames import Writes, read_packet, write_frame, write_packet
 from cad.kernel.plain_data import unpack
 from wpcal.core.errors import KernelError, OutOfMemoryError, WpcalError
 
-PR_SET_PDEATHSIG = 1
-"""Linux: the system sends a signal when the parent ends."""
 JOBS_OF_A_PROCESS = 16
 """A new process costs as much as a quarter of a small job, most of it for memory that it begins to use."""
 
@@ -73,12 +71,12 @@ def preload(modules: Sequence[str]) -> None:
         import_module(module)
 
 
-def answer_jobs(channel: socket.socket) -> None:
+def answer_jobs(channel: socket.socket, server: int) -> None:
     """Open the group that the first request describes, then run jobs until the other side closes the channel."""
     os.setpgid(0, 0)
-    end_with_parent()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGCHLD):
         signal.signal(number, signal.SIG_DFL)
+    end_with_parent(server)
     stream = Channel(channel)
     packet = read_packet(stream)
     if packet is None:
@@ -112,12 +110,6 @@ class limited:  # noqa: N801 - a context manager reads as a verb
 
     def __exit__(self, *_: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0)
-
-
-def end_with_parent() -> None:
-    """Let the system kill this process when its parent ends, also while the CAD kernel computes (Linux)."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 @dataclass(slots=True)
@@ -162,9 +154,9 @@ class _Jobs:
 
     def _fork(self) -> _Worker:
         ours, theirs = socket.socketpair()
-        process = os.fork()
+        group, process = os.getpid(), os.fork()
         if not process:
-            end_with_parent()
+            end_with_parent(group)
             for channel in (self._channel, *(each.channel for each in self._workers.values())):
                 channel.close()
             ours.close()

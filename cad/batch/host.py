@@ -129,9 +129,11 @@ class Host:
             write_packet(self._channels[group], pack(request))
 
     def run(self, group: int, number: int, arguments: dict[str, Any]) -> None:
-        """Start a job in a group that is ready."""
-        with contextlib.suppress(OSError):  # it died: the server tells of that
-            write_packet(self._channels[group], pack((number, arguments)))
+        """Start a job in a group that is ready. If it died meanwhile, an event will tell."""
+        channel = self._channels.get(group)
+        if channel is not None:
+            with contextlib.suppress(OSError):  # it died: the server tells of that
+                write_packet(channel, pack((number, arguments)))
 
     def close_group(self, group: int) -> None:
         """Let the process of a group end."""

@@ -18,7 +18,8 @@ import signal
 import socket
 import struct
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 GROUP = struct.Struct("<q")
@@ -33,9 +34,10 @@ def main() -> None:
     command = socket.socket(fileno=os.dup(sys.stdin.fileno()))
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of the command ends this process, not a signal to both
-    from cad.batch.group import preload
+    with _given_up_with(parent, work):
+        from cad.batch.group import preload
 
-    preload(modules)
+        preload(modules)
     gc.collect()
     gc.freeze()  # objects that live until the end: looking at them would copy their memory in every fork
     groups = _serve(command, lock) if os.getppid() == parent else {}
@@ -46,6 +48,21 @@ def main() -> None:
             os.waitpid(process, 0)
     shutil.rmtree(work, ignore_errors=True)
     os._exit(0)
+
+
+@contextmanager
+def _given_up_with(parent: int, work: str) -> Iterator[None]:
+    """End this process when the command ends while it still loads modules: nothing has begun then."""
+    from cad.kernel.child_main import end_with_parent
+
+    def give_up(*_: object) -> None:
+        shutil.rmtree(work, ignore_errors=True)
+        os._exit(0)
+
+    signal.signal(signal.SIGUSR1, give_up)
+    end_with_parent(parent, signal.SIGUSR1)
+    yield
+    signal.signal(signal.SIGUSR1, signal.SIG_IGN)  # from now on the end of the socket tells it
 
 
 def end_family(process: int) -> None:
@@ -74,12 +91,13 @@ def _serve(command: socket.socket, lock: int) -> dict[int, int]:
             message, descriptors, _, _ = socket.recv_fds(command, GROUP.size, 1)
             if len(message) < GROUP.size or not descriptors:
                 return groups
-            process = os.fork()
+            server, process = os.getpid(), os.fork()
             if not process:
                 signal.set_wakeup_fd(-1)
-                for descriptor in (lock, wakes, wake, command.fileno()):
+                for descriptor in (sys.stdin.fileno(), lock, wakes, wake, command.fileno()):
                     os.close(descriptor)
-                _become_group(descriptors[0])
+                os.open(os.devnull, os.O_RDONLY)  # as standard input: the lowest number that is free
+                _become_group(descriptors[0], server)
             with suppress(OSError):  # the child does the same: whoever is first
                 os.setpgid(process, process)
             os.close(descriptors[0])
@@ -101,12 +119,12 @@ def _report(command: socket.socket, groups: dict[int, int]) -> bool:
     return True
 
 
-def _become_group(descriptor: int) -> None:
+def _become_group(descriptor: int, server: int) -> None:
     from cad.batch.group import answer_jobs
 
     code = 1
     try:
-        answer_jobs(socket.socket(fileno=descriptor))
+        answer_jobs(socket.socket(fileno=descriptor), server)
         code = 0
     finally:
         os._exit(code)

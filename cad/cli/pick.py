@@ -45,6 +45,9 @@ NOT_CALIBRATE = (
 OF_SOLIDS = ("weld", "not_welded")
 """What is said about solids is said in the page, too."""
 
+OF_RIGID_PARTS = ("criterion", "certify")
+"""Options that `wpcal calibrate` refuses if bodies may have moved."""
+
 DEFAULT_TABLE = Path("taught.csv")
 
 
@@ -274,10 +277,11 @@ def calibrate_command(
 
     given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
     given += [*options_of(seams.judging), *session.moving.words(bodies)]
+    left_out = (*NOT_CALIBRATE, *OF_SOLIDS, *(OF_RIGID_PARTS if session.moving.is_on else ()))
     for parameter in ctx.command.params:
         name = parameter.name or ""
         is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-        if isinstance(parameter, click.Option) and is_given and name not in (*NOT_CALIBRATE, *OF_SOLIDS):
+        if isinstance(parameter, click.Option) and is_given and name not in left_out:
             given += _as_typed(parameter, ctx.params[name])
     return shlex.join(["wpcal", "calibrate", str(part_step), str(taught), *given, "-o", "RESULT"])
 

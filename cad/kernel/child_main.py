@@ -64,10 +64,10 @@ def has_death_signal() -> bool:
     return sys.platform == "linux"
 
 
-def end_with_parent(parent: int) -> None:
-    """Let the system kill this process when its parent ends, also while the CAD kernel computes."""
+def end_with_parent(parent: int, number: int = signal.SIGKILL) -> None:
+    """Let the system send this process a signal when its parent ends, also while the CAD kernel computes."""
     if has_death_signal():
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
         if os.getppid() != parent:  # it ended before the line above
             os._exit(0)
 

@@ -19,7 +19,7 @@ def test_the_page_says_what_its_command_says(
     start: Any, open_page: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copy(UPRIGHTS / "taught.csv", tmp_path / "taught.csv")
-    picker = start(UPRIGHTS / "uprights.step", "taught.csv", "--sigma-mm", "0.2")
+    picker = start(UPRIGHTS / "uprights.step", "taught.csv", "--sigma-mm", "0.2", "--criterion", "least_squares")
     opened = open_page(picker.url)
     page = opened.page
     opened.wait("document.getElementById('state').textContent.length > 10 && window.wpcal.idle")
@@ -41,6 +41,7 @@ def test_the_page_says_what_its_command_says(
     opened.wait("document.getElementById('points').textContent.includes('wpcal calibrate')")
     command = shlex.split(page.locator("#points code").inner_text())
     assert command[4:7] == ["--bodies", "--tack-mm", "0.6"]
+    assert "--criterion" not in command  # of rigid parts only
     monkeypatch.chdir(tmp_path)
     ended = run_here(*command[1:-1], "result")
     assert ended.returncode in (0, 1), ended.stderr

@@ -11,22 +11,27 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cad.cli.calibrate_jobs import option_columns
+from cad.cli.calibrate_jobs import open_part, option_columns, run_job
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here
+from wpcal.core.errors import InputError
+from wpcal.core.input_file import sha256_of
+from wpcal.core.issue import Issue
 
 WPCAL = Path(sys.executable).with_name("wpcal")
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 JOBS = 6
 KILLS = 2
 KILLS_DEEP = 50
-ORPHAN_S = 3.0
-"""The processes of a batch that was killed end, and remove what they began, within this time."""
+ORPHAN_S = 10.0
+"""Within this time the processes of a batch that was killed end and remove what they began; without other work on the
+machine in less than a second."""
 EVER_DIFFERENT = "seconds"
 """The only field of the summary that is not the same in the next run."""
 
@@ -173,6 +178,38 @@ def test_what_is_complete_is_not_done_again_unless_an_input_changed(folder: Path
     assert contents(tmp_path / "out").keys() == contents(folder / "whole").keys()
 
 
+def test_an_input_that_changes_while_it_is_read_fails_its_job_and_nothing_is_left(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_parts(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    opened = open_part("tee.step", (), use_cache=False)
+
+    def changing(*arguments: object, **settings: object) -> tuple[Issue, ...]:
+        (tmp_path / "day0.csv").write_bytes((tmp_path / "day1.csv").read_bytes())
+        return opened.means.write_moved(*arguments, **settings)
+
+    job = {"name": "j0", "part": "tee.step", "taught": "day0.csv", "words": (), "out": tmp_path / "j0"}
+    changed = replace(opened, means=replace(opened.means, write_moved=changing))
+    with pytest.raises(InputError, match="changed while it was read"):
+        run_job(changed, folder=tmp_path / "w0", pages="none", **job)
+    assert not (tmp_path / "j0").exists()
+    run_job(opened, folder=tmp_path / "w1", pages="none", **job)
+    record = json.loads((tmp_path / "j0" / "calibration.json").read_text())
+    assert record["inputs"]["taught"]["sha256"] == sha256_of((tmp_path / "day1.csv").read_bytes())
+
+
+def test_a_disk_that_takes_no_more_ends_the_batch_in_one_line(folder: Path, tmp_path: Path) -> None:
+    """Files may have 30 kB only: calibration.json fits, the moved part does not."""
+    shutil.copytree(folder, tmp_path / "list", ignore=shutil.ignore_patterns("whole"))
+    command = f"ulimit -f 30; exec {WPCAL} batch {tmp_path}/list/jobs.csv -o {tmp_path}/out -j 2"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=TIMEOUT_S)
+    assert (done.returncode, done.stdout) == (2, "")
+    [line] = [each for each in done.stderr.splitlines() if each.startswith("wpcal: ")]
+    assert "cannot be written: file too large; 0 of 6 jobs are done; continue with: wpcal batch" in line
+    assert not (tmp_path / "out").exists()
+
+
 def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path: Path) -> None:
     shutil.copy(folder / "tee.step", tmp_path)
     shutil.copy(folder / "day0.csv", tmp_path)
@@ -221,7 +258,8 @@ def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path
     (tmp_path / "good.csv").write_text("job,part,taught\na,b,c\n")
     done = run_here("batch", tmp_path / "good.csv", "-o", tmp_path / "full")
     assert done.returncode == 2
-    assert "exists and is not empty" in done.stderr
+    assert "exists and is not empty; continue its batch with --resume" in done.stderr
+    assert "--force" not in done.stderr
     assert [path.name for path in (tmp_path / "full").iterdir()] == ["notes.txt"]
 
 

@@ -57,6 +57,7 @@ def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple
     run, _ = job
     finished = read_finished(Path(run.facts["result"]))
     assert [seam.name for seam in finished.seams] == ["W1", "W2", "W3", "W4"]
+    assert run.facts["saved again"].endswith("Tick: Replace an existing result")
     programs = [Path(program) for program in run.facts["programs"]]
     assert [program.name for program in programs] == ["WPCAL.mod", "WPCAL.dat", "WPCAL.src"]
     assert "vWeld:=[6," in programs[0].read_text(encoding="utf-8")  # the speed that was typed

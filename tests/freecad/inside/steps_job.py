@@ -159,7 +159,9 @@ def calibrate(window, document):
     panel.save()
     yield lambda: not panel.is_busy
     window.facts["result"] = panel.folder.path()
-    window.facts["said"] = panel.message.text()
+    panel.save()
+    yield lambda: not panel.is_busy
+    window.facts["saved again"] = panel.message.text()
     panel.reject()
 
 

@@ -16,6 +16,8 @@ from ..words import translate
 
 PROGRESS_AFTER_MS = 400
 """A question that is answered sooner shows no progress bar: it would only flicker."""
+FORCE = "--force"
+"""What wpcal advises if a folder has a result; a panel has a box for it."""
 
 
 class TaskPanel:
@@ -29,9 +31,12 @@ class TaskPanel:
         What FreeCAD shows.
     body : QVBoxLayout
         The place of the subclass's widgets.
+    replace : QCheckBox or None
+        Whether a result that exists may be replaced.
     """
 
     title = ""
+    replace: Any = None
 
     def __init__(self, document: Any) -> None:
         self.document = document
@@ -129,7 +134,10 @@ class TaskPanel:
 
     def failed(self, failure: Failure) -> None:
         """Show why there is no answer."""
-        self.say(translate("Cancelled.") if failure.is_cancelled else failure.text, is_error=True)
+        text = translate("Cancelled.") if failure.is_cancelled else failure.text
+        if self.replace is not None and failure.data.get("hint") == FORCE:
+            text = f"{failure.message}\n{translate('Tick')}: {self.replace.text()}"
+        self.say(text, is_error=True)
 
     @property
     def is_busy(self) -> bool:
