@@ -15,7 +15,7 @@ from typing import Any
 
 from cad.batch.group import GroupRequest
 from cad.batch.host import Event, EventKind, Failure, Host
-from wpcal.core.errors import ErrorCode, InputError
+from wpcal.core.errors import InputError
 from wpcal.core.records import check_writable
 from wpcal.core.whole_folder import FolderLock, lock_taken
 
@@ -85,10 +85,13 @@ def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
     work = out / f"{WORK_MARK}{secrets.token_hex(4)}"
     try:
         if lock_taken(descriptor, WAIT_FOR_LOCK_S, STEP_S) is FolderLock.ANOTHERS:
-            raise InputError(f"{out}: another run is writing into it now; wait for its end", code=ErrorCode.EXISTS)
+            raise InputError(f"{out}: another run is writing into it now; wait for its end")
         for left in out.glob(f"{WORK_MARK}*"):
             shutil.rmtree(left, ignore_errors=True)
-        check_writable(out, overwrite=overwrite)
+        if not overwrite and any(out.iterdir()):
+            raise InputError(
+                f"{out}: exists and is not empty; continue its batch with --resume, or choose another folder"
+            )
         work.mkdir()
         yield descriptor, work.resolve()
     finally:

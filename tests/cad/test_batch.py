@@ -258,7 +258,8 @@ def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path
     (tmp_path / "good.csv").write_text("job,part,taught\na,b,c\n")
     done = run_here("batch", tmp_path / "good.csv", "-o", tmp_path / "full")
     assert done.returncode == 2
-    assert "exists and is not empty" in done.stderr
+    assert "exists and is not empty; continue its batch with --resume" in done.stderr
+    assert "--force" not in done.stderr
     assert [path.name for path in (tmp_path / "full").iterdir()] == ["notes.txt"]
 
 

@@ -127,6 +127,10 @@ class JobTest(unittest.TestCase):
         taught.put_points(
             0, pasted_points("812,29;-240,62;165,80\nX 850.1 Y -200 Z 160\nP3 [[870,-220.5,164],[1,0,0,0]]")
         )
+        with self.assertRaisesRegex(ValueError, "line 2.*thousands"):
+            pasted_points("812 240 165.5\n1 234,5 2 000,0 3,0")
+        with self.assertRaisesRegex(ValueError, "line 1: expected three numbers"):
+            pasted_points("P1 812.3 P2")
         records = taught.records()
         self.assertEqual([one["name"] for one in records], ["V2", "T1", "T2"])
         self.assertEqual([one["x_mm"] for one in records], ["812.29", "850.1", "870"])
