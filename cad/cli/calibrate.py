@@ -99,16 +99,36 @@ class CalibrationFlags:
         run : TouchRun or None
             A run of a touch program: it knows the nominal place, and its criterion is weighted if none is given.
         is_criterion_given : bool
+
+        Raises
+        ------
+        InputError
+            When a flag cannot be used, or not with another.
         """
         from wpcal.calibrate.criteria import Criterion
 
         options, nominal = self.calibration.to_options(self.choice.to_choice()), self.calibration.fit.to_nominal()
         options = replace(options, bodies=self.moving.to_options())
+        if options.bodies is not None:
+            _refuse_rigid_only(options, is_criterion_given=is_criterion_given)
         if run is None:
             return options, nominal
         if not is_criterion_given:
             options = replace(options, criterion=Criterion.WEIGHTED)
         return options, nominal or run.T_nominal_part
+
+
+def _refuse_rigid_only(options: CalibrateOptions, *, is_criterion_given: bool) -> None:
+    """Refuse what only a part that moved in one piece has."""
+    from wpcal.calibrate.criteria import Criterion
+    from wpcal.core.errors import InputError
+
+    if options.certify:
+        raise InputError("--certify cannot be used with --bodies: what it proves holds for a rigid part")
+    if is_criterion_given and options.criterion is not Criterion.WEIGHTED:
+        raise InputError(
+            f"--criterion {options.criterion.value} cannot be used with --bodies: bodies are fitted by weighted squares"
+        )
 
 
 def run_arguments(run: TouchRun | None) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from OCP.gp import gp_Pnt
 from cad.kernel.topology import FACE, sub_shapes
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation
 from wpcal.seam import Seam
 from wpcal.seam.options import SeamOptions
@@ -26,6 +27,18 @@ PARTS = ("tee/tee.step", "saddle/saddle.step", "uprights/uprights.step", "pipe",
 ROUND_OFF_MM = 1e-9
 SETTLED_MM = 1e-7
 """Newton's method ends at steps of 1e-8 mm; the kernel's projection is as exact."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StiffMoves:
+    """Bodies that turn by R and shift by t, shapes (b, 3, 3) and (b, 3), about the origin of `part`, mm."""
+
+    R: FloatArray
+    t: FloatArray
+
+    def moves_at(self, body: IntArray, _p_part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As `BodyMoves.moves_at`; every face belongs to a body."""
+        return self.R[body], self.t[body]
 
 
 def on_a_plate(name: str, folder: Path) -> Path:
@@ -63,7 +76,7 @@ def seams_of(name: str) -> tuple[Workpiece, tuple[Seam, ...]]:
 def moved(name: str, R: FloatArray, t: FloatArray) -> list[MovedSeam]:
     """Move each solid of a part by itself; R, t of shapes (b, 3, 3), (b, 3)."""
     workpiece, seams = seams_of(name)
-    return moved_seams(workpiece.graph, seams, workpiece.graph.face_solid, R, t)
+    return moved_seams(workpiece.graph, seams, workpiece.graph.face_solid, StiffMoves(R, t))
 
 
 def drawn(name: str, seed: int) -> tuple[FloatArray, FloatArray]:

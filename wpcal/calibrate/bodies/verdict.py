@@ -107,7 +107,11 @@ def _failure(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
     """Return why the fit is shown to be wrong, or None."""
     moved = evidence.moved
     if moved.wrong:
-        what = f"the other touches contradict {listed(moved.wrong)}, also if bodies moved: touch there again"
+        kept = " and stay on each other" if (moved.fit.whitened.touch < 0).any() else ""
+        remedy = ", or calibrate without --contacts" if kept else ""
+        what = (
+            f"the other touches contradict {listed(moved.wrong)}, also if bodies moved{kept}: touch there again{remedy}"
+        )
         return VerdictReason.CONTRADICTION, what
     if evidence.sigma.source is SigmaSource.STATED and _contradicts(moved):
         what = (
