@@ -10,7 +10,9 @@ from typing import Any
 from wpcal import __version__
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
+from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
+from wpcal.core.schemas import required_fields
 
 JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
@@ -105,9 +107,11 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     if not (folder / JOB_FILE).is_file():
         return None
     try:
-        return read_json(folder / JOB_FILE, schema=JOB_SCHEMA)
+        record = read_json(folder / JOB_FILE, schema=JOB_SCHEMA)
+        check_record(record, JOB_SCHEMA, path=str(folder / JOB_FILE), is_complete=True)
     except InputError:
         return None
+    return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
 
 
 def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path) -> bool:

@@ -7,6 +7,7 @@ the list. Lines are kept on the disk and not in memory.
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -141,7 +142,9 @@ def seconds_of(out: Path) -> dict[str, float]:
     for text in lines:
         try:
             line = json.loads(text)
-            found[str(line["job"])] = float(line["seconds"])
-        except (ValueError, KeyError, TypeError, RecursionError):
+            name, seconds = str(line["job"]), float(line["seconds"])
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             continue
+        if 0 <= seconds < math.inf:
+            found[name] = seconds
     return found

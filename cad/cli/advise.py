@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import ContactBodiesFlags
 from cad.cli.moved_advice import show_moved_advice
 from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
 from wpcal.cli.option_groups import option, takes
@@ -81,7 +81,7 @@ class AdviseFlags:
 @click.command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @takes("advice", AdviseFlags)
-@takes("weldment", BodiesFlags)
+@takes("weldment", ContactBodiesFlags)
 @takes("seams", SeamFlags)
 @takes("choice", SeamChoiceFlags)
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Output: a table.")
@@ -92,7 +92,7 @@ def advise(
     *,
     part_step: Path,
     advice: AdviseFlags,
-    weldment: BodiesFlags,
+    weldment: ContactBodiesFlags,
     seams: SeamFlags,
     choice: SeamChoiceFlags,
     out: Path | None,

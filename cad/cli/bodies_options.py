@@ -80,8 +80,8 @@ class BodiesFlags:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FitBodiesFlags(BodiesFlags):
-    """Whether they may have moved and bent, and whether what lay on each other still does."""
+class ContactBodiesFlags(BodiesFlags):
+    """Whether they may have moved, and whether what lay on each other still does."""
 
     contacts: str | None = option(
         "--contacts",
@@ -93,6 +93,27 @@ class FitBodiesFlags(BodiesFlags):
             "MM (standard deviation).  [default: half of --gap-mm]"
         ),
     )
+
+    def to_options(self) -> BodiesOptions | None:
+        """Check and return them; errors as in `BodiesFlags.to_options`."""
+        from wpcal.core.errors import InputError
+
+        options = BodiesFlags.to_options(self)
+        if options is None and self.contacts is not None:
+            raise InputError("--contacts is for --bodies")
+        if options is None or self.contacts is None:
+            return options
+        try:
+            sigma_mm = None if self.contacts == USUAL_CONTACTS else float(self.contacts)
+        except ValueError:
+            raise InputError(f"--contacts: expected a number of mm, got {shown(self.contacts)}") from None
+        return replace(options, keeps_contacts=True, contact_sigma_mm=sigma_mm)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitBodiesFlags(ContactBodiesFlags):
+    """Whether they may have moved and bent, and whether what lay on each other still does."""
+
     bending_mm: float | None = option(
         "--bending",
         metavar="[MM]",
@@ -109,20 +130,10 @@ class FitBodiesFlags(BodiesFlags):
         """Check and return them; errors as in `BodiesFlags.to_options`."""
         from wpcal.core.errors import InputError
 
-        options = BodiesFlags.to_options(self)
-        if options is None:
-            for name, value in (("--contacts", self.contacts), ("--bending", self.bending_mm)):
-                if value is not None:
-                    raise InputError(f"{name} is for --bodies")
-            return None
-        options = replace(options, bending_mm=self.bending_mm)
-        if self.contacts is None:
-            return options
-        try:
-            sigma_mm = None if self.contacts == USUAL_CONTACTS else float(self.contacts)
-        except ValueError:
-            raise InputError(f"--contacts: expected a number of mm, got {shown(self.contacts)}") from None
-        return replace(options, keeps_contacts=True, contact_sigma_mm=sigma_mm)
+        options = ContactBodiesFlags.to_options(self)
+        if options is None and self.bending_mm is not None:
+            raise InputError("--bending is for --bodies")
+        return None if options is None else replace(options, bending_mm=self.bending_mm)
 
 
 def _json_file(value: str | None) -> str | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import BodiesFlags
+from cad.cli.bodies_options import ContactBodiesFlags
 from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
@@ -165,7 +165,7 @@ class ArmFlags:
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @takes("touching", TouchFlags)
 @takes("moving", ArmFlags)
-@takes("weldment", BodiesFlags)
+@takes("weldment", ContactBodiesFlags)
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
 @takes("seams", SeamFlags)
 @takes("choice", SeamChoiceFlags)
@@ -180,7 +180,7 @@ def touches(
     part_step: Path,
     touching: TouchFlags,
     moving: ArmFlags,
-    weldment: BodiesFlags,
+    weldment: ContactBodiesFlags,
     only: str | None,
     seams: SeamFlags,
     choice: SeamChoiceFlags,

@@ -72,6 +72,7 @@ def next_for_bodies(
         free,
         choice,
         sigma_mm=sigma_mm,
+        seam_options=part.seam_options,
         have=have if planned is None else (),
         touched=None if planned is None else planned[0],
         count=max(FIRST_POINTS - (len(have) if planned is None else len(made)), 1),

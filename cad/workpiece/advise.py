@@ -131,6 +131,7 @@ def advise_weldment(
         asked.allowed,
         bodies,
         sigma_mm=options.sigma_mm,
+        seam_options=seam_options,
         have=asked.have,
         count=options.points,
         tolerance_mm=options.tolerance_mm,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
-from cad.workpiece.moved_bodies import bodies_at, bodies_of, meeting_points
+from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, bodies_at, bodies_of, meeting_points
 from cad.workpiece.workpiece import Workpiece
 from wpcal.advise.advice import where_it_is
 from wpcal.advise.candidates import fills_a_plane
@@ -15,11 +15,14 @@ from wpcal.advise.design import farthest_rows
 from wpcal.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
 from wpcal.advise.moved_model import MovedModel, SeamPoints, Tacked
 from wpcal.calibrate.bodies import Motions
+from wpcal.calibrate.bodies.bodies import Contacts
+from wpcal.calibrate.bodies.contacts import find_contacts
 from wpcal.calibrate.bodies.errors import MeetingPoints
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.features import Ease, ReferenceFeature, Touchable
+from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.moved import moved_seams
 from wpcal.seam.seam import Seam
 
@@ -33,7 +36,9 @@ MOST_TAUGHT = 60
 """A person teaches no more to reach a tolerance."""
 
 
-def tacked_bodies(workpiece: Workpiece, seams: Sequence[Seam], choice: BodiesOptions) -> Tacked:
+def tacked_bodies(
+    workpiece: Workpiece, seams: Sequence[Seam], choice: BodiesOptions, seam_options: SeamOptions
+) -> Tacked:
     """Return the bodies of a part with the points of seams at which they meet.
 
     Parameters
@@ -42,6 +47,8 @@ def tacked_bodies(workpiece: Workpiece, seams: Sequence[Seam], choice: BodiesOpt
     seams : sequence of Seam
         Where the error counts; frames in `part`.
     choice : BodiesOptions
+    seam_options : SeamOptions
+        Their gap says which faces touch, if contacts are kept.
 
     Raises
     ------
@@ -49,7 +56,11 @@ def tacked_bodies(workpiece: Workpiece, seams: Sequence[Seam], choice: BodiesOpt
         As in `find_bodies`.
     """
     part = find_bodies(workpiece.trimmed, choice)
-    return Tacked(part.bodies, part.face_body, _seam_points(workpiece, seams, part))
+    contacts, gap_mm = Contacts.none(), seam_options.gap_for(workpiece.graph)
+    if choice.keeps_contacts:
+        sigma_mm = choice.contact_sigma_mm or gap_mm * USUAL_CONTACT_SHARE
+        contacts = find_contacts(workpiece.trimmed, part.face_body, gap_mm=gap_mm, sigma_mm=sigma_mm)
+    return Tacked(part.bodies, part.face_body, _seam_points(workpiece, seams, part), contacts)
 
 
 def _seam_points(workpiece: Workpiece, seams: Sequence[Seam], part: PartBodies) -> SeamPoints:
@@ -67,6 +78,7 @@ def advise_bodies(
     choice: BodiesOptions,
     *,
     sigma_mm: float,
+    seam_options: SeamOptions,
     have: Sequence[ReferenceFeature] = (),
     touched: Touches | None = None,
     count: int | None = None,
@@ -85,6 +97,8 @@ def advise_bodies(
     choice : BodiesOptions
     sigma_mm : float
         Teaching error: standard deviation per axis.
+    seam_options : SeamOptions
+        With which the seams were found.
     have : sequence of ReferenceFeature
         Features that are taught anyway.
     touched : Touches, optional
@@ -101,7 +115,7 @@ def advise_bodies(
     InputError, GeometryError
         As in `find_bodies` and `advise_moved`.
     """
-    tacked = tacked_bodies(workpiece, seams, choice)
+    tacked = tacked_bodies(workpiece, seams, choice, seam_options)
     model = tacked.model()
     taught = {feature.name for feature in have}
     usual = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)

@@ -138,7 +138,7 @@ def draw_touches(
         counted,
         workpiece.features,
         material,
-        None if bodies is None else tacked_bodies(with_curves, counted, bodies),
+        None if bodies is None else tacked_bodies(with_curves, counted, bodies, seam_options or SeamOptions()),
     )
     options, reach = options or TouchOptions(), None
     if cell is not None:

@@ -50,6 +50,11 @@ def test_the_plate_that_was_not_touched_comes_next(wpcal: Command) -> None:
     assert f"seam {touch['seam']} from {touch['before_mm']:.2f} mm to {touch['after_mm']:.2f} mm" in touch["sentence"]
 
 
+def test_kept_contacts_tell_as_much_as_touches(wpcal: Command) -> None:
+    free, kept = advice(wpcal, "--count", "8"), advice(wpcal, "--count", "8", "--contacts")
+    assert kept["joint_95_mm"] < free["joint_95_mm"]
+
+
 def test_a_tolerance_takes_harder_places_if_it_must(wpcal: Command) -> None:
     loose, tight = advice(wpcal, "--tolerance-mm", "2.5"), advice(wpcal, "--tolerance-mm", "1.0")
     assert loose["joint_95_mm"] <= 2.5
@@ -70,7 +75,7 @@ def test_a_tolerance_below_the_errors_of_touches_says_why(wpcal: Command) -> Non
         (("--tolerance-mm", "1"), "--tolerance-mm is for --bodies"),
         (("--bodies", "--tolerance-mm", "-1"), "must be a positive length"),
         (("--bodies", "--count", "0"), "1 touch or more"),
-        (("--tack-mm", "1"), "are for --bodies"),
+        (("--tack-mm", "1"), "for --bodies"),
         (("--bodies", "--exclude", "V999"), "no feature 'V999'"),
     ],
 )

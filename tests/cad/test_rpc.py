@@ -15,7 +15,7 @@ import pytest
 
 from cad.rpc.protocol import ANSWER, method_names, schema_of
 from tests.rpc_client import RpcClient
-from tests.running import run_here
+from tests.running import kernel_work_here, run_here
 
 ROOT = Path(__file__).parents[2]
 TEE = ROOT / "fixtures" / "tee"
@@ -23,11 +23,14 @@ MISTYPED_MM = "81x.29"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The part and its table; the commands that are compared with work in this process."""
     folder = tmp_path_factory.mktemp("rpc")
     shutil.copy(TEE / "tee.step", folder)
     shutil.copy(TEE / "taught.csv", folder)
-    return folder
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        yield folder
 
 
 @pytest.fixture(scope="module")
@@ -223,6 +226,7 @@ def test_a_file_that_changed_is_read_again_and_one_that_is_gone_is_said(client: 
 def test_the_example_client_does_what_the_page_says(folder: Path) -> None:
     script = ROOT / "docs" / "examples" / "rpc_client.py"
     assert len(script.read_text().splitlines()) <= 40
+    assert f"```python\n{script.read_text()}```" in (ROOT / "docs" / "reference" / "rpc.md").read_text(encoding="utf-8")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     command = [sys.executable, script, "tee.step", "taught.csv", "by-example"]
     done = subprocess.run(

@@ -60,7 +60,7 @@ def seam_points() -> Any:
     """The points of the accepted seams in the model, with their faces' normals and bodies."""
     workpiece = open_workpiece(PART)
     seams, workpiece = find_seams(workpiece, SeamOptions())
-    return tacked_bodies(workpiece, [seam for seam in seams if seam.accepted], BodiesOptions()).seams
+    return tacked_bodies(workpiece, [seam for seam in seams if seam.accepted], BodiesOptions(), SeamOptions()).seams
 
 
 def true_seams(motions: list[tuple[FloatArray, FloatArray]], T: FloatArray) -> dict[str, FloatArray]:

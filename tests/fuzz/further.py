@@ -20,6 +20,10 @@ import numpy as np
 from starlette.requests import Request
 from starlette.routing import Route
 
+from cad.batch.job_list import read_jobs, words_of
+from cad.batch.job_record import JOB_FILE, JobInputs, is_made_of, read_job_record
+from cad.batch.summary import JSONL, NUMBERS, seconds_of
+from cad.cli.calibrate_jobs import option_columns
 from cad.cli.options import read_pose
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
@@ -32,6 +36,7 @@ from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import SharedTable
 from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
+from wpcal import __version__
 from wpcal.brep.graph_file import read_graph
 from wpcal.controllers.program import build_program
 from wpcal.core.errors import InputError, WpcalError
@@ -75,6 +80,31 @@ class ResultFolderReader:
         return self.then(folder)
 
 
+JOBS = b"""job,part,taught,when,criterion,weld,wrap,bodies
+a,tee.step,t.csv,now,robust,b;c,yes,each
+B,p.step,u.csv,,,,no,
+"""
+FINISHED_JOB = (
+    json.dumps(
+        {
+            "schema": "wpcal/job/1",
+            "job": "a",
+            "wpcal": __version__,
+            "inputs": JobInputs(("tee.step", "0" * 64), ("taught.csv", "0" * 64)).to_record(),
+            "result": {
+                "verdict": "PASS",
+                **dict.fromkeys(NUMBERS),
+                "pose": {"xyz_mm": [0.0] * 3, "rpy_deg": [0.0] * 3},
+                "exit_code": 0,
+            },
+            "files": {},
+        }
+    ).encode(),
+    b'{"schema": "wpcal/job-summary/1", "job": "a", "seconds": 0.25}\n{"job": "b", "seconds": null}\n',
+)
+"""``job.json``, and lines of a summary."""
+
+
 def read_folder(folder: Path) -> object:
     with suppress(InputError):
         compare_folders(folder, folder, atol_mm=1e-6)
@@ -97,6 +127,28 @@ def export(folder: Path) -> object:
                 text = content if isinstance(content, str) else content.decode("utf-8", "replace")
                 assert NOT_A_NUMBER.search(text.replace('"INF"', "")) is None, f"{name} writes what is no number"
     return program
+
+
+def job_list(path: Path) -> object:
+    """Read a list of jobs, and the options of its rows as they are typed."""
+    jobs = read_jobs(path, option_columns())
+    for job in jobs:
+        with suppress(InputError):
+            job.require_sound()
+            words_of(job.cells, option_columns())
+    return len(jobs)
+
+
+def finished_job(data: bytes, path: Path) -> object:
+    """Look in a folder of a batch whether a job is complete, and how long jobs took."""
+    for name in (JOB_FILE, JSONL):
+        (path.parent / name).write_bytes(data)
+    record = read_job_record(path.parent)
+    inputs = JobInputs(("tee.step", "0" * 64), ("taught.csv", "0" * 64))
+    seconds = seconds_of(path.parent)
+    if not seconds and not (record is not None and is_made_of(record, inputs, path.parent)):
+        raise InputError("the job is done again")
+    return list(seconds.values()), None if record is None else record["result"]["exit_code"]
 
 
 def cell(path: Path) -> object:
@@ -240,6 +292,8 @@ def further_targets() -> dict[str, Target]:
         "seams": Target(of_path(seams), (files["seams.json"],)),
         "nominal": Target(of_path(nominal), (matrix, b"[[1,0,0,5],[0,1,0,6],[0,0,1,7],[0,0,0,1]]"), "nominal.json"),
         "packet": Target(packet, (sent,)),
+        "jobs": Target(of_path(job_list), (JOBS,), "jobs.csv"),
+        "finished-job": Target(finished_job, FINISHED_JOB, "job.json"),
         "picker": Target(request, requests),
     }
     for name, content in files.items():

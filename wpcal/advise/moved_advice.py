@@ -15,7 +15,7 @@ from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.wording import counted, listed
 
 MOVED_ADVICE_SCHEMA = "wpcal/moved-advice/1"
-NOT_HELD_MM = UNKNOWN_MM / 100.0
+NOT_HELD_MM = UNKNOWN_MM / 10.0
 """A larger error means that the touches leave a motion of the whole part free."""
 
 

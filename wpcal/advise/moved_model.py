@@ -19,7 +19,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 
-UNKNOWN_MM = 1e4
+UNKNOWN_MM = 1e3
 """Before the first touch the part is anywhere within this: enough that it changes no digit of what touches hold."""
 
 

@@ -102,8 +102,9 @@ class MovedSearch:
         X = C @ H.reshape(-1, m).T
         A = (self.seams.reshape(-1, m) @ X).reshape(-1, 3, n, q)
         D = np.eye(q) + np.einsum("nqm,mnr->nqr", H, X.reshape(m, n, q))
-        back = np.linalg.inv(np.linalg.cholesky(D))
-        B = np.einsum("kinr,nqr->ikqn", A, back)
+        values, vectors = np.linalg.eigh((D + D.transpose(0, 2, 1)) / 2.0)
+        back = vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]  # below 1 is round-off
+        B = np.einsum("kinr,nrq->ikqn", A, back)
         trace, square = np.zeros((len(S), n)), np.zeros((len(S), n))
         for i in range(3):
             for j in range(i, 3):
@@ -249,7 +250,8 @@ def _largest(errors: FloatArray) -> FloatArray:
 
 def inverse(information: FloatArray) -> FloatArray:
     """Return the covariance of the unknowns that an information leaves, shape (m, m)."""
-    return np.asarray(np.linalg.inv(information), dtype=np.float64)
+    found = np.linalg.inv(information)
+    return np.asarray((found + found.T) / 2.0, dtype=np.float64)
 
 
 def deciding_points(points: MeetingPoints) -> IntArray:

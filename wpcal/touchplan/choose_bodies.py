@@ -13,12 +13,13 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.bodies.bodies import Bodies
 from wpcal.calibrate.uncertainty import COVERAGE, joint_errors
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.wording import counted
 from wpcal.touchplan.choose import TouchDesign, best_set
 from wpcal.touchplan.contacts import face_words
 from wpcal.touchplan.free import Strokes
-from wpcal.touchplan.options import MOST_TOUCHES, TouchOptions
+from wpcal.touchplan.options import MOST_TOUCHES, Pattern, TouchOptions
 
 
 def advise_searches(
@@ -40,7 +41,16 @@ def advise_searches(
     -------
     MovedAdvice
         The index of a touch is its row in `strokes`.
+
+    Raises
+    ------
+    InputError
+        When a pattern is asked for.
+    GeometryError
+        As in `advise_moved`.
     """
+    if options.pattern is not Pattern.BEST:
+        raise InputError(f"the pattern {options.pattern} is for a part that is one body: leave it or --bodies away")
     contacts, sigma = strokes.contacts, np.sqrt(design.variances)
     model = tacked.model(design.shared.shape[1])
     body = tacked.face_body[contacts.face]
