@@ -89,7 +89,7 @@ class ContactBodiesFlags(BodiesFlags):
         is_flag=False,
         flag_value=USUAL_CONTACTS,
         help=(
-            "With --bodies: plane faces of two bodies that touch in the model stay on each other; they come apart by "
+            "Plane faces of two bodies that touch in the model stay on each other, for --bodies; they come apart by "
             "MM (standard deviation).  [default: half of --gap-mm]"
         ),
     )

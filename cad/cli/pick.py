@@ -164,7 +164,8 @@ def chosen_by(flags: FitBodiesFlags) -> MovingChoice | None:
     options = flags.to_options()
     if options is None:
         return None
-    return MovingChoice(True, flags.tack_mm, flags.tack_mrad, options.keeps_contacts, options.contact_sigma_mm)
+    contacts = (options.keeps_contacts, options.contact_sigma_mm)
+    return MovingChoice(True, flags.tack_mm, flags.tack_mrad, *contacts, options.bending_mm)
 
 
 def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, use_cache: bool) -> PickPart:

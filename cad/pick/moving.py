@@ -13,7 +13,7 @@ from wpcal.core.numbers import parse_number
 
 @dataclass(frozen=True, slots=True)
 class MovingChoice:
-    """What the options ``--bodies``, ``--tack-mm``, ``--tack-mrad`` and ``--contacts`` say.
+    """What the options ``--bodies``, ``--tack-mm``, ``--tack-mrad``, ``--contacts`` and ``--bending`` say.
 
     Parameters
     ----------
@@ -23,6 +23,8 @@ class MovingChoice:
     keeps_contacts : bool
     contact_mm : float or None
         How far contacts come apart; None: not stated.
+    bending_mm : float or None
+        How far a plate of 1 m bends; None: plates do not bend.
     """
 
     is_on: bool = False
@@ -30,6 +32,7 @@ class MovingChoice:
     tack_mrad: float | None = None
     keeps_contacts: bool = False
     contact_mm: float | None = None
+    bending_mm: float | None = None
 
     @classmethod
     def from_record(cls, record: Any) -> MovingChoice:
@@ -42,9 +45,10 @@ class MovingChoice:
         """
         if not isinstance(record, dict) or not isinstance(record.get("is_on"), bool):
             raise InputError("expected is_on as true or false")
-        names = ("tack_mm", "tack_mrad", "contact_mm")
-        tack_mm, tack_mrad, contact_mm = (_number(record.get(name), name) for name in names)
-        choice = cls(record["is_on"], tack_mm, tack_mrad, record.get("keeps_contacts") is True, contact_mm)
+        names = ("tack_mm", "tack_mrad", "contact_mm", "bending_mm")
+        tack_mm, tack_mrad, contact_mm, bending_mm = (_number(record.get(name), name) for name in names)
+        keeps = record.get("keeps_contacts") is True
+        choice = cls(record["is_on"], tack_mm, tack_mrad, keeps, contact_mm, bending_mm)
         replace(choice, is_on=True).to_options(())  # checks the numbers
         return choice
 
@@ -57,7 +61,8 @@ class MovingChoice:
         if not self.is_on:
             return None
         options = BodiesOptions.of(self.tack_mm, self.tack_mrad, groups)
-        return replace(options, keeps_contacts=self.keeps_contacts, contact_sigma_mm=self.contact_mm)
+        options = replace(options, keeps_contacts=self.keeps_contacts, contact_sigma_mm=self.contact_mm)
+        return replace(options, bending_mm=self.bending_mm)
 
     def words(self, file: Path | None) -> list[str]:
         """Return the options of a command that say the same."""
@@ -68,6 +73,8 @@ class MovingChoice:
         words += [word for name, value in stated if value is not None for word in (name, f"{value:g}")]
         if self.keeps_contacts:
             words += ["--contacts", *([] if self.contact_mm is None else [f"{self.contact_mm:g}"])]
+        if self.bending_mm is not None:
+            words += ["--bending", f"{self.bending_mm:g}"]
         return words
 
 

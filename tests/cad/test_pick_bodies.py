@@ -36,7 +36,12 @@ def part() -> PickPart:
 
 
 @pytest.mark.parametrize(
-    "moving", [MovingChoice(True), MovingChoice(True, 0.5, 2.0), MovingChoice(True, tack_mrad=5.0, keeps_contacts=True)]
+    "moving",
+    [
+        MovingChoice(True),
+        MovingChoice(True, 0.5, 2.0, bending_mm=0.5),
+        MovingChoice(True, tack_mrad=5.0, keeps_contacts=True),
+    ],
 )
 def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice) -> None:
     groups = read_bodies(UPRIGHTS / "bodies.json") if moving.tack_mm is None else ()
@@ -44,7 +49,11 @@ def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice
     session = PickSession(part, options, moving=moving, groups=groups)
     rows, _ = session.read(TAUGHT.read_bytes(), name="taught.csv")
     answer = session.fit(rows)
-    stated = replace(BodiesOptions.of(moving.tack_mm, moving.tack_mrad, groups), keeps_contacts=moving.keeps_contacts)
+    stated = replace(
+        BodiesOptions.of(moving.tack_mm, moving.tack_mrad, groups),
+        keeps_contacts=moving.keeps_contacts,
+        bending_mm=moving.bending_mm,
+    )
     found = calibrate_workpiece(
         UPRIGHTS / "uprights.step",
         TAUGHT,
@@ -78,8 +87,8 @@ def test_the_choice_is_kept_with_the_table_and_said_in_the_command(part: PickPar
     assert again.moving == chosen
     assert chosen.words(None) == ["--bodies", "--tack-mm", "0.7"]
     assert MovingChoice(True).words(Path("b.json")) == ["--bodies", "b.json"]
-    with_contacts = MovingChoice(True, keeps_contacts=True, contact_mm=0.2)
-    assert with_contacts.words(None) == ["--bodies", "--contacts", "0.2"]
+    with_contacts = MovingChoice(True, keeps_contacts=True, contact_mm=0.2, bending_mm=0.5)
+    assert with_contacts.words(None) == ["--bodies", "--contacts", "0.2", "--bending", "0.5"]
     assert MovingChoice.from_record(with_contacts.to_record()) == with_contacts
     assert MovingChoice(False, 0.7).words(None) == []
 

@@ -43,9 +43,9 @@ export class Moving {
   get stated() {
     const text = (name) => this.fields[name].querySelector("input").value.trim() || null;
     const { checked } = this.contacts.querySelector("input");
-    const { contact_mm } = this.choice;
+    const { contact_mm, bending_mm } = this.choice; // of the command
     const [tack_mm, tack_mrad] = ["tack_mm", "tack_mrad"].map(text);
-    return { is_on: this.input.checked, tack_mm, tack_mrad, keeps_contacts: checked, contact_mm };
+    return { is_on: this.input.checked, tack_mm, tack_mrad, keeps_contacts: checked, contact_mm, bending_mm };
   }
 
   /** Shows a choice: the server's at the start, or that of another window. */
