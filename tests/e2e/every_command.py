@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.drift_jobs import Planted, simulated_jobs, write_batch
 from tests.one_robot_cells import one_robot_record, write_cell
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
@@ -28,6 +29,7 @@ COMMANDS = {
     "correct": "joints.csv --robot mh6",
     "demo": "-o new",
     "diff": "out out",
+    "drift": "many -o drift.html",
     "export": "out -f rapid -f dxf -f glb -f ros -o new",
     "features": "tee.step",
     "fit": "table1.csv",
@@ -89,6 +91,7 @@ def write_inputs(folder: Path) -> None:
     (folder / "joints.csv").write_text(joint_rows())
     (folder / "poses.csv").write_text(pose_rows())
     (folder / "touched.csv").write_text(touched_rows())
+    write_batch(folder / "many", simulated_jobs(40, seed=1, planted=(Planted("P3", 20, 1.0),)), failed=1)
     (folder / "jobs.csv").write_text("job,part,taught\none,tee.step,taught.csv\n")
     target = "[[812.29,-240.62,165.80],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     (folder / "points.mod").write_text(f"MODULE M\n  CONST robtarget V2:={target};\nENDMODULE\n")

@@ -65,7 +65,7 @@ def build_page(
         f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts, styles, connects=connects)}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<link rel="icon" href="data:,">',
-        f"<title>{html.escape(printable(title))}</title>",
+        f"<title>{escaped(title)}</title>",
         *(f"<style>{text}</style>" for text in styles),
         "</head>",
         "<body>",
@@ -77,6 +77,48 @@ def build_page(
         "</html>",
     ]
     return "\n".join(lines) + "\n"
+
+
+def build_still_page(*, title: str, style: str, body: str) -> str:
+    """Return a page without scripts.
+
+    Parameters
+    ----------
+    title : str
+        Title of the window, any text.
+    style : str
+        CSS written by wpcal.
+    body : str
+        Markup written by wpcal. Texts of files in it have gone through `escaped`.
+
+    Returns
+    -------
+    str
+        HTML, the same for the same arguments.
+    """
+    policy = f"default-src 'none'; style-src {_hash_source(style)}; img-src data:; base-uri 'none'; form-action 'none'"
+    lines = [
+        "<!DOCTYPE html>",
+        '<html lang="en">',
+        "<head>",
+        '<meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        '<link rel="icon" href="data:,">',
+        f"<title>{escaped(title)}</title>",
+        f"<style>{style}</style>",
+        "</head>",
+        "<body>",
+        body.strip(),
+        "</body>",
+        "</html>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def escaped(text: str) -> str:
+    """Return a text of a file as markup that shows it."""
+    return html.escape(printable(text))
 
 
 def json_blob(value: Any) -> bytes:

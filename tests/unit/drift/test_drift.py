@@ -1,0 +1,186 @@
+"""`wpcal drift`: planted causes are found and named, nothing is found without a change, and bad folders are one line.
+
+The answer stands in each case before the jobs are simulated.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.drift_jobs import Planted, simulated_jobs, write_batch
+from tests.record_checks import check_record
+from tests.running import run_here
+from wpcal.drift import watch_part
+from wpcal.drift.causes import Cause
+from wpcal.drift.control import control_charts
+from wpcal.drift.record import RULES, drift_record
+from wpcal.pages.drift import build_drift_page
+
+TRIALS = 60
+NEAR = 2
+"""Jobs by which a shift may be dated wrongly."""
+MOST_PAGE_MB = 2.0
+
+
+@pytest.mark.parametrize(
+    ("planted", "points", "cause", "named"),
+    [
+        (Planted("fixture", 35, 1.5), 4, Cause.FIXTURE, ()),
+        (Planted("fixture", 35, 20.0), 8, Cause.FIXTURE, ()),
+        (Planted("P2", 35, 0.8), 5, Cause.TOUCH, (2,)),
+        (Planted("P2", 20, 0.6), 8, Cause.TOUCH, (2,)),
+        (Planted("robot", 35, 0.8), 8, Cause.ROBOT, ()),
+        (Planted("robot", 25, -1.0), 5, Cause.ROBOT, ()),
+    ],
+    ids=lambda value: str(getattr(value, "what", value)),
+)
+def test_a_planted_cause_is_dated_and_named(
+    planted: Planted, points: int, cause: Cause, named: tuple[int, ...]
+) -> None:
+    """In at least 9 of 10 series exactly this one shift, with this cause and this point."""
+    right = 0
+    for seed in range(20):
+        shifts = watch_part(simulated_jobs(60, seed=seed, points=points, planted=(planted,))).shifts
+        if len(shifts) == 1 and abs(shifts[0].at - planted.at) <= NEAR:
+            right += shifts[0].likely.cause is cause and shifts[0].likely.points == named
+    assert right >= 18
+
+
+def test_three_causes_one_after_the_other() -> None:
+    planted = (Planted("P1", 40, 0.8), Planted("fixture", 90, 1.5), Planted("robot", 150, 0.8))
+    part = watch_part(simulated_jobs(200, seed=4, planted=planted))
+    assert [shift.likely.cause for shift in part.shifts] == [Cause.TOUCH, Cause.FIXTURE, Cause.ROBOT]
+    assert [shift.at for shift in part.shifts] == pytest.approx([40, 90, 150], abs=NEAR)
+    assert part.most_wrong == 1
+    assert part.shifts[0].likely.amount == pytest.approx(0.8, abs=0.1)
+    assert part.shifts[2].likely.amount == pytest.approx(0.0008, abs=0.0001)
+
+
+@pytest.mark.parametrize("n", [8, 30, 200])
+def test_without_a_change_alarms_are_as_rare_as_the_rules_say(n: int) -> None:
+    """1 % of 60 parts is less than one: 4 would happen by chance once in 300 runs of another seed."""
+    parts = [watch_part(simulated_jobs(n, seed=1000 + seed)) for seed in range(TRIALS)]
+    assert sum(bool(part.shifts) for part in parts) <= 3
+    outside = np.mean([part.pose.outside.mean() for part in parts])
+    stated = {8: 0.015, 30: 0.007, 200: 0.004}[n]
+    assert f"{stated * 100:g} %" in RULES[0]["false_alarm"]
+    assert stated / 2 <= outside <= stated * 1.6
+    if n == 200:
+        assert 1 / 300 <= np.mean([part.pose.alarms.mean() for part in parts]) <= 1 / 130
+
+
+def test_cusum_sees_what_single_jobs_do_not() -> None:
+    values = np.random.default_rng(2).normal(size=(200, 1))
+    values[100:] += 1.0
+    charts = control_charts(values)
+    assert not charts.alarms[:100].any()
+    assert charts.alarms[100:130].any()
+
+
+def test_numbers_of_the_pose_do_not_wrap() -> None:
+    """A part near 180 degrees has turns that scatter by hundredths of a degree."""
+    jobs = simulated_jobs(20, seed=1)
+    half_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
+    part = watch_part(replace(jobs, T_base_part=half_turn @ jobs.T_base_part, residuals=-jobs.residuals))
+    assert np.abs(part.pose.values[:, 3:]).max() < 1.0
+
+
+def test_a_touch_on_a_face_is_seen_in_one_direction() -> None:
+    """Touches along one normal each: planted 1 mm at one of nine, 3-2-1 and three more; the answer is that point."""
+    rng, n = np.random.default_rng(7), 60
+    places = rng.uniform(-200, 200, (9, 3))
+    normals = np.repeat(np.eye(3), 3, axis=0)
+    seen = rng.normal(0, 0.1, (n, 9))
+    seen[30:, 4] += 1.0
+    motion = np.hstack([np.cross(places, normals), normals])
+    left = seen @ (np.eye(9) - motion @ np.linalg.pinv(motion))
+    jobs = replace(
+        simulated_jobs(n, seed=1, points=9),
+        places=places,
+        residuals=left[:, :, None] * normals,
+        T_base_part=np.tile(np.eye(4), (n, 1, 1)),
+    )
+    (shift,) = watch_part(jobs).shifts
+    assert abs(shift.at - 30) <= NEAR
+    assert 4 in shift.likely.points
+
+
+def test_page_and_record_over_5000_jobs() -> None:
+    planted = (Planted("fixture", 1200, 1.5), Planted("P3", 3100, 0.8))
+    jobs = replace(simulated_jobs(5000, seed=5, planted=planted), file="</script><b>x.step")
+    part = watch_part(jobs)
+    record = drift_record([part], [], [])
+    check_record(record)
+    assert [shift["cause"] for shift in record["parts"][0]["shifts"]] == ["fixture or base", "touch"]
+    page = build_drift_page([part], [], [])
+    assert len(page.encode()) < MOST_PAGE_MB * 1e6
+    assert "<b>x" not in page
+    assert "<script" not in page
+
+
+def test_several_folders_of_mixed_parts_are_sections_in_the_order_of_time(tmp_path: Path) -> None:
+    late, early = simulated_jobs(30, seed=1), simulated_jobs(12, seed=2)
+    write_batch(tmp_path / "b", replace(late, when=tuple(f"2026-04-{1 + row:02}" for row in range(30))), failed=2)
+    write_batch(tmp_path / "a", replace(early, when=tuple(f"2026-03-{1 + row:02}" for row in range(12))))
+    write_batch(tmp_path / "c", replace(early, file="other.step", sha256="cd" * 32))
+    write_batch(tmp_path / "d", replace(simulated_jobs(7, seed=3), file="rare.step", sha256="ef" * 32))
+    folders = [tmp_path / name for name in "bacd"]
+    done = run_here("drift", *folders, "-o", tmp_path / "drift.html", "--json")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    check_record(record)
+    assert record == json.loads((tmp_path / "drift.json").read_text())
+    assert [(part["part"]["file"], part["jobs"]) for part in record["parts"]] == [("other.step", 12), ("part.step", 40)]
+    assert record["parts"][1]["order"] == "when"
+    assert record["parts"][1]["first_job"] == "j0000"
+    assert record["parts"][1]["last_job"] == "j0027"
+    assert len(record["failed"]) == 2
+    assert len(record["left_out"]) == 1
+    assert "rare.step: 7 jobs" in record["left_out"][0]
+    only = run_here("drift", *folders, "-o", tmp_path / "one.html", "--json", "--part", "other.step")
+    assert len(json.loads(only.stdout)["parts"]) == 1
+
+
+def test_what_cannot_be_read_is_one_line(tmp_path: Path) -> None:
+    write_batch(tmp_path / "few", simulated_jobs(7, seed=1))
+    write_batch(tmp_path / "failed", simulated_jobs(9, seed=1), failed=9)
+    for name in ("cut", "odd", "gone", "line", "away", "none"):
+        write_batch(tmp_path / name, simulated_jobs(9, seed=1))
+    calibration = "j0003/calibration.json"
+    cut = (tmp_path / "cut" / calibration).read_text()
+    (tmp_path / "cut" / calibration).write_text(cut[:200])
+    (tmp_path / "odd" / calibration).write_text(cut.replace('"T_base_part": [[', '"T_base_part": [["x", '))
+    (tmp_path / "gone" / calibration).unlink()
+    (tmp_path / "line" / "summary.jsonl").write_text("[1]\n")
+    summary = (tmp_path / "away" / "summary.jsonl").read_text()
+    (tmp_path / "away" / "summary.jsonl").write_text(summary.replace('"j0003"', '"../few/j0003"'))
+    (tmp_path / "none" / "summary.jsonl").write_text("")
+    (tmp_path / "empty").mkdir()
+    cases = {
+        "few": "7 jobs with a calibration; drift needs at least 8",
+        "failed": "no job has a calibration; 9 failed",
+        "cut": "is not JSON",
+        "odd": "T_base_part",
+        "gone": "no such file",
+        "line": "line 1: is not a line of wpcal batch",
+        "away": "job: expected the name of a folder",
+        "none": "no job has a calibration",
+        "empty": "is not a folder of wpcal batch",
+        "absent": "is not a folder of wpcal batch",
+    }
+    for name, expected in cases.items():
+        done = run_here("drift", tmp_path / name, "-o", tmp_path / "page.html")
+        assert done.returncode == 2, name
+        assert expected in done.stderr, (name, done.stderr)
+        assert len(done.stderr.splitlines()) == 1
+        assert not re.search("internal|Traceback", done.stderr)
+        assert not (tmp_path / "page.html").exists()
+        assert not (tmp_path / "page.json").exists()
+    wrong = run_here("drift", tmp_path / "few", "-o", tmp_path / "page.json")
+    assert "expected the name of a page" in wrong.stderr

@@ -1,0 +1,114 @@
+"""`wpcal drift`: what changes from job to job of one part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+
+if TYPE_CHECKING:
+    from wpcal.drift import PartDrift, PartJobs
+
+USUAL_FIRST, LEAST_FIRST = 25, 3
+
+
+@click.command()
+@click.argument("folders", metavar="OUT...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--out", metavar="PAGE.html", required=True, type=click.Path(path_type=Path), help="Output: the page."
+)
+@click.option("--part", metavar="NAME", help="Only the jobs on this STEP file.")
+@click.option(
+    "--first",
+    metavar="N",
+    type=click.IntRange(min=LEAST_FIRST),
+    default=USUAL_FIRST,
+    show_default=True,
+    help="The first N jobs give the centres of the charts.",
+)
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page and its JSON file.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what the JSON file holds.")
+def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int, force: bool, as_json: bool) -> int:
+    """Show what changes over the jobs of a part: pose, residuals and seam errors, with control limits.
+
+    OUT is a folder of `wpcal batch`, or several of them. A sudden shift is marked with its date and its likely cause:
+    the fixture or the base, the touch of one point, or the robot. Beside the page, PAGE.json holds the same numbers.
+    Jobs are in the order of the column when of their lists. Each part has a section; a part needs 8 jobs.
+    """
+    from wpcal.cli.outputs import require_new
+    from wpcal.cli.progress import shown_progress
+    from wpcal.core.errors import InputError
+    from wpcal.core.records import to_json, write_file
+    from wpcal.drift import read_drift_jobs
+    from wpcal.drift.record import drift_record
+    from wpcal.pages.drift import build_drift_page
+
+    beside = out.with_suffix(".json")
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{out}: expected the name of a page, as drift.html")
+    for path in (out, beside):
+        require_new(path, overwrite=force)
+    with shown_progress("reading jobs") as progress:
+        jobs, failed = read_drift_jobs(folders, advance=lambda done: progress(f"reading jobs: {done}"))
+        parts, left_out = _watched(jobs, part, first=first, failed=len(failed))
+        record = drift_record(parts, failed, left_out)
+        page = build_drift_page(parts, failed, left_out)
+    write_file(beside, to_json(record), overwrite=force)
+    write_file(out, page, overwrite=force)
+    if as_json:
+        click.echo(to_json(record), nl=False)
+    else:
+        _show(record)
+        click.echo(f"wrote {out} and {beside}")
+    return 0
+
+
+def _watched(
+    jobs: Sequence[PartJobs], part: str | None, *, first: int, failed: int
+) -> tuple[list[PartDrift], list[str]]:
+    """Return the parts with enough jobs, and a line about each of the others."""
+    from wpcal.core.errors import InputError
+    from wpcal.drift import watch_part
+
+    if not jobs:
+        raise InputError(f"no job has a calibration; {failed} failed")
+    if part is not None:
+        found = [each for each in jobs if part in (each.file, each.sha256)]
+        if not found:
+            raise InputError(f"--part {part}: no job is on this part; parts: {', '.join(each.file for each in jobs)}")
+        jobs = found
+    parts, left_out = [], []
+    for each in jobs:
+        try:
+            parts.append(watch_part(each, first=first))
+        except InputError as error:
+            left_out.append(str(error))
+    if not parts:
+        raise InputError(left_out[0] if len(left_out) == 1 else "; ".join(left_out[:3]))
+    return parts, left_out
+
+
+def _show(record: dict[str, Any]) -> None:
+    from wpcal.cli.console import plain_console
+
+    console = plain_console()
+
+    def say(text: str) -> None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    for part in record["parts"]:
+        shifts = len(part["shifts"])
+        say(f"{part['part']['file']}: {part['jobs']} jobs, {shifts} sudden {'shift' if shifts == 1 else 'shifts'}")
+        for shift in part["shifts"]:
+            when = f" ({shift['when']})" if shift["when"] else ""
+            say(f"  from job {shift['job']}{when}: {shift['sentence']}")
+        if part["most_wrong"] is not None:
+            say(f"  taught wrong most: {part['most_wrong']}")
+    for line in record["left_out"]:
+        say(f"left out: {line}")
+    if record["failed"]:
+        say(f"left out: {len(record['failed'])} jobs that failed")

@@ -1,0 +1,97 @@
+"""Control charts: individuals with moving ranges, and CUSUM. All channels at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import BoolArray, FloatArray
+
+MEDIAN_RANGE = 0.953873
+"""Median of the difference of two normal numbers with sigma 1."""
+LIMIT_SIGMAS = 3.0
+CUSUM_K, CUSUM_H = 0.5, 5.0
+"""In sigmas: slack per job and limit. It is the usual choice for changes of the mean by one sigma."""
+FIRST_JOBS = 25
+"""Jobs of which the centre is the mean."""
+
+
+@dataclass(frozen=True, slots=True)
+class Charts:
+    """Charts of c channels over n jobs.
+
+    Parameters
+    ----------
+    values : (n, c) array
+    centre, sigma : (c,) array
+        Mean of the first jobs, and the scatter from job to job.
+    outside : (n, c) array of bool
+        More than 3 sigma from the centre.
+    cusum_up, cusum_down : (n, c) array
+        In sigmas, both >= 0. Each begins again at 0 after an alarm.
+    alarms : (n, c) array of bool
+        Jobs at which one of the two exceeds its limit.
+    """
+
+    values: FloatArray
+    centre: FloatArray
+    sigma: FloatArray
+    outside: BoolArray
+    cusum_up: FloatArray
+    cusum_down: FloatArray
+    alarms: BoolArray
+
+
+def moving_range_sigma(values: FloatArray) -> FloatArray:
+    """Return the scatter of channels from job to job: the median moving range over 0.954.
+
+    A sudden shift changes one moving range only, so that the median hardly sees it.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, c)
+
+    Returns
+    -------
+    ndarray, shape (c,)
+        In the units of the values.
+    """
+    return np.median(np.abs(np.diff(values, axis=0)), axis=0) / MEDIAN_RANGE
+
+
+def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
+    """Return the charts of channels.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, c)
+        Row by row the jobs in their order.
+    first : int
+        So many jobs give the centre.
+    """
+    centre = values[:first].mean(axis=0)
+    sigma = moving_range_sigma(values)
+    off = values - centre
+    scaled = np.divide(off, sigma, out=np.zeros_like(off), where=sigma > 0)
+    up, down, alarms = _cusum(scaled)
+    return Charts(
+        values=values,
+        centre=centre,
+        sigma=sigma,
+        outside=np.abs(off) > LIMIT_SIGMAS * sigma,
+        cusum_up=up,
+        cusum_down=down,
+        alarms=alarms,
+    )
+
+
+def _cusum(scaled: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    both = np.stack([scaled, -scaled]) - CUSUM_K
+    sums = np.empty_like(both)
+    now = np.zeros_like(both[:, 0])
+    for job in range(both.shape[1]):
+        now = np.maximum(0.0, now + both[:, job])
+        sums[:, job] = now
+        now = np.where((now > CUSUM_H).any(axis=0), 0.0, now)
+    return sums[0], sums[1], np.asarray((sums > CUSUM_H).any(axis=0))

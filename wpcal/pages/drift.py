@@ -1,0 +1,193 @@
+"""The page of `wpcal drift`: charts of the jobs of each part. It has no script, so it also opens where none may run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.drift.control import CUSUM_H, CUSUM_K, LIMIT_SIGMAS, Charts
+from wpcal.drift.jobs import FailedJob
+from wpcal.drift.record import RULES, shift_sentence
+from wpcal.drift.watch import POSE_CHANNELS, PartDrift
+from wpcal.pages.html import build_still_page, escaped
+
+STYLE = """
+:root{color-scheme:light dark;--ink:#1d2429;--soft:#5d6871;--line:#0b62a8;--limit:#a14800;--bad:#c01818;--rule:#ccd3d8}
+@media(prefers-color-scheme:dark){:root{--ink:#e4e8eb;--soft:#a2adb5;--line:#6cb6f5;--limit:#f0a050;--bad:#ff7b72;--rule:#414a51}}
+body{font:15px/1.45 system-ui,sans-serif;color:var(--ink);margin:1.5rem auto;max-width:66rem;padding:0 1rem}
+h1{font-size:1.5rem}h2{font-size:1.25rem;margin-top:2.2rem}h3{font-size:1rem;margin:1.4rem 0 .3rem}
+table{border-collapse:collapse}td,th{text-align:right;padding:.15rem .7rem;border-bottom:1px solid var(--rule)}
+td:first-child,th:first-child,td.t,th.t{text-align:left}
+svg{width:100%;height:auto;display:block}text{font:11px system-ui,sans-serif;fill:var(--soft)}
+.v{fill:none;stroke:var(--line);stroke-width:1.2}.c{stroke:var(--soft);stroke-width:.7}
+.l{stroke:var(--limit);stroke-width:.8;stroke-dasharray:5 4}.s{stroke:var(--bad);stroke-width:1;stroke-dasharray:2 2}
+.o{fill:none;stroke:var(--bad);stroke-width:5;stroke-linecap:round}.n{color:var(--soft)}
+"""
+LEFT, WIDTH, RIGHT = 62, 860, 8
+COLUMNS = 430
+"""More jobs than this are drawn as the range of their values in each column."""
+TALL, LOW = 110, 46
+"""Heights of a chart and of its CUSUM."""
+MOST_POINTS = 12
+"""Charts of points; the table has all."""
+MOST_FAILED = 50
+
+
+def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    parts : sequence of PartDrift
+    failed : sequence of FailedJob
+    left_out : sequence of str
+        One line for each part with too few jobs.
+
+    Returns
+    -------
+    str
+        A self-contained HTML file, the same for the same jobs.
+    """
+    body = ["<h1>Drift</h1>", *(text for part in parts for text in _part(part))]
+    if left_out or failed:
+        body.append("<h2>Left out</h2><ul>")
+        body += [f"<li>{escaped(line)}</li>" for line in left_out]
+        body += [f"<li>{escaped(f'{job.job} failed: {job.error}')}</li>" for job in failed[:MOST_FAILED]]
+        if len(failed) > MOST_FAILED:
+            body.append(f"<li>{len(failed) - MOST_FAILED} more jobs failed; drift.json lists them</li>")
+        body.append("</ul>")
+    body.append("<h2>Rules</h2><table><tr><th>rule<th class=t>alarm<th class=t>false alarms</tr>")
+    body += [
+        f"<tr><td>{rule['name']}<td class=t>{rule['rule']}<td class=t>{rule['false_alarm']}</tr>" for rule in RULES
+    ]
+    body.append("</table>")
+    return build_still_page(title="Drift", style=STYLE, body="\n".join(body))
+
+
+def _part(part: PartDrift) -> Iterator[str]:
+    jobs = part.jobs
+    order = "in the order of their times" if jobs.by_time else "in the order of the lists: not all have a time"
+    yield f"<h2>{escaped(jobs.file)}</h2>"
+    yield f"<p>{len(jobs.names)} jobs {order}, from {_job(part, 0)} to {_job(part, len(jobs.names) - 1)}.</p>"
+    yield from _shift_table(part)
+    yield "<h3>Pose</h3>"
+    yield (
+        f"<p class=n>Of the middle of the touched points, from the median pose, along the axes of base. Broken lines: "
+        f"{LIMIT_SIGMAS:g} sigma around the mean of the first {part.first} jobs. Below each chart: CUSUM with "
+        f"k = {CUSUM_K:g} and h = {CUSUM_H:g} sigma. Vertical lines: sudden shifts.</p>"
+    )
+    for column, (name, unit) in enumerate(POSE_CHANNELS):
+        yield _chart(part, part.pose, column, f"{name}, {unit}", has_cusum=True)
+    yield from _points(part)
+    if part.seam is not None:
+        yield "<h3>Largest predicted error of a seam</h3>"
+        yield _chart(part, part.seam, 0, "95 % error, mm", has_cusum=False)
+
+
+def _job(part: PartDrift, row: int) -> str:
+    when = part.jobs.when[row]
+    return escaped(f"{part.jobs.names[row]} ({when})" if when else part.jobs.names[row])
+
+
+def _shift_table(part: PartDrift) -> Iterator[str]:
+    yield "<h3>Sudden shifts</h3>"
+    if not part.shifts:
+        yield "<p>None.</p>"
+        return
+    heads = "".join(f"<th>{name}, {unit}" for name, unit in POSE_CHANNELS)
+    yield f"<table><tr><th>first job after it<th class=t>likely cause{heads}</tr>"
+    for shift in part.shifts:
+        moves = "".join(f"<td>{value:+.3f}" for value in shift.move)
+        yield f"<tr><td>{_job(part, shift.at)}<td class=t>{escaped(shift_sentence(part, shift))}{moves}</tr>"
+    yield "</table>"
+
+
+def _points(part: PartDrift) -> Iterator[str]:
+    yield "<h3>Residuals by point</h3>"
+    worst = part.most_wrong
+    if worst is not None:
+        yield f"<p>Taught wrong most: {escaped(part.jobs.points[worst])}.</p>"
+    if part.jobs.left_out:
+        yield f"<p class=n>Not in all jobs, so not shown: {escaped(', '.join(part.jobs.left_out))}.</p>"
+    values = part.distance.values
+    rms = np.sqrt((values**2).mean(axis=0))
+    order = np.argsort(-rms, kind="stable")
+    heads = ("point", "rms, mm", "largest, mm", "jobs with the largest residual here", "jobs that name it as wrong")
+    yield f"<table><tr>{''.join(f'<th>{head}' for head in heads)}</tr>"
+    for column in order:
+        yield (
+            f"<tr><td>{escaped(part.jobs.points[column])}<td>{rms[column]:.3f}<td>{values[:, column].max():.3f}"
+            f"<td>{part.largest[column]:.0f}<td>{part.jobs.suspected[column]:.0f}</tr>"
+        )
+    yield "</table>"
+    for column in order[:MOST_POINTS]:
+        yield _chart(part, part.distance, int(column), f"{part.jobs.points[column]}, mm", has_cusum=False)
+
+
+def _chart(part: PartDrift, charts: Charts, column: int, title: str, *, has_cusum: bool) -> str:
+    n = len(part.jobs.names)
+    values = charts.values[:, column]
+    centre, reach = charts.centre[column], LIMIT_SIGMAS * charts.sigma[column]
+    low, high = min(values.min(), centre - reach), max(values.max(), centre + reach)
+    scale = _Scale(low, high, 4.0, TALL - 4.0)
+    height = TALL + (LOW if has_cusum else 0) + 4
+    lines = [f'<path class="v" d="{_path(values, scale)}"/>', _level("c", scale(centre))]
+    lines += [_level("l", scale(centre + side * reach)) for side in (-1, 1)]
+    dots = _thinned(np.flatnonzero(charts.outside[:, column]), n)
+    lines.append(
+        f'<path class="o" d="{"".join(f"M{_across(row, n):.0f} {scale(values[row]):.1f}h0" for row in dots)}"/>'
+    )
+    lines += [f'<text x="2" y="{scale(value) + 4:.0f}">{value:.3g}</text>' for value in (high, low)]
+    if has_cusum:
+        most = max(CUSUM_H, charts.cusum_up[:, column].max(), charts.cusum_down[:, column].max()) * 1.05
+        sums = _Scale(-most, most, TALL, TALL + LOW)
+        lines += [f'<path class="v" d="{_path(charts.cusum_up[:, column], sums)}"/>']
+        lines += [f'<path class="v" d="{_path(-charts.cusum_down[:, column], sums)}"/>']
+        lines += [_level("l", sums(side * CUSUM_H)) for side in (-1, 1)]
+        lines.append(f'<text x="2" y="{sums(0) + 4:.0f}">CUSUM</text>')
+    for shift in part.shifts:
+        lines.append(f'<path class="s" d="M{_across(shift.at - 0.5, n):.1f} 0V{height}"/>')
+    label = escaped(title)
+    lines.append(f'<text x="{LEFT + 4}" y="14">{label}</text>')
+    box = f"0 0 {LEFT + WIDTH + RIGHT} {height}"
+    return f'<svg viewBox="{box}" role="img" aria-label="{label}">{"".join(lines)}</svg>'
+
+
+class _Scale:
+    """Values to heights: the largest is at the top."""
+
+    def __init__(self, low: float, high: float, top: float, bottom: float) -> None:
+        self._high, self._top = high, top
+        self._per = (bottom - top) / (high - low) if high > low else 0.0
+
+    def __call__(self, value: float | FloatArray) -> FloatArray:
+        return np.asarray(self._top + (self._high - value) * self._per)
+
+
+def _across(row: float, n: int) -> float:
+    return LEFT + WIDTH * (row + 0.5) / n
+
+
+def _level(kind: str, y: FloatArray) -> str:
+    return f'<path class="{kind}" d="M{LEFT} {y:.1f}h{WIDTH}"/>'
+
+
+def _path(values: FloatArray, scale: _Scale) -> str:
+    """Return the line through values; of many, a line through the least and the largest of each column."""
+    n = len(values)
+    if n > 2 * COLUMNS:
+        starts = np.arange(COLUMNS) * n // COLUMNS
+        both = [np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)]
+        x = np.repeat(LEFT + WIDTH * (np.arange(COLUMNS) + 0.5) / COLUMNS, 2)
+        y = scale(np.stack(both, axis=1).ravel())
+    else:
+        x, y = LEFT + WIDTH * (np.arange(n) + 0.5) / n, scale(values)
+    return "M" + " ".join(f"{a:.1f} {b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+
+
+def _thinned(rows: IntArray, n: int) -> list[int]:
+    """Return at most two rows per column."""
+    _, first = np.unique(rows * 2 * COLUMNS // n, return_index=True)
+    return [int(rows[place]) for place in first]
