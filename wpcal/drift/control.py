@@ -10,6 +10,10 @@ from wpcal.core.arrays import BoolArray, FloatArray
 
 MEDIAN_RANGE = 0.953873
 """Median of the difference of two normal numbers with sigma 1."""
+MEAN_RANGE = 1.128379
+"""Its mean."""
+ROUND_OFF = 1e-9
+"""Scatter below this (mm, degrees) is round-off."""
 LIMIT_SIGMAS = 3.0
 CUSUM_K, CUSUM_H = 0.5, 5.0
 """In sigmas: slack per job and limit. It is the usual choice for changes of the mean by one sigma."""
@@ -46,7 +50,8 @@ class Charts:
 def moving_range_sigma(values: FloatArray) -> FloatArray:
     """Return the scatter of channels from job to job: the median moving range over 0.954.
 
-    A sudden shift changes one moving range only, so that the median hardly sees it.
+    A sudden shift changes one moving range only, so that the median hardly sees it. If most jobs are equal, the median
+    is 0: then it is the mean moving range over 1.128.
 
     Parameters
     ----------
@@ -55,9 +60,12 @@ def moving_range_sigma(values: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (c,)
-        In the units of the values.
+        In the units of the values; 0 if all jobs are equal.
     """
-    return np.median(np.abs(np.diff(values, axis=0)), axis=0) / MEDIAN_RANGE
+    ranges = np.abs(np.diff(values, axis=0))
+    median, mean = np.median(ranges, axis=0) / MEDIAN_RANGE, ranges.mean(axis=0) / MEAN_RANGE
+    sigma = np.where(median > ROUND_OFF, median, mean)
+    return np.where(sigma > ROUND_OFF, sigma, 0.0)
 
 
 def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
@@ -79,7 +87,7 @@ def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
         values=values,
         centre=centre,
         sigma=sigma,
-        outside=np.abs(off) > LIMIT_SIGMAS * sigma,
+        outside=np.abs(off) > LIMIT_SIGMAS * sigma + ROUND_OFF,
         cusum_up=up,
         cusum_down=down,
         alarms=alarms,

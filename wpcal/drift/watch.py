@@ -10,7 +10,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.drift.causes import Likely, Pattern, find_pattern, likely_cause
-from wpcal.drift.control import FIRST_JOBS, Charts, control_charts, moving_range_sigma
+from wpcal.drift.control import FIRST_JOBS, ROUND_OFF, Charts, control_charts, moving_range_sigma
 from wpcal.drift.jobs import PartJobs
 from wpcal.drift.shifts import find_shifts
 
@@ -141,7 +141,7 @@ def _shifts(cuts: list[int], pose: FloatArray, left: FloatArray, pattern: Patter
     ends = [0, *cuts, len(pose)]
     variance = 0.0
     if pattern is not None and pattern.freedom:
-        variance = float((moving_range_sigma(left) ** 2).sum()) / pattern.freedom
+        variance = max(float((moving_range_sigma(left) ** 2).sum()) / pattern.freedom, ROUND_OFF**2)
     found = []
     for before, at, after in zip(ends, cuts, ends[2:], strict=False):
 

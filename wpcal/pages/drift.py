@@ -28,8 +28,8 @@ svg{width:100%;height:auto;display:block}text{font:11px system-ui,sans-serif;fil
 LEFT, WIDTH, RIGHT = 62, 860, 8
 COLUMNS = 430
 """More jobs than this are drawn as the range of their values in each column."""
-TALL, LOW = 110, 46
-"""Heights of a chart and of its CUSUM."""
+TITLE, TALL, LOW = 22.0, 128, 46
+"""Height of a title; of a chart with its title; of its CUSUM."""
 MOST_POINTS = 12
 """Charts of points; the table has all."""
 MOST_FAILED = 50
@@ -131,7 +131,7 @@ def _chart(part: PartDrift, charts: Charts, column: int, title: str, *, has_cusu
     values = charts.values[:, column]
     centre, reach = charts.centre[column], LIMIT_SIGMAS * charts.sigma[column]
     low, high = min(values.min(), centre - reach), max(values.max(), centre + reach)
-    scale = _Scale(low, high, 4.0, TALL - 4.0)
+    scale = _Scale(low, high, TITLE, TALL - 4.0)
     height = TALL + (LOW if has_cusum else 0) + 4
     lines = [f'<path class="v" d="{_path(values, scale)}"/>', _level("c", scale(centre))]
     lines += [_level("l", scale(centre + side * reach)) for side in (-1, 1)]
@@ -150,7 +150,7 @@ def _chart(part: PartDrift, charts: Charts, column: int, title: str, *, has_cusu
     for shift in part.shifts:
         lines.append(f'<path class="s" d="M{_across(shift.at - 0.5, n):.1f} 0V{height}"/>')
     label = escaped(title)
-    lines.append(f'<text x="{LEFT + 4}" y="14">{label}</text>')
+    lines.append(f'<text x="{LEFT + 4}" y="13">{label}</text>')
     box = f"0 0 {LEFT + WIDTH + RIGHT} {height}"
     return f'<svg viewBox="{box}" role="img" aria-label="{label}">{"".join(lines)}</svg>'
 

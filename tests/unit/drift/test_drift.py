@@ -91,6 +91,18 @@ def test_numbers_of_the_pose_do_not_wrap() -> None:
     assert np.abs(part.pose.values[:, 3:]).max() < 1.0
 
 
+def test_equal_jobs_have_no_alarm_and_a_step_between_equal_jobs_is_a_shift() -> None:
+    one = simulated_jobs(20, seed=1)
+    equal = replace(one, T_base_part=one.T_base_part[np.zeros(20, int)], residuals=one.residuals[np.zeros(20, int)])
+    part = watch_part(equal)
+    assert not part.shifts
+    assert not part.pose.outside.any()
+    moved = equal.T_base_part.copy()
+    moved[12:, 2, 3] += 0.5
+    (shift,) = watch_part(replace(equal, T_base_part=moved)).shifts
+    assert (shift.at, shift.likely.cause) == (12, Cause.FIXTURE)
+
+
 def test_a_touch_on_a_face_is_seen_in_one_direction() -> None:
     """Touches along one normal each: planted 1 mm at one of nine, 3-2-1 and three more; the answer is that point."""
     rng, n = np.random.default_rng(7), 60
