@@ -21,7 +21,7 @@ USUAL_FIRST, LEAST_FIRST = 25, 3
 @click.option(
     "-o", "--out", metavar="PAGE.html", required=True, type=click.Path(path_type=Path), help="Output: the page."
 )
-@click.option("--part", metavar="NAME", help="Only the jobs on this STEP file.")
+@click.option("--on-part", "part", metavar="NAME", help="Only the jobs on this STEP file.")
 @click.option(
     "--first",
     metavar="N",
@@ -79,7 +79,9 @@ def _watched(
     if part is not None:
         found = [each for each in jobs if part in (each.file, each.sha256)]
         if not found:
-            raise InputError(f"--part {part}: no job is on this part; parts: {', '.join(each.file for each in jobs)}")
+            raise InputError(
+                f"--on-part {part}: no job is on this part; parts: {', '.join(each.file for each in jobs)}"
+            )
         jobs = found
     parts, left_out = [], []
     for each in jobs:

@@ -155,7 +155,7 @@ def test_several_folders_of_mixed_parts_are_sections_in_the_order_of_time(tmp_pa
     assert len(record["failed"]) == 2
     assert len(record["left_out"]) == 1
     assert "rare.step: 7 jobs" in record["left_out"][0]
-    only = run_here("drift", *folders, "-o", tmp_path / "one.html", "--json", "--part", "other.step")
+    only = run_here("drift", *folders, "-o", tmp_path / "one.html", "--json", "--on-part", "other.step")
     assert len(json.loads(only.stdout)["parts"]) == 1
 
 
