@@ -56,14 +56,15 @@ class BodiesFlags:
         InputError
             When a tolerance is not positive, is given without --bodies, or the file cannot be read.
         """
-        from cad.workpiece.bodies import BodiesOptions
+        from cad.workpiece.bodies import BodiesOptions, BodiesSource
         from wpcal.core.errors import InputError
 
         if self.bodies is None:
             if self.tack_mm is not None or self.tack_mrad is not None:
                 raise InputError("--tack-mm and --tack-mrad are for --bodies")
             return None
-        return BodiesOptions.of(self.tack_mm, self.tack_mrad, self.groups())
+        options = BodiesOptions.of(self.tack_mm, self.tack_mrad, self.groups())
+        return options if self.file is None else replace(options, source=BodiesSource.of(self.file))
 
     @property
     def file(self) -> Path | None:

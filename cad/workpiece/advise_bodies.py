@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
-from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, bodies_at, bodies_of, meeting_points
+from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
+from cad.workpiece.touched_bodies import bodies_at, bodies_of
 from cad.workpiece.workpiece import Workpiece
 from wpcal.advise.advice import where_it_is
 from wpcal.advise.candidates import fills_a_plane

@@ -18,6 +18,7 @@ from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
 from wpcal.calibrate.bodies.members import find_members
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.records import read_json
 from wpcal.core.wording import listed
 
@@ -46,6 +47,32 @@ class BodyGroup:
 
 
 @dataclass(frozen=True, slots=True)
+class BodiesSource:
+    """The file that names bodies.
+
+    Parameters
+    ----------
+    file : str
+        Its name, without folder.
+    sha256 : str
+    """
+
+    file: str
+    sha256: str
+
+    @classmethod
+    def of(cls, path: Path) -> BodiesSource:
+        """Return the name and the hash of a file.
+
+        Raises
+        ------
+        InputError
+            When it cannot be read.
+        """
+        return cls(path.name, sha256_of(read_bytes(path)))
+
+
+@dataclass(frozen=True, slots=True)
 class BodiesOptions:
     """Which bodies may move, and how far.
 
@@ -64,6 +91,8 @@ class BodiesOptions:
     contact_sigma_mm : float or None
         How far they may come apart or into each other: a standard deviation. None: half of the gap up to which members
         count as in contact.
+    source : BodiesSource or None
+        The file of the groups.
 
     Raises
     ------
@@ -77,6 +106,7 @@ class BodiesOptions:
     bending_mm: float | None = None
     keeps_contacts: bool = False
     contact_sigma_mm: float | None = None
+    source: BodiesSource | None = None
 
     def __post_init__(self) -> None:
         sigma_mm = self.contact_sigma_mm

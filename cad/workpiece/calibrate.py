@@ -8,7 +8,7 @@ values.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -116,6 +116,8 @@ class WorkpieceCalibration:
         inputs = {"taught": {"file": Path(self.taught.path).name, "sha256": self.taught.sha256}}
         if source is not None:
             inputs["part"] = {"file": source.file_name, "sha256": source.sha256, "unit": source.unit}
+        if self.moved is not None and self.moved.source is not None:
+            inputs["bodies"] = asdict(self.moved.source)
         found = [issue.to_record() for issue in (*self.workpiece.issues, *issues)]
         head: dict[str, Any] = {"schema": record.pop("schema"), "inputs": inputs}
         if self.found_names:

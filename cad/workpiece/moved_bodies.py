@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
+from cad.workpiece.bodies import BodiesOptions, BodiesSource, PartBodies, find_bodies
 from cad.workpiece.fit_taught import CalibrateOptions, Observed
+from cad.workpiece.touched_bodies import bodies_of, on_two_bodies
 from cad.workpiece.workpiece import Workpiece
-from wpcal.brep.curves import edge_polylines
-from wpcal.brep.graph import BrepGraph, CurveKind
+from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.bodies.bodies import Contacts
 from wpcal.calibrate.bodies.contacts import find_contacts
 from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
 from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies
+from wpcal.calibrate.bodies.verdict import TWO_BODIES, BodiesEvidence, judge_bodies
 from wpcal.calibrate.criteria import RIVAL, SILENT, Criterion
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import SolverReport
-from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
 from wpcal.core.arrays import FloatArray, IntArray
@@ -33,7 +31,7 @@ from wpcal.seam.seam import Seam
 from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
 
-STILL_TRUE = (RIVAL, SILENT)
+STILL_TRUE = (RIVAL, SILENT, TWO_BODIES)
 """Codes of issues of the part as one body that hold for its bodies, too: another place of the whole is not excluded."""
 
 USUAL_CONTACT_SHARE = 0.5
@@ -41,8 +39,6 @@ USUAL_CONTACT_SHARE = 0.5
 
 OVERLAP_MM = 0.05
 """A smaller overlap of two plates is a burr or round-off, and is not told."""
-NAMED_MM = 1e-3
-"""A point this near to a vertex or to the centre of a circle is taken for it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +61,8 @@ class MovedWorkpiece:
         Where bodies were kept on each other.
     contact_sigma_mm : float
         How far they may come apart: standard deviation.
+    source : BodiesSource or None
+        The file that names the bodies.
     """
 
     bodies: MovedBodies
@@ -75,6 +73,7 @@ class MovedWorkpiece:
     gap_limit_mm: float
     contacts: Contacts | None = None
     contact_sigma_mm: float = 0.0
+    source: BodiesSource | None = None
 
     @property
     def u95_mm(self) -> tuple[FloatArray, ...]:
@@ -220,6 +219,8 @@ def fit_weldment(
     assert touches is not None  # of the rows that were fitted as one part
     solid_of = _solids_of_rows(taught, workpiece)
     body = bodies_of(touches, part.face_body, solid_of)
+    shared = on_two_bodies(touches, part, solid_of)
+    rigid = replace(rigid, issues=(*rigid.issues, *shared))
     sigma = _sigma(rigid, touches, options)
     gap_limit_mm = options.seams.gap_for(workpiece.graph)
     contacts, sigma_mm = None, choice.contact_sigma_mm or gap_limit_mm * USUAL_CONTACT_SHARE
@@ -240,14 +241,15 @@ def fit_weldment(
     errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
     observed_on = [(each, bodies_of(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None]
     result = _judged(rigid, found, moved, sigma, observed_on)
-    return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm)
+    return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm, choice.source)
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
     """Return what was observed as touches, which know their face, edge or corner."""
     if of is None or isinstance(of, Touches):
         return of
-    return touches_of(taught, workpiece.trimmed, workpiece.features, use=use)
+    rows = taught.with_ball(0.0)  # of points: a column of kinds leaves their radius open
+    return touches_of(rows, workpiece.trimmed, workpiece.features, use=use)
 
 
 def _solids_of_rows(taught: TaughtPoints, workpiece: Workpiece) -> dict[str, int]:
@@ -256,60 +258,6 @@ def _solids_of_rows(taught: TaughtPoints, workpiece: Workpiece) -> dict[str, int
     number = {name: i for i, name in enumerate(workpiece.graph.solid_names)}
     named = {row: solids.get(feature or row, "") for row, feature in zip(taught.names, taught.features, strict=True)}
     return {row: number[solid] for row, solid in named.items() if solid in number}
-
-
-def bodies_of(touches: Touches, face_body: IntArray, solid_of: Mapping[str, int] | None = None) -> IntArray:
-    """Return the body that each touch lies on, shape (n,).
-
-    A point is of the body of the solid that `solid_of` gives for its row; otherwise of the body whose vertex, circle or
-    edge it is; where those of two bodies coincide, of the one of which it is a vertex or a centre.
-    """
-    targets = touches.targets
-    assert isinstance(targets, GraphTargets)  # of `touches_of`
-    graph = targets.graph
-    kind, index = targets.kind[touches.rows], targets.index[touches.rows]
-    edge_body = face_body[graph.edge_faces.max(axis=1)]
-    body = np.full(len(touches), -1)
-    is_face, is_edge = kind == TargetKind.FACE, kind == TargetKind.EDGE
-    body[is_face] = face_body[index[is_face]]
-    body[is_edge] = edge_body[index[is_edge]]
-    is_point = kind == TargetKind.POINT
-    if is_point.any():
-        body[is_point] = bodies_at(graph, targets.point[touches.rows][is_point], face_body)
-    for i in np.flatnonzero(is_point).tolist():
-        own = np.unique(face_body[graph.face_solid == (solid_of or {}).get(touches.names[i], -1)])
-        if len(own) == 1:  # a solid that is cut into members has several
-            body[i] = own[0]
-    return body
-
-
-def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
-    """Return the body of each point, shape (n,), as `bodies_of` does; `p` has the shape (n, 3), in `part`, mm."""
-    edge_body = face_body[graph.edge_faces.max(axis=1)]
-    start, _, points = edge_polylines(graph)
-    edge = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    ends = np.concatenate([start[:-1], start[1:] - 1])
-    circles = np.flatnonzero(graph.edge_kind == CurveKind.CIRCLE)
-    named = np.concatenate([points[ends], graph.edge_frame[circles, 0]])
-    named_edge = np.concatenate([edge[ends], circles])
-    distances, row = cKDTree(named).query(p)
-    away, found = np.asarray(distances), named_edge[row]
-    for k in np.flatnonzero(away > NAMED_MM).tolist():
-        nearest, apart = _nearest_edge(points, edge, p[k])
-        if apart < away[k] - NAMED_MM:
-            found[k] = nearest
-    return np.asarray(edge_body[found])
-
-
-def _nearest_edge(points: FloatArray, edge: IntArray, p: FloatArray) -> tuple[int, float]:
-    """Return the edge whose polyline is nearest to a point, and its distance, mm."""
-    inside = np.flatnonzero(edge[1:] == edge[:-1])
-    a, along = points[inside], points[inside + 1] - points[inside]
-    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
-    share = np.clip(np.einsum("ij,ij->i", p - a, along) / square, 0.0, 1.0)
-    away = np.linalg.norm(a + share[:, None] * along - p, axis=1)
-    k = int(np.argmin(away))
-    return int(edge[inside[k]]), float(away[k])
 
 
 def meeting_points(moved: MovedSeam) -> MeetingPoints:

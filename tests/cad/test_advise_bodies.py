@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.workpiece.moved_bodies import bodies_at
+from cad.workpiece.touched_bodies import bodies_at
 from cad.workpiece.workpiece import Workpiece
 from tests.record_checks import check_record
 from wpcal.taught.table import read_taught

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from tests.running import Ended, run_here
+from wpcal.core.input_file import sha256_of
+from wpcal.core.records import read_json
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 
@@ -53,6 +55,18 @@ def test_summary_of_a_seam_is_that_of_its_frames(run: tuple[Ended, Path]) -> Non
         assert row["bodies"] == ["base plate", "web"]
 
 
+def test_points_with_a_column_of_kinds_fit_and_the_file_of_bodies_is_among_the_inputs(tmp_path: Path) -> None:
+    bodies = tmp_path / "bodies.json"
+    bodies.write_text('{"schema": "wpcal/bodies/1", "bodies": [{"name": "web"}]}', encoding="utf-8")
+    head, *rows = (TEE / "taught.csv").read_text(encoding="utf-8").splitlines()
+    taught = tmp_path / "taught.csv"
+    taught.write_text("\n".join([f"{head},kind", *(f"{row},point" for row in rows)]), encoding="utf-8")
+    options = ("--bodies", bodies, "--sigma-mm", "0.3", "--accept-unsure", "-o", tmp_path / "out")
+    assert "radius" not in run_here("calibrate", TEE / "tee.step", taught, *options).stderr
+    record = read_json(tmp_path / "out" / "calibration.json", schema="wpcal/calibration/1")
+    assert record["inputs"]["bodies"] == {"file": "bodies.json", "sha256": sha256_of(bodies.read_bytes())}
+
+
 def test_check_points_and_their_errors_are_on_the_moved_bodies(run: tuple[Ended, Path]) -> None:
     points = json.loads((run[1] / "calibration.json").read_text(encoding="utf-8"))["points"]
     errors = {point["name"]: point["error_95_mm"] for point in points}
@@ -65,7 +79,8 @@ def test_a_named_corner_is_of_its_own_solid_where_two_coincide(tmp_path: Path) -
     from build123d import Box, Pos
 
     from cad.workpiece.bodies import BodiesOptions, find_bodies
-    from cad.workpiece.moved_bodies import _solids_of_rows, bodies_of
+    from cad.workpiece.moved_bodies import _solids_of_rows
+    from cad.workpiece.touched_bodies import bodies_of, on_two_bodies
     from cad.workpiece.workpiece import open_workpiece
     from wpcal.taught.resolve import touches_of
     from wpcal.taught.table import TaughtPoints
@@ -81,3 +96,8 @@ def test_a_named_corner_is_of_its_own_solid_where_two_coincide(tmp_path: Path) -
     body = bodies_of(touches, part.face_body, _solids_of_rows(taught, workpiece))
     assert [part.bodies.names[b] for b in body] == [corner.solid for corner in corners]
     assert (bodies_of(touches, part.face_body) != body).any()  # what the place alone would say
+    assert on_two_bodies(touches, part, _solids_of_rows(taught, workpiece)) == ()
+    (issue,) = on_two_bodies(touches, part, {})
+    twice = [corner.name for corner in corners if corner.p_mm[0] == pytest.approx(50.0)]
+    assert list(issue.ids) == twice
+    assert "write the name of the corner into the column feature" in issue.message

@@ -183,7 +183,20 @@ def _seen_sigma(calibration: Mapping[str, Any]) -> float | None:
 
 def _moved_contradiction(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
     wrong = _list(calibration["bodies"]["wrong_touches"])
-    return [f"Touch {wrong} again, and check that the row names the feature or the place that you touch."]
+    steps = [f"Touch {wrong} again, and check that the row names the feature or the place that you touch."]
+    return [*steps, *_far(calibration)]
+
+
+def _moved_residuals(calibration: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
+    """With bodies that moved: a body may be farther away than its tolerance explains."""
+    return _far(calibration) or _stated_error(calibration, judgement)
+
+
+def _far(calibration: Mapping[str, Any]) -> list[str]:
+    far = calibration["bodies"].get("far_bodies")
+    if not far:
+        return []
+    return [f"If new touches on {_list(far)} agree, state a larger tolerance (--tack-mm, --tack-mrad)."]
 
 
 def _moved_too_large(calibration: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
@@ -229,4 +242,10 @@ _STEPS = {
     "rival": _rival,
     "silent-search": _silent,
 }
-_BODY_STEPS = {"contradiction": _moved_contradiction, "error": _moved_too_large, "beyond": _moved_too_large}
+_BODY_STEPS = {
+    "contradiction": _moved_contradiction,
+    "error": _moved_too_large,
+    "beyond": _moved_too_large,
+    "stated-error": _moved_residuals,
+    "large-residuals": _moved_residuals,
+}

@@ -93,3 +93,23 @@ def test_a_touch_is_unchecked_where_the_tack_tolerance_hides_it() -> None:
     tight = replace(part, bodies=part.bodies.scaled(0.1, 0.1))
     names = unchecked_touches(fitted(tight, touches, true.T_base_part, SIGMA_MM), touches.names, SIGMA_MM)
     assert not {touches.names[i] for i in np.flatnonzero(part.body > 0).tolist()} & set(names)
+
+
+@pytest.mark.parametrize("touches_each", [6, 1])
+def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_each: int) -> None:
+    rng = np.random.default_rng(3)
+    part = uprights(touches_each)
+    true = part.drawn(rng)
+    v = true.v_mm.copy()
+    v[3] += 9.0 * part.n[part.body == 3][0]
+    touches = part.touched(replace(true, v_mm=v), SIGMA_MM, rng)
+    moved = fitted(part, touches, true.T_base_part, SIGMA_MM)
+    assert (moved.far, moved.wrong) == (("U3",), ())
+    points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
+    stated = Sigma(SIGMA_MM, SigmaSource.STATED)
+    found = judge_bodies(
+        BodiesEvidence(moved, touches.names, points, ["W1"] * len(part.body), stated, 0.0, None, (), 50.0)
+    )
+    assert found.kind is VerdictKind.FAIL
+    assert found.sentence.startswith("body U3 is farther from its place in the model"), found.sentence
+    assert "state a larger tolerance" in found.sentence

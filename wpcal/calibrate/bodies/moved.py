@@ -54,7 +54,11 @@ class MovedBodies:
     touches : ndarray of int, shape (b,)
         How many touches lie on each body.
     wrong : tuple of str
-        Touches that contradict the others, also if bodies moved.
+        Touches that contradict the others, wherever their bodies are.
+    far : tuple of str
+        Bodies that are farther away than their tolerances explain.
+    doubtful : tuple of str
+        Touches on them that are wrong unless the tolerances are too small.
     """
 
     fit: BodiesFit
@@ -62,6 +66,8 @@ class MovedBodies:
     source: ToleranceSource
     touches: IntArray
     wrong: tuple[str, ...]
+    far: tuple[str, ...] = ()
+    doubtful: tuple[str, ...] = ()
 
     @property
     def untouched(self) -> tuple[str, ...]:
@@ -94,6 +100,19 @@ class MovedBodies:
         more = f" and {len(self.moved) - MOST_TOLD} more" if len(self.moved) > MOST_TOLD else ""
         return f"bodies moved ({shown}): {', '.join(told)}{more}"
 
+    def far_sentence(self) -> str:
+        """Say which bodies are farther away than their tolerances explain, and what to do."""
+        several = len(self.far) > 1
+        those = "are farther from their places" if several else "is farther from its place"
+        wrong = (
+            f", or {listed(self.doubtful)} {'is' if len(self.doubtful) == 1 else 'are'} wrong" if self.doubtful else ""
+        )
+        return (
+            f"{'bodies' if several else 'body'} {listed(self.far)} {those} in the model than the tack "
+            f"tolerance explains{wrong}: touch {'these bodies' if several else 'this body'} again; if the new touches "
+            "agree, state a larger tolerance"
+        )
+
     def tolerances_sentence(self) -> str:
         """Say which tack tolerances the answer rests on."""
         values = sorted({(t.mm, t.mrad) for t in self.fit.motions.bodies.tolerances})
@@ -116,7 +135,8 @@ class MovedBodies:
             "tolerances": self.source.value,
             "tolerances_sentence": self.tolerances_sentence(),
             "motions_seen": self.evidence.seen,
-            "wrong_touches": list(self.wrong),
+            "wrong_touches": [*self.wrong, *self.doubtful],
+            **({"far_bodies": list(self.far)} if self.far else {}),
             "bodies": [
                 {
                     "name": name,
@@ -201,9 +221,13 @@ def fit_moved_bodies(
     source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED
     source = source if estimated is None else ToleranceSource.ESTIMATED
     rows = wrong_rows(fit.whitened)
-    names = [touches.names[i] for i in np.unique(fit.whitened.touch[rows]).tolist() if i >= 0]
+    far = far_bodies(fit.whitened, body, rows)
+    wrong = [i for i in np.unique(fit.whitened.touch[rows]).tolist() if i >= 0]
+    names, doubtful = ([touches.names[i] for i in wrong if (body[i] in far) is is_far] for is_far in (False, True))
     counts = np.bincount(body[body >= 0], minlength=len(bodies))
-    return MovedBodies(fit, evidence, source, counts, tuple(names))
+    return MovedBodies(
+        fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful)
+    )
 
 
 def wrong_rows(touched: Whitened) -> IntArray:
@@ -212,13 +236,10 @@ def wrong_rows(touched: Whitened) -> IntArray:
     A row that is off by itself leaves a normalised residual; the largest one of m is a false alarm with the probability
     of each times m (Bonferroni). The row is left out, and the others are judged again.
     """
-    J, B = touched.J, touched.B
-    W = np.linalg.inv(np.eye(len(J)) + B @ B.T)
-    WJ = W @ J
-    P = W - WJ @ np.linalg.pinv(J.T @ WJ) @ WJ.T
-    left = np.arange(len(J))
+    P = touched.residual_matrix()
+    left = np.arange(len(P))
     wrong: list[int] = []
-    while len(left) > J.shape[1] + 1:
+    while len(left) > touched.J.shape[1] + 1:
         spread = np.diag(P)
         square = np.where(spread > 1e-9, (P @ touched.r[left]) ** 2 / np.maximum(spread, 1e-9), 0.0)
         worst = int(np.argmax(square))
@@ -229,6 +250,48 @@ def wrong_rows(touched: Whitened) -> IntArray:
         P = np.delete(np.delete(P, worst, axis=0), worst, axis=1)
         left = np.delete(left, worst)
     return np.array(wrong, dtype=np.int64)
+
+
+def far_bodies(touched: Whitened, body: IntArray, wrong: IntArray) -> tuple[int, ...]:
+    r"""Return bodies that are farther away than their tolerances explain, with a false alarm in 1 % of the parts.
+
+    With P as in `Whitened.residual_matrix`, the slope :math:`B_b^\top P r` has the covariance :math:`B_b^\top P B_b` if
+    the tolerance is right. Only directions are judged in which the touches see more of the motion than of their own
+    errors. A body of which touches stay wrong wherever it is does not count: they may be all that is wrong.
+
+    Parameters
+    ----------
+    touched : Whitened
+        Of b bodies.
+    body : ndarray of int, shape (n,)
+        The body that each touch lies on.
+    wrong : ndarray of int
+        Of `wrong_rows`.
+    """
+    count = (touched.B.shape[1] - touched.bends) // 6
+    PB = touched.residual_matrix() @ touched.B
+    slope = PB.T @ touched.r
+    far = []
+    for b in range(count):
+        own = slice(6 * b, 6 * b + 6)
+        values, vectors = np.linalg.eigh(touched.B[:, own].T @ PB[:, own])
+        seen = values > 0.5
+        square = float(np.sum((vectors.T @ slope[own])[seen] ** 2 / values[seen]))
+        if seen.any() and float(chdtrc(int(seen.sum()), square)) * count < FALSE_ALARM:
+            far.append(b)
+    return tuple(b for b in far if b not in _of_rows(touched, body, wrong) or _explains(touched, body, b))
+
+
+def _explains(touched: Whitened, body: IntArray, b: int) -> bool:
+    """Whether no touch on a body is wrong any more if this body may be anywhere."""
+    freed = touched.with_free(b)
+    return b not in _of_rows(freed, body, wrong_rows(freed))
+
+
+def _of_rows(touched: Whitened, body: IntArray, rows: IntArray) -> set[int]:
+    """Return the bodies that the touches of some rows of the linear model lie on."""
+    touch = touched.touch[rows]
+    return set(body[touch[touch >= 0]].tolist())
 
 
 def _matrix(R: FloatArray, t: FloatArray) -> list[list[float]]:

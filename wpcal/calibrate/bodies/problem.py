@@ -15,6 +15,8 @@ from wpcal.core.transform import RigidTransform
 
 LEAST_HELD = 1e-9
 """A direction whose information is below this share of the largest is not seen."""
+FREE = 100.0
+"""Times its tolerance: such a body is held by its touches alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +46,18 @@ class Whitened:
         """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
         rows = self.touch >= 0
         return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows], self.bends)
+
+    def with_free(self, body: int) -> Whitened:
+        """Return the model in which one body may move `FREE` times as far as its tolerance says."""
+        B = self.B.copy()
+        B[:, 6 * body : 6 * body + 6] *= FREE
+        return replace(self, B=B)
+
+    def residual_matrix(self) -> FloatArray:
+        """Return P with rᵀ P r the sum of squares that pose and motions leave, shape (m, m)."""
+        W = np.linalg.inv(np.eye(len(self.r)) + self.B @ self.B.T)
+        WJ = W @ self.J
+        return np.asarray(W - WJ @ np.linalg.pinv(self.J.T @ WJ, hermitian=True) @ WJ.T)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

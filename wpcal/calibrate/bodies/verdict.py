@@ -29,6 +29,13 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import listed
 
+TWO_BODIES = "touch-on-two-bodies"
+"""Code of the issue that touches lie where corners or edges of two bodies coincide in the model."""
+_DOUBTS = {
+    TWO_BODIES: VerdictReason.UNCHECKED,
+    RIVAL: VerdictReason.RIVAL,
+    SILENT: VerdictReason.SILENT_SEARCH,
+}
 GROSS_MM = 10.0
 """A touch on a wrong face, or one that slipped off an edge, is off by the thickness of a plate or more."""
 
@@ -113,7 +120,11 @@ def _failure(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
             f"the other touches contradict {listed(moved.wrong)}, also if bodies moved{kept}: touch there again{remedy}"
         )
         return VerdictReason.CONTRADICTION, what
+    if moved.doubtful:
+        return VerdictReason.CONTRADICTION, moved.far_sentence()
     if evidence.sigma.source is SigmaSource.STATED and _contradicts(moved):
+        if moved.far:
+            return VerdictReason.STATED_ERROR, moved.far_sentence()
         what = (
             f"the residuals are larger than the stated error of the touches ({evidence.sigma.mm:.3g} mm per axis) and "
             "the motions of the bodies explain: a body is bent or differs from its model, or the stated error is too "
@@ -135,8 +146,8 @@ def _failure(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
 def _doubt(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
     """Return why a small predicted error does not show that the seams are within the tolerance, or None."""
     for issue in evidence.issues:
-        if issue.code in (RIVAL, SILENT):
-            return VerdictReason.RIVAL if issue.code == RIVAL else VerdictReason.SILENT_SEARCH, issue.message
+        if issue.code in _DOUBTS:
+            return _DOUBTS[issue.code], issue.message
     unchecked = unchecked_touches(evidence.moved, evidence.touch_names, evidence.sigma.mm)
     if unchecked:
         what = (
@@ -144,6 +155,8 @@ def _doubt(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
             "once more, on the same face"
         )
         return VerdictReason.UNCHECKED, what
+    if evidence.moved.far:
+        return VerdictReason.LARGE_RESIDUALS, evidence.moved.far_sentence()
     if evidence.sigma.source is not SigmaSource.STATED and _contradicts(evidence.moved):
         what = (
             f"careful touches ({evidence.sigma.mm:g} mm per axis) and the motions of the bodies do not explain the "
@@ -182,24 +195,16 @@ def unchecked_touches(moved: MovedBodies, names: Sequence[str], sigma_mm: float)
     """
     touched = moved.fit.whitened
     limit = math.sqrt(float(chdtri(1, FALSE_ALARM / len(touched.r))))
-    found = GROSS_MM / sigma_mm * np.sqrt(np.maximum(np.diag(_residual_matrix(moved)), 0.0)) > limit
+    found = GROSS_MM / sigma_mm * np.sqrt(np.maximum(np.diag(touched.residual_matrix()), 0.0)) > limit
     rows = touched.touch[~found & (touched.touch >= 0)]
     return tuple(names[i] for i in np.unique(rows).tolist())
-
-
-def _residual_matrix(moved: MovedBodies) -> FloatArray:
-    """Return P with rᵀ P r the sum of squares that pose and motions leave, shape (m, m)."""
-    touched = moved.fit.whitened
-    W = np.linalg.inv(np.eye(len(touched.r)) + touched.B @ touched.B.T)
-    WJ = W @ touched.J
-    return np.asarray(W - WJ @ np.linalg.pinv(touched.J.T @ WJ, hermitian=True) @ WJ.T)
 
 
 def _contradicts(moved: MovedBodies) -> bool:
     """Whether the residuals are larger than the errors of the touches and the tack tolerances explain."""
     touched = moved.fit.whitened
     freedom = len(touched.r) - int(np.linalg.matrix_rank(touched.J))
-    square = float(touched.r @ _residual_matrix(moved) @ touched.r)
+    square = float(touched.r @ touched.residual_matrix() @ touched.r)
     return freedom > 0 and square > float(chdtri(freedom, FALSE_ALARM))
 
 
