@@ -38,7 +38,7 @@ def test_two_points_for_each_plate_in_the_order_of_what_they_gain(wpcal: Command
     assert after[-1] < 0.5 * after[0]
     assert [line.split(",")[0] for line in out.read_text().splitlines()[1:]] == [touch["name"] for touch in touches]
     assert read_taught(UPRIGHTS / "taught.csv").names  # the template is filled in like this table
-    text = wpcal("advise", PART, "--bodies", BODIES).stdout
+    text = " ".join(wpcal("advise", PART, "--bodies", BODIES).stdout.split())  # lines end where the window does
     assert "tack tolerance 1 mm and 4 mrad" in text
     assert f"after these, {found['next']['sentence']}" in " ".join(text.split())
 
