@@ -12,6 +12,9 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import STDIN
 from wpcal.core.wording import shown
 
+OPTION = "--inputs"
+"""With which the user says where an input is, for messages."""
+
 
 @dataclass(frozen=True, slots=True)
 class InputsNow:
@@ -19,7 +22,7 @@ class InputsNow:
 
     Parameters
     ----------
-    parts, taught : sequence of Path
+    given : sequence of Path
         Files, or folders with them, that the user names.
     folders : sequence of Path
         Where names are looked up otherwise.
@@ -27,8 +30,7 @@ class InputsNow:
         A folder for copies of files that have another name now: the results hold the names.
     """
 
-    parts: Sequence[Path]
-    taught: Sequence[Path]
+    given: Sequence[Path]
     folders: Sequence[Path]
     copies: Path
     known: dict[Path, str] = field(default_factory=dict)
@@ -41,11 +43,11 @@ class InputsNow:
         InputError
             When it is not found, or only with other contents.
         """
-        return self._named(self._find(inputs.part, self.parts, "--part"), inputs.part, name_of_stdin)
+        return self._named(self._find(inputs.part), inputs.part, name_of_stdin)
 
     def points(self, inputs: JobInputs) -> Path:
         """Return where the taught points are; errors as of `part`."""
-        return self._named(self._find(inputs.taught, self.taught, "--taught"), inputs.taught, STDIN)
+        return self._named(self._find(inputs.taught), inputs.taught, STDIN)
 
     def words(self, inputs: JobInputs) -> tuple[str, ...]:
         """Return the options with the files that they name as they are now; errors as of `part`."""
@@ -54,16 +56,16 @@ class InputsNow:
         for word in inputs.words:
             flag, _, value = word.partition("=")
             if value in files:
-                place = self._find((value, files[value]), (*self.parts, *self.taught), "--part or --taught FOLDER")
+                place = self._find((value, files[value]))
                 words.append(f"{flag}={place.resolve()}")
             else:
                 words.append(word)
         return tuple(words)
 
-    def _find(self, file: tuple[str, str], given: Sequence[Path], option: str) -> Path:
+    def _find(self, file: tuple[str, str]) -> Path:
         name, sha256 = file
         other = None
-        for path in self._places(name, given):
+        for path in self._places(name):
             if not path.exists():
                 continue
             if path not in self.known:
@@ -74,13 +76,13 @@ class InputsNow:
         if other is not None:
             raise InputError(
                 f"{other}: is not the file of which the results were made (its SHA-256 is another); give that file "
-                f"with {option}"
+                f"with {OPTION}"
             )
         what = "standard input" if name == STDIN else shown(name)
-        raise InputError(f"{what}: an input of the results is not found; give its place with {option}")
+        raise InputError(f"{what}: an input of the results is not found; give its place with {OPTION}")
 
-    def _places(self, name: str, given: Sequence[Path]) -> Iterator[Path]:
-        for place in given:
+    def _places(self, name: str) -> Iterator[Path]:
+        for place in self.given:
             yield place
             if place.is_dir():
                 yield place / name

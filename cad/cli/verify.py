@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cad.cli.batch import MOST_AT_ONCE, USUAL_JOB_GB, USUAL_JOB_S
 from cad.cli.options import MESH, PART, no_cache_option
-from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import JSON_HELP
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from cad.cli.recorded import Claim
     from wpcal.core.errors import WpcalError
 
-JOB_S, JOB_GB = 600.0, 8.0
 MOST_SHOWN = 10
 """Differences of one folder that the terminal lists; --json lists all that were found."""
 MAY_DIFFER = (
@@ -64,33 +63,26 @@ class Checked:
         return {**asdict(self), "state": self.state.value}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlaceFlags:
-    """Where the inputs are now."""
-
-    parts: tuple[Path, ...] = option(
-        "--part",
-        metavar="PATH",
-        multiple=True,
-        type=click.Path(path_type=Path),
-        help="Where the part is now: the file, or a folder with it. May be given more than once.",
-    )
-    taught: tuple[Path, ...] = option(
-        "--taught",
-        metavar="PATH",
-        multiple=True,
-        type=click.Path(path_type=Path),
-        help="Where the taught points are now: the file, or a folder with it. May be given more than once.",
-    )
-
-
 @click.command()
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
-@takes("places", PlaceFlags)
-@click.option("-j", "--jobs", "at_once", type=click.IntRange(1, 256), help="For a batch: so many processes at once.")
+@click.option(
+    "--inputs",
+    "given",
+    metavar="PATH",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Where inputs are now: a file, or a folder with files. May be given more than once.",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    "at_once",
+    type=click.IntRange(min=1, max=MOST_AT_ONCE),
+    help="So many processes at the same time (of a batch).  [default: one per processor]",
+)
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what differs.")
 @no_cache_option
-def verify(*, out: Path, places: PlaceFlags, at_once: int | None, as_json: bool, no_cache: bool) -> int:
+def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: bool, no_cache: bool) -> int:
     """Check that OUT is still what its inputs give.
 
     OUT is a folder of `wpcal calibrate` or of `wpcal batch`. The request in job.json is done once more with the same
@@ -113,7 +105,7 @@ def verify(*, out: Path, places: PlaceFlags, at_once: int | None, as_json: bool,
     whole = out.resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folders = (Path.cwd(), whole.parent, whole, whole.parent.parent)
-        inputs = InputsNow(places.parts, places.taught, folders, Path(temporary, "inputs"))
+        inputs = InputsNow(given, folders, Path(temporary, "inputs"))
         if (out / JSONL).exists():
             found = _check_batch(whole, inputs, Path(temporary), at_once, use_cache=not no_cache)
         else:
@@ -242,8 +234,8 @@ def _add_task(
             {"part": str(claim.part.resolve()), "words": shaping, "use_cache": use_cache},
             Path.cwd(),
             work / "out",
-            JOB_S,
-            JOB_GB,
+            USUAL_JOB_S,
+            USUAL_JOB_GB,
         )
     arguments: dict[str, Any] = {"claim_folder": claim.folder, "record": claim.record, "words": claim.words}
     arguments |= {"part": claim.part.resolve(), "taught": claim.taught.resolve()}
@@ -306,7 +298,7 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
     console = plain_console()
 
     def say(text: str) -> None:
-        console.print(text, highlight=False, markup=False)
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     for each in found:
         if each.version not in (None, __version__):
