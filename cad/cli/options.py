@@ -200,6 +200,12 @@ class MarkedFlags:
         help="The edge at x,y,z (part frame, mm) or at a feature (M12) is a seam. With --edge or --marked nothing "
         "else is.",
     )
+    added_edges: tuple[str, ...] = option(
+        "--add-edge",
+        metavar="PLACE",
+        multiple=True,
+        help="One seam more than those that are found: the edge at x,y,z (part frame, mm) or at a feature (M12).",
+    )
     xmcf: Path | None = option(
         "--xmcf",
         metavar="WELDS.xml",
@@ -215,7 +221,7 @@ class MarkedFlags:
 
         edits = () if seams_file is None else read_edits(seams_file)
         places = () if self.xmcf is None else places_of(read_xmcf(self.xmcf), file=str(self.xmcf))
-        return SeamChoice(edits, self.marked, (*self.edges, *places))
+        return SeamChoice(edits, self.marked, (*self.edges, *places), self.added_edges)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -45,12 +45,20 @@ class SeamChoice:
     marked : tuple of str
         Names, layers or colours of the edges in the STEP file that are seams (`marked_edges.find_marked`).
     edges : tuple of str
-        Places of edges that are seams.
+        Places of edges that are seams. With them, or with marked ones, nothing else is.
+    added_edges : tuple of str
+        Places of edges that are seams beside those that are found.
     """
 
     edits: tuple[PlacedEdit, ...] = ()
     marked: tuple[str, ...] = ()
     edges: tuple[str, ...] = ()
+    added_edges: tuple[str, ...] = ()
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The places of all edges that are seams; each may be the name of a feature."""
+        return (*self.edges, *self.added_edges)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +98,7 @@ def find_seams(
         solids are taken for.
     """
     choice = choice or SeamChoice()
-    # places may be names of features
-    of = (options, choice.marked, choice.edges, workpiece.features if choice.edges else ())
+    of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
     graph = found.graph or workpiece.graph
     trimmed = workpiece.trimmed.with_graph(graph)
@@ -114,7 +121,7 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     graph, trimmed = workpiece.graph, workpiece.trimmed
     options = with_play(graph, trimmed, options)
     notes = replace(take_members(graph, trimmed, options.judging).notes, play=options.play or ())
-    mark = partial(_mark, workpiece, choice) if choice.marked or choice.edges else None
+    mark = partial(_mark, workpiece, choice) if choice.marked or choice.places else None
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = (*found.issues, *covered_issues(graph, trimmed))
     if not found.seams and options.concave is ConcaveEdges.AUTO:
@@ -140,7 +147,8 @@ def _mark(workpiece: Workpiece, choice: SeamChoice, graph: BrepGraph) -> tuple[B
     marks = () if workpiece.source is None else workpiece.source.step.marks
     from cad.workpiece.marked_edges import find_marked
 
-    return find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.edges)
+    graph, found = find_marked(graph, marks, workpiece.features, patterns=choice.marked, places=choice.places)
+    return graph, replace(found, is_added=not (choice.marked or choice.edges))
 
 
 def list_seams(

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -169,3 +170,34 @@ def test_no_frame_that_points_into_material_is_left_accepted() -> None:
     assert set(refused.inside) <= {"base", "web"}
     assert refused.inside
     assert "the wire would point into" in refused.against[0]
+
+
+def test_an_added_edge_is_a_seam_beside_those_that_are_found() -> None:
+    workpiece = open_workpiece(TEE / "tee.step")
+    usual = find_seams(workpiece, SeamOptions())[0]
+    more = find_seams(workpiece, SeamOptions(), SeamChoice(added_edges=("100,0,10",)))[0]
+    *kept, added = more
+    assert [(s.name, s.accepted, s.confidence, s.reasons) for s in kept] == [
+        (s.name, s.accepted, s.confidence, s.reasons) for s in usual
+    ]
+    assert (added.name, added.accepted, added.source) == ("W5", True, SeamSource.ADDED)
+    np.testing.assert_allclose(added.frames.p[[0, -1]], [[0, 0, 10], [200, 0, 10]], rtol=0, atol=EXACT_MM)
+    on_refused = find_seams(workpiece, SeamOptions(), SeamChoice(added_edges=("25,60,10",)))[0]
+    assert [(s.name, s.accepted) for s in on_refused] == [("W1", True), ("W2", True), ("W3", True), ("W4", False)]
+    beside_named = find_seams(workpiece, SeamOptions(), SeamChoice(edges=("25,60,10",), added_edges=("100,0,10",)))[0]
+    assert sum(s.accepted for s in beside_named) == 2
+
+
+def test_an_added_edge_that_the_search_made_is_one_seam() -> None:
+    """Candidates on edges that a search adds are not there twice."""
+    lower = box(100, 60, 10, (0, 0, 0))
+    upright = box(60, 8, 50, (20, 26, 5))  # stands 5 mm deep in the plate
+    shapes = tuple(SimpleNamespace(wrapped=shape) for shape in (lower, upright))
+    workpiece = Workpiece(to_brep([("plate", lower), ("upright", upright)]), (), shapes=shapes)
+    usual, _ = find_seams(workpiece, SeamOptions())
+    assert {s.source for s in usual} & {SeamSource.SECTION}
+    longest = max(usual, key=lambda s: s.length_mm)
+    x, y, z = longest.frames.p[len(longest.frames.p) // 2]
+    more, _ = find_seams(workpiece, SeamOptions(), SeamChoice(added_edges=(f"{x},{y},{z}",)))
+    middles = [tuple(np.round(s.frames.p.mean(axis=0), 3)) for s in more]
+    assert len(middles) == len(set(middles)) == len(usual)

@@ -72,6 +72,38 @@ def test_the_page_of_the_protocol_shows_every_method_with_params_that_its_schema
             jsonschema.validate(message, schema_of(ANSWER))
 
 
+def test_the_page_of_the_protocol_shows_what_is_answered(
+    client: RpcClient, tee: dict[str, Any], rows: dict[str, Any]
+) -> None:
+    """Every name in an answer of the page is in a real answer."""
+    text = (ROOT / "docs" / "reference" / "rpc.md").read_text(encoding="utf-8")
+    shown = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+    method = {message["id"]: message["method"] for message in shown if "method" in message}
+    results = {method[message["id"]]: message["result"] for message in shown if "result" in message}
+    on_plane = {"p_mm": [100, 20, 10], "normal": [0, 0, 1]}
+    params: dict[str, dict[str, Any]] = {"seams": {}, "suggest": {"taught": rows}, "touch_at": on_plane}
+    params |= {"calibrate": {"taught": rows}, "save": {"taught": rows, "table": "shown.csv", "out": "shown"}}
+    answers = {name: client.ask(name, handle=tee["handle"], **more) for name, more in params.items()}
+    answers |= {"read_taught": client.ask("read_taught", handle=tee["handle"], path="taught.csv")}
+    answers |= {"open": tee, "hello": client.ask("hello"), "formats": client.ask("formats")}
+    answers |= {"export": client.ask("export", folder="shown", formats=["rapid"])}
+    for name, answer in answers.items():
+        assert not names_missing(results[name], answer), name
+
+
+def names_missing(shown: Any, real: Any) -> list[str]:
+    """Return the names of a record that another one of this kind has not."""
+    if isinstance(shown, list) and shown and real:
+        return names_missing(shown[0], real[0])
+    if not isinstance(shown, dict) or set(shown) <= {"0"}:  # numbers of rows
+        return []
+    return [
+        missing
+        for name, value in shown.items()
+        for missing in ([name] if name not in real else names_missing(value, real[name]))
+    ]
+
+
 def test_features_are_those_of_the_command(tee: dict[str, Any], folder: Path) -> None:
     printed = json.loads(run_here("features", folder / "tee.step", "--json").stdout)
     assert sorted(tee["features"], key=json.dumps) == sorted(printed["features"], key=json.dumps)
@@ -147,6 +179,18 @@ def test_programs_touches_and_pages(client: RpcClient, tee: dict[str, Any], rows
     assert (error["kind"], (folder / "none").exists()) == ("GeometryError", False)
     assert "no such method" in client.refused("options", method="nix")["message"]
     assert client.refused("plan", folder="result", cell="none.json", out="plan")["kind"] == "InputError"
+
+
+@pytest.mark.deep
+def test_a_weld_is_planned_in_a_real_cell(
+    client: RpcClient, tee: dict[str, Any], rows: dict[str, Any], folder: Path
+) -> None:
+    client.ask("save", handle=tee["handle"], taught=rows, table="größe.csv", out="für Plan")
+    cell = ROOT / "fixtures" / "cells" / "two-mh6-tee.json"
+    params = {"folder": "für Plan", "cell": str(cell), "out": "der Plan", "options": {"only": "W2"}}
+    assert client.ask("plan", **params)["seam"] == "W2"
+    assert (folder / "der Plan" / "plan.html").is_file()
+    assert client.refused("plan", **params)["code"] == "exists"
 
 
 @pytest.mark.parametrize(

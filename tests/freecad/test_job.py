@@ -58,6 +58,7 @@ def test_the_result_folder_is_one_of_calibrate_and_programs_are_in_it(job: tuple
     finished = read_finished(Path(run.facts["result"]))
     assert [seam.name for seam in finished.seams] == ["W1", "W2", "W3", "W4"]
     assert run.facts["saved again"].endswith("Tick: Replace an existing result")
+    assert "“Welding speed (mm/s)”: -3.0 is not" in run.facts["wrong speed"]  # the field, not the option
     programs = [Path(program) for program in run.facts["programs"]]
     assert [program.name for program in programs] == ["WPCAL.mod", "WPCAL.dat", "WPCAL.src"]
     assert "vWeld:=[6," in programs[0].read_text(encoding="utf-8")  # the speed that was typed
@@ -69,6 +70,8 @@ def test_options_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowR
     run, _ = job
     assert run.facts["verdict for 0.2 mm"] == "UNSURE"
     assert run.facts["tolerance again"] == "0.4"
+    assert "without their own motions" in run.facts["plates"]
+    assert "motions" not in run.facts["plates again"]
     assert run.facts["undone"] == 4  # calibrate, two tolerances, coordinate systems
     assert run.facts["redone"]
     kept = run.facts["kept"]

@@ -75,7 +75,9 @@ def own_display(folder: Path) -> Iterator[dict[str, str]]:
     try:
         with os.fdopen(for_display) as reader:
             display = f":{reader.readline().strip()}"  # Xvfb writes it when it is ready
-        environment = {name: value for name, value in os.environ.items() if not name.startswith(("QT_", "PYTHON"))}
+        environment = {
+            name: value for name, value in os.environ.items() if not name.startswith(("QT_", "PYTHON", "XDG_"))
+        }
         environment |= {
             "DISPLAY": display,
             "HOME": str(home),

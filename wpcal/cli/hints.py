@@ -20,7 +20,7 @@ HINTS: Mapping[str, str] = {
     ErrorCode.FEATURES_NOT_CHOSEN: "--touch",
     ErrorCode.MARK_UNKNOWN: "--marked",
     ErrorCode.SOLID_UNKNOWN: "--weld, --not",
-    ErrorCode.EDGE_UNKNOWN: "--edge",
+    ErrorCode.EDGE_UNKNOWN: "--edge, --add-edge",
     ErrorCode.PORT_UNUSABLE: "--port",
     ErrorCode.WELD_RULES_MISSING: "--weld-rules",
     ErrorCode.WELDS_MISSING: "--welds",

@@ -68,14 +68,14 @@ def detect_seams(
     flares : FlareGrooves, optional
         Paths in grooves beside radii (`flare_grooves.add_grooves`).
     marked : MarkedEdges, optional
-        Edges to be welded. If there are any, no other candidate is accepted.
+        Edges to be welded. No other candidate is accepted then, unless they are added ones.
 
     Returns
     -------
     tuple of Seam
         Cut where they go through another solid. Named ``W1``, ``W2``, … by the place of their start (x, then y, then
-        z), with frames in `part`; the same in every run. Rejected candidates are included, with the reasons
-        (`Seam.against`).
+        z), added edges last, with frames in `part`; the same in every run. Rejected candidates are included, with the
+        reasons (`Seam.against`).
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
@@ -102,7 +102,8 @@ def find_candidates(
     """
     gap_mm = options.gap_for(graph)
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
-    if marked is None:
+    is_search = marked is None or marked.is_added
+    if is_search:
         solids = np.stack([graph.edge_solid[edge], graph.face_solid[face]], axis=1)
         counts = count_solids(graph, trimmed, solids).all(axis=1)
         edge, face = edge[counts], face[counts]
@@ -112,7 +113,7 @@ def find_candidates(
     contacts, found = joined, []
     if marked is not None:
         chosen, labels, contacts = take_marked(graph, trimmed, joined, marked, gap_mm=gap_mm)
-        found += _marked_seams(graph, chosen, labels, options)
+        found += _marked_seams(graph, chosen, labels, options, marked.source)
     found += build_seams(graph, contacts, options, SeamSource.CONTACT)
     if sections is not None:
         beside = sections_beside(graph, sections, joined, gap_mm=gap_mm)
@@ -130,9 +131,11 @@ def find_candidates(
         found += build_seams(graph, with_inner_joints(graph, trimmed, beads), options, SeamSource.BEAD)
     if flares is not None:
         found += flares.measured(build_seams(graph, flares.joined, options, SeamSource.FLARE))
-    if marked is None and options.gap_mm is None:
+    if marked is not None and marked.is_added:
+        found = [s for s in found if s.source.is_chosen or not np.isin(s.pieces.edge, marked.edge).all()]
+    if is_search and options.gap_mm is None:
         found = _with_wide_gaps(graph, trimmed, joined, found, options)
-    found = [s for s in found if s.source is SeamSource.MARKED or _count(graph, trimmed, s.pieces).all()]
+    found = [s for s in found if s.source.is_chosen or _count(graph, trimmed, s.pieces).all()]
     return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
 
 
@@ -159,13 +162,19 @@ def judge_candidates(
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.like(len(graph.solid_names)))
     judged = _reached(graph, trimmed, found, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
-    judged.sort(key=lambda seam: (rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))))
+    judged.sort(key=_in_order)
     candidates = candidates_of(graph, judged, [f"W{number}" for number in range(1, len(judged) + 1)])
     told = [
         replace(seam, name=found_as.name, candidate=found_as, reasons=tuple(str(text) for text in seam.reasons))
         for seam, found_as in zip(judged, candidates, strict=True)
     ]
     return tuple(with_short_ends(graph, trimmed, told, options.judging.level))
+
+
+def _in_order(seam: Seam) -> tuple[bool, tuple[float, ...], tuple[float, ...]]:
+    """Return what seams are sorted by. An added edge without a contact comes last: the others keep their names."""
+    is_more = seam.source is SeamSource.ADDED and seam.joint is JointType.UNKNOWN
+    return is_more, rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))
 
 
 def _with_wide_gaps(
@@ -204,7 +213,9 @@ def _reached(
     return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
 
 
-def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions) -> list[Seam]:
+def _marked_seams(
+    graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...], options: SeamOptions, source: SeamSource
+) -> list[Seam]:
     """Build the seams of marked pieces; their reasons name the marks."""
     label_of = dict(zip(chosen.pieces.edge.tolist(), labels, strict=True))
     return [
@@ -217,7 +228,7 @@ def _marked_seams(graph: BrepGraph, chosen: JoinedPieces, labels: tuple[str, ...
                 gap_mm=options.gap_for(graph),
             ),
         )
-        for seam in build_seams(graph, chosen, options, SeamSource.MARKED)
+        for seam in build_seams(graph, chosen, options, source)
     ]
 
 

@@ -21,6 +21,7 @@ PRIOR = {
     SeamSource.BEAD: 0.7,
     SeamSource.FLARE: 0.85,
     SeamSource.MARKED: 1.0,
+    SeamSource.ADDED: 1.0,
 }
 """Confidence before any finding. Members in contact are meant to be joined; overlapping ones may be a mistake; a groove
 beside a radius is often left open; a concave edge or a round may be just a shape. What a person marked is a weld,

@@ -50,6 +50,12 @@ class SeamSource(Enum):
     BEAD = "modelled bead or round inside one solid"
     FLARE = "groove between a radius and another solid"
     MARKED = "marked or picked edge"
+    ADDED = "edge added to those that are found"
+
+    @property
+    def is_chosen(self) -> bool:
+        """Whether a person chose the edge: then it is a seam, whatever the findings."""
+        return self in (SeamSource.MARKED, SeamSource.ADDED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

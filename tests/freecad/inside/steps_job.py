@@ -162,6 +162,12 @@ def calibrate(window, document):
     panel.save()
     yield lambda: not panel.is_busy
     window.facts["saved again"] = panel.message.text()
+    window.say("plates that may have moved")
+    for is_asked in (True, False):
+        before = panel.fit
+        panel.options.field("bodies").setChecked(is_asked)
+        yield lambda before=before: panel.fit is not before and not panel.is_busy
+        window.facts["plates" if is_asked else "plates again"] = panel.notes.text()
     panel.reject()
 
 
@@ -182,6 +188,10 @@ def export(window, document):
         item = panel.formats.item(row)
         if item.data(QtCore.Qt.UserRole) in ("rapid", "krl"):
             item.setCheckState(QtCore.Qt.Checked)
+    panel.options.field("speed_mm_s").setText("-3")
+    panel.export()
+    yield lambda: not panel.is_busy
+    window.facts["wrong speed"] = panel.message.text()
     panel.options.field("speed_mm_s").setText("6")
     yield from window.click_widget(window.find(QtGui.QPushButton, "wpcal_export"))
     yield lambda: panel.files.count() > 0 and not panel.is_busy

@@ -43,4 +43,4 @@ def test_what_is_known_refuses_a_contact_at_every_level(rule: Rule) -> None:
 
 def test_strict_takes_contacts_and_sections_and_no_edge_inside_one_solid() -> None:
     taken = {source for source, prior in PRIOR.items() if prior >= Level.STRICT.value}
-    assert taken == {SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE, SeamSource.MARKED}
+    assert taken == {SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE, SeamSource.MARKED, SeamSource.ADDED}

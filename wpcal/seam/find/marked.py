@@ -22,7 +22,7 @@ from wpcal.seam.find.duplicates import SHARES, without_duplicates
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.limits import NEAR_GAPS
 from wpcal.seam.pieces import sample_pieces
-from wpcal.seam.seam import JointType, SeamPieces, WeldType
+from wpcal.seam.seam import JointType, SeamPieces, SeamSource, WeldType
 
 NEARLY_MM = (0.75, 1.0, 1.5, 2.0, 3.0)
 """Gaps at which a marked edge is looked for beside a face, one after the other: wider ones are not welded without a
@@ -38,10 +38,18 @@ class MarkedEdges:
     edge : ndarray of int, shape (k,)
     label : tuple of str, length k
         The mark of each edge, for people.
+    is_added : bool
+        Whether they are seams beside those that are found. Otherwise no other candidate is accepted.
     """
 
     edge: IntArray
     label: tuple[str, ...]
+    is_added: bool = False
+
+    @property
+    def source(self) -> SeamSource:
+        """How the candidates on these edges were found."""
+        return SeamSource.ADDED if self.is_added else SeamSource.MARKED
 
 
 def take_marked(

@@ -17,7 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.judge.evidence import Judge, weighed
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Seam, SeamSource
+from wpcal.seam.seam import Seam
 
 CLAMPED = frozenset({Rule.BOLTED.key, Rule.LINED_UP.key})
 """Findings that say that two members are bolted to each other."""
@@ -47,7 +47,7 @@ def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[
     bolted = {pair for seam in seams if any(one.rule in CLAMPED for one in seam.findings) for pair in [_pair(seam)]}
     lengths: Lengths = defaultdict(lambda: defaultdict(float))
     for seam in seams:
-        if seam.accepted and len(seam.solids) == 2 and seam.source is not SeamSource.MARKED:
+        if seam.accepted and len(seam.solids) == 2 and not seam.source.is_chosen:
             a, b = seam.solids
             lengths[a][b] += seam.length_mm
             lengths[b][a] += seam.length_mm

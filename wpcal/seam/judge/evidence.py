@@ -97,7 +97,7 @@ def _weight(seam: Seam, findings: Iterable[Finding], level: Level) -> dict[str, 
     """Return the fields of a seam that follow from its findings."""
     found = tuple(sorted(findings, key=lambda finding: finding.factor))
     confidence = _confidence(seam, found)
-    sure = confidence >= level.value or seam.source is SeamSource.MARKED
+    sure = confidence >= level.value or seam.source.is_chosen
     accepted = sure and not (seam.inside or seam.blocked_by)
     return {"findings": found, "confidence": confidence, "accepted": accepted}
 
@@ -243,7 +243,7 @@ class Judge:
         if seam.length_mm < self.min_length_mm - LENGTH_ROUND_OFF_MM:
             least = f"the least length of a seam, {self.min_length_mm:g} mm"
             yield Rule.TOO_SHORT.found(f"{seam.length_mm:.1f} mm is shorter than {least}")
-        if self.has_marks and seam.source is not SeamSource.MARKED:
+        if self.has_marks and not seam.source.is_chosen:
             yield Rule.NOT_MARKED.found("other edges are marked, and not this one")
         if len(solids) == 2:
             yield from self._pair_evidence(seam, *solids)

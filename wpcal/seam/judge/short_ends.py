@@ -24,7 +24,7 @@ from wpcal.seam.judge.evidence import weighed
 from wpcal.seam.limits import LEAST_CANDIDATE_MM, LEAST_CHANGE_MM, Level
 from wpcal.seam.path.cut import parameters_at, spans_of
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Seam, SeamSource
+from wpcal.seam.seam import Seam
 
 MOST_END_MM = 16.0
 """A longer run is a weld by itself. AWS D1.1 counts a fillet weld if it is at least four times as long as its leg, and
@@ -98,7 +98,7 @@ def _pairs(seams: Sequence[Seam]) -> tuple[IntArray, IntArray, IntArray]:
     short, beside = rows[near[:, 0] // 2], rows[near[:, 1] // 2]
     length = np.array([seam.length_mm for seam in seams])
     _, group = np.unique([" + ".join(sorted(seam.solids)) for seam in seams], return_inverse=True)
-    marked = np.array([seam.source is SeamSource.MARKED for seam in seams], dtype=bool)
+    marked = np.array([seam.source.is_chosen for seam in seams], dtype=bool)
     fits = (length[short] <= MOST_END_MM) & (length[short] <= MOST_END_SHARE * length[beside])
     fits &= (group[short] == group[beside]) & ~marked[short]
     return short[fits], beside[fits], near[fits, 1] % 2

@@ -26,6 +26,8 @@ SAME_CANDIDATE_MM = 0.1
 """As wpcal recognises a candidate (`SAME_PLACE_MM` of its seam edits)."""
 NEAR_SHARE = 0.015
 """A click on a face is meant for a seam within this share of the size of all seams: some pixels of the view."""
+ADDED_EDGES = "add_edge"
+"""The option of the search with the edges that the user added."""
 LARGEST_TURN = math.radians(40)
 """Frames stand so close that a curve turns less than this between two of them."""
 
@@ -143,7 +145,7 @@ class SeamModel:
     def forget_decisions(self) -> None:
         """Forget every decision and every named edge; kept when wpcal has answered (`take_seams`)."""
         self._decisions = []
-        self._options = {name: value for name, value in self.options.items() if name != "edge"}
+        self._options = {name: value for name, value in self.options.items() if name != ADDED_EDGES}
 
     # -- deciding ---------------------------------------------------------------------------------------------------
 
@@ -196,13 +198,9 @@ class SeamModel:
         return self.seams[number] if distance <= NEAR_SHARE * size else None
 
     def add_edge(self, middle: Vector) -> None:
-        """Take an edge, given by a point on it, for a seam, although no candidate lies there.
-
-        wpcal then takes the named edges and nothing else. Those of the accepted seams are therefore named too.
-        """
-        named = self.options.get("edge") or [_place(_middle(seam)) for seam in self.seams if seam["accepted"]]
-        place = _place(middle)
-        self._options = {**self.options, "edge": [*named, *([] if place in named else [place])]}
+        """Take an edge, given by a point on it, for a seam beside those that are found."""
+        named, place = self.options.get(ADDED_EDGES) or [], _place(middle)
+        self._options = {**self.options, ADDED_EDGES: [*named, *([] if place in named else [place])]}
 
 
 def ask_seams(model: SeamModel, ask: Any, text: str, on_done: Result) -> Any:

@@ -33,10 +33,13 @@ class TaskPanel:
         The place of the subclass's widgets.
     replace : QCheckBox or None
         Whether a result that exists may be replaced.
+    options : OptionForm or None
+        The form with the options of the command.
     """
 
     title = ""
     replace: Any = None
+    options: Any = None
 
     def __init__(self, document: Any) -> None:
         self.document = document
@@ -151,9 +154,13 @@ class TaskPanel:
 
     # -- messages ---------------------------------------------------------------------------------------------------
 
+    def worded(self, text: str) -> str:
+        """Return a text of wpcal with the names of the panel's own fields."""
+        return text if self.options is None else str(self.options.with_labels(text))
+
     def say(self, text: str, *, is_error: bool = False) -> None:
         """Show a message below the widgets; an empty text removes it."""
-        self.message.setText(text)
+        self.message.setText(self.worded(text))
         self.message.setStyleSheet("color: #b00020" if is_error else "")
         self.message.setVisible(bool(text))
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Mapping
 
 from ..client import Failure
 from ..document.calibration import fit_options, fit_params, keep_fit, keep_options, kept_fit_of, seam_params, shown_of
@@ -148,8 +148,8 @@ class CalibratePanel(TaskPanel):
         colour = COLOURS.get(verdict, UNCERTAIN)
         self.verdict.setStyleSheet(f"font-size: 20pt; font-weight: bold; color: {colour}")
         self.sentence.setText(str(record["judgement"]["sentence"]))
-        lines = [*map(str, fit.get("notes") or ()), *map(str, fit.get("steps") or ())]
-        self.notes.setText("\n".join(lines))
+        lines = [*_about_plates(record), *map(str, fit.get("notes") or ()), *map(str, fit.get("steps") or ())]
+        self.notes.setText(self.worded("\n".join(lines)))
         self.notes.setVisible(bool(lines))
         points = fit["points"]
         self.residuals.setRowCount(len(points))
@@ -259,6 +259,18 @@ class CalibratePanel(TaskPanel):
             self.folder.keep()
         message = translate("{count} files written to {folder}.")
         self.say(message.format(count=len(answer["files"]), folder=self.folder.path()))
+
+
+def _about_plates(record: Mapping[str, Any]) -> list[str]:
+    """Return what is said of plates that may have moved, and where they are drawn."""
+    bodies = record.get("bodies")
+    if not bodies:
+        return []
+    where = translate(
+        "The view shows the plates without their own motions. The seams in the robot's base are where the plates "
+        "are. The moved STEP file in the result folder has each plate at its place."
+    )
+    return [str(bodies["sentence"]), where]
 
 
 def _text_label() -> Any:

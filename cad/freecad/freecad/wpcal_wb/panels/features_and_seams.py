@@ -11,7 +11,7 @@ from ..client import Failure
 from ..document.export import part_objects
 from ..document.kinds import Kind
 from ..document.picks import Pick, edge_points, in_part, picks_of
-from ..document.seams import Seam, SeamModel
+from ..document.seams import ADDED_EDGES, Seam, SeamModel
 from ..qt import QtCore, widgets
 from ..words import translate
 from .base import TaskPanel
@@ -28,7 +28,7 @@ FIRST_OPTIONS = {
     "torch": "Torch",
 }
 """Options of the search that are shown before the others."""
-LEFT_OUT = ("edge", "marked", "seams", "xmcf", "png", "json", "out", "force", "no_cache", "solid")
+LEFT_OUT = (ADDED_EDGES, "edge", "marked", "seams", "xmcf", "png", "json", "out", "force", "no_cache", "solid")
 """The panel itself has the edges and the decisions; the others write files."""
 
 
@@ -110,7 +110,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
         self.options.changed = self._options_changed
 
     def _options_changed(self) -> None:
-        kept = {name: value for name, value in self.model.options.items() if name == "edge"}
+        kept = {name: value for name, value in self.model.options.items() if name == ADDED_EDGES}
         self.model.choose_options({**kept, **self.options.values()})
         self._ask_seams(translate("Change the options of the search"))
 
@@ -257,7 +257,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
             ("Add the edge", self.add_selected_edge, "Take the edge selected in the 3-D view for a seam"),
             ("Undo", self.document.undo, "Take the last change back"),
             ("Search again", self.find, "Write the part anew and search"),
-            ("Forget the decisions", self.forget_decisions, "Leave every seam to wpcal again; named edges, too"),
+            ("Forget the decisions", self.forget_decisions, "Leave every seam to wpcal again; forget added edges, too"),
         )
         for number, (text, method, tip) in enumerate(buttons):
             layout.addWidget(button(translate(text), method, translate(tip)), number // 2, number % 2)
@@ -307,7 +307,7 @@ class FeaturesAndSeamsPanel(TaskPanel):
                 said.append(translate("{name} lies on this edge: it is welded.").format(name=seam["name"]))
             else:
                 self.model.add_edge(points[0])
-                said.append(translate("No candidate lies on this edge. The seams are now the edges that you name."))
+                said.append(translate("No candidate lies on this edge: it is added to the seams."))
         self._ask_seams(translate("Add an edge"), "\n".join(said))
 
     # -- clicks -----------------------------------------------------------------------------------------------------

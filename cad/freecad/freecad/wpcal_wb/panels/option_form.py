@@ -6,11 +6,13 @@ A field that is empty, or shows what it showed first, is not sent: then wpcal's 
 
 from __future__ import annotations
 
+import re
 from typing import Any, Callable, Mapping, Sequence
 
 from ..qt import QtCore, widgets
 from ..words import translate
 
+_FLAG = re.compile(r"(['\"]?)--([a-z][a-z0-9-]*[a-z0-9])\1")
 DEFAULT = ""
 """The first choice of a list: wpcal decides."""
 
@@ -90,6 +92,15 @@ class OptionForm:
         self._wanted = dict(values)
         for name, field in self._fields.items():
             field.show(values.get(name))
+
+    def with_labels(self, text: str) -> str:
+        """Return a text of wpcal with the labels of the fields instead of the options (`--tack-mm`) of this form."""
+
+        def label(found: re.Match[str]) -> str:
+            field = self._fields.get(found.group(2).replace("-", "_"))
+            return found.group() if field is None else f"“{field.label.text()}”"
+
+        return _FLAG.sub(label, text)
 
     def field(self, name: str) -> Any:
         """Return the widget of an option."""
