@@ -14,7 +14,7 @@ from click.core import ParameterSource
 
 from cad.batch.compare import compare_claim
 from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
-from cad.cli.calibrate import file_arguments
+from cad.cli.calibrate import calibrate, file_arguments
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
@@ -41,6 +41,15 @@ def asked_inputs(context: click.Context, part: Path, taught: Path, taught_sha256
     words = given_words(context)
     sha256 = sha256_at(str(taught), Path()) if taught.is_dir() else taught_sha256
     return JobInputs((str(part), ""), (str(taught), sha256), words, files_in(words, Path()))
+
+
+def recording(words: Sequence[str], taught_sha256: str) -> Means:
+    """Return the means that write ``job.json`` for a request that `wpcal calibrate` would take as these words."""
+    with calibrate.make_context("calibrate", list(words)) as context:
+        given = context.params
+        inputs = asked_inputs(context, given["part_step"], given["taught"], taught_sha256)
+        seal = partial(_seal, name=None, inputs=inputs, accept_unsure=given["accept_unsure"])
+    return replace(USUAL_MEANS, seal=seal)
 
 
 def given_words(context: click.Context) -> tuple[str, ...]:
