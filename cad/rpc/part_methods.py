@@ -244,7 +244,7 @@ def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[
     if asked.rows is not None:
         taught = _write_table(asked.rows, params.get("table"), overwrite=output.force)
     command = _command(part, params, has_rows=asked.rows is not None)
-    means = USUAL_MEANS if params.get("decisions") else recording(shlex.split(command)[2:], taught.sha256)
+    means = USUAL_MEANS if params.get("decisions") else recording(shlex.split(command)[2:], taught.sha256 or "")
     written = calibrate_files(
         part.workpiece,
         taught,
