@@ -1,4 +1,4 @@
-"""``job.json`` in the folder of a job: from what its results were made, and what they are."""
+"""``job.json`` in the folder of a job or of `wpcal calibrate`: from what the results were made, and what they are."""
 
 from __future__ import annotations
 
@@ -47,6 +47,20 @@ class JobInputs:
             "files": [_file_record(each) for each in self.files],
         }
 
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> JobInputs:
+        """Return what the field ``inputs`` of a checked ``job.json`` says."""
+        return cls(
+            _file_of(record["part"]),
+            _file_of(record["taught"]),
+            tuple(record["options"]),
+            tuple(map(_file_of, record["files"])),
+        )
+
+
+def _file_of(record: Mapping[str, str]) -> tuple[str, str]:
+    return record["file"], record["sha256"]
+
 
 def _file_record(file: tuple[str, str]) -> dict[str, str]:
     return {"file": file[0], "sha256": file[1]}
@@ -87,13 +101,13 @@ def files_in(words: Sequence[str], folder: Path) -> tuple[tuple[str, str], ...]:
     return tuple(found.items())
 
 
-def job_record(name: str, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
-    """Return the text of ``job.json`` for a folder that holds all other files of a job."""
+def job_record(name: str | None, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
+    """Return the text of ``job.json`` for a folder that holds all other files; `wpcal calibrate` gives no name."""
     files = {each.name: sha256_of(each.read_bytes()) for each in sorted(folder.iterdir())}
     return to_json(
         {
             "schema": JOB_SCHEMA,
-            "job": name,
+            **({} if name is None else {"job": name}),
             "wpcal": __version__,
             "inputs": inputs.to_record(),
             "result": dict(result),

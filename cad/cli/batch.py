@@ -88,7 +88,7 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> in
 
     Each part is read once. A job that cannot be done, crashes or exceeds its limits loses only itself. Every job ends
     as OUT/JOB, complete or not at all, and as one line in OUT/summary.jsonl and OUT/summary.csv. OUT/JOB holds the
-    files of `wpcal calibrate`, and job.json: from what they were made.
+    files of `wpcal calibrate`; its job.json says from what they were made (see `wpcal verify`).
 
     Ends with code 0 if every job would end `wpcal calibrate` with 0, otherwise with 1.
     """

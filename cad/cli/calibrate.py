@@ -186,14 +186,16 @@ def calibrate(
     names the seam and the point to touch next. Ends with code 1 unless the verdict is PASS.
     """
     from cad.cli.kernel_work import run_on_part
+    from cad.cli.recorded import asked_inputs
     from wpcal.cli.calibration_tables import exit_code
 
     asked = CalibrationFlags(touching, calibration, moving, reading, choice)
     arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
+    inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256)
     written: WrittenCalibration = run_on_part(
-        "cad.workpiece.calibrate:calibrate_files",
+        "cad.cli.recorded:calibrate_recorded",
         part_step,
-        arguments,
+        {**arguments, "inputs": inputs, "accept_unsure": output.accept_unsure},
         what=f"calibrating {part_step}",
         use_cache=not no_cache,
         needs=(PART, MESH),

@@ -22,7 +22,7 @@ from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arg
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, key_of, user_cache
-from cad.workpiece.calibrate import WrittenCalibration, calibrate_files
+from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import Means
 from cad.workpiece.seams import find_seams
 from cad.workpiece.step_file import StepFile, draw_part
@@ -156,7 +156,7 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     flush_later()  # a batch that continues checks the hashes of what it finds
     path = Path(part)
     require_step_file(path)
-    with _parsed(words, part, "", Path()) as flags:
+    with parsed(words, part, "", Path()) as flags:
         options = flags.asked.calibration.seams.to_options()
         choice = flags.asked.choice.to_choice()
     kept = user_cache() if use_cache else NO_CACHE
@@ -222,7 +222,7 @@ def run_job(
     here, new = Path(), folder / name
     inputs = JobInputs((part, opened.sha256), (taught, sha256_at(taught, here)), tuple(words), files_in(words, here))
     folder.mkdir()
-    with _parsed(words, part, taught, new) as flags:
+    with parsed(words, part, taught, new) as flags:
         arguments = file_arguments(
             flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
         )
@@ -254,7 +254,7 @@ def _replace(new: Path, out: Path) -> None:
         raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 
 
-def result_of(written: WrittenCalibration) -> dict[str, Any]:
+def result_of(written: WrittenCalibration | WorkpieceCalibration) -> dict[str, Any]:
     """Return the numbers of a calibration that the summary lists; lengths in mm, angles in degrees."""
     result = written.result
     errors = [
@@ -276,7 +276,7 @@ def result_of(written: WrittenCalibration) -> dict[str, Any]:
 
 
 @contextmanager
-def _parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator[JobFlags]:
+def parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator[JobFlags]:
     """Yield the options of a row, as the command line reads them; they are read while the block runs.
 
     Raises

@@ -14,6 +14,7 @@ from cad.cli.bodies_options import FitBodiesFlags
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import CalibrateFlags, SeamChoiceFlags
+from cad.cli.recorded import recording
 from cad.pick.rows import Rows, read_rows
 from cad.pick.session import place_points
 from cad.pick.shared_seams import read_decisions
@@ -21,7 +22,7 @@ from cad.rpc.open_parts import OpenPart
 from cad.rpc.options import OptionSet, name_of, words_of
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from cad.workpiece.means import Means
+from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.seams import SeamChoice
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.controllers.touch_run import TouchRun
@@ -242,11 +243,14 @@ def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[
     check_writable(out, overwrite=output.force)
     if asked.rows is not None:
         taught = _write_table(asked.rows, params.get("table"), overwrite=output.force)
+    command = _command(part, params, has_rows=asked.rows is not None)
+    means = USUAL_MEANS if params.get("decisions") else recording(shlex.split(command)[2:], taught.sha256 or "")
     written = calibrate_files(
         part.workpiece,
         taught,
         out,
         overwrite=output.force,
+        means=means,
         T_nominal_part=asked.nominal,
         options=asked.options,
         mark_seams=output.mark_seams,
@@ -259,7 +263,7 @@ def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[
         "record": written.record,
         "files": [str(out / file) for file in written.files],
         "notes": [issue.message for issue in written.notes],
-        "command": _command(part, params, has_rows=asked.rows is not None),
+        "command": command,
     }
 
 

@@ -357,6 +357,7 @@ def calibrate_files(
 
             for name, cell_record in cell_files(holding, solve_grasp(holding, found.T_base_part)).items():
                 (folder / name).write_text(to_json(cell_record), encoding="utf-8")
+        means.seal(found, folder)
         files = (CALIBRATION_FILE, *sorted(file.name for file in folder.iterdir() if file.name != CALIBRATION_FILE))
     notes = (*run_issues, *found.workpiece.issues, *issues, *mesh_issues)
     return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files, notes)

@@ -1,9 +1,11 @@
-"""The steps of a calibration that can be done once for many jobs on the same part."""
+"""The steps of a calibration that can be done once for many jobs on the same part, and what is written about a run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cad.workpiece.moved_file import write_moved
 from cad.workpiece.seams import find_seams
@@ -12,10 +14,17 @@ from wpcal.calibrate import CalibrationResult
 from wpcal.core.issue import Issue
 from wpcal.seam import Seam
 
+if TYPE_CHECKING:
+    from cad.workpiece.calibrate import WorkpieceCalibration
+
+
+def _not_sealed(_: WorkpieceCalibration, __: Path) -> None:
+    return
+
 
 @dataclass(frozen=True, slots=True)
 class Means:
-    """The steps of a calibration that a batch does once per part instead of once per job.
+    """The steps of a calibration that a batch does once per part instead of once per job, and what commands choose.
 
     Parameters
     ----------
@@ -25,11 +34,14 @@ class Means:
         As `cad.workpiece.moved_file.write_moved`.
     wants_page : callable
         Tells of a result whether its page is written.
+    seal : callable
+        Gets the calibration and the folder with all its files before the folder appears, and may add a file.
     """
 
     find_seams: Callable[..., tuple[tuple[Seam, ...], Workpiece]] = find_seams
     write_moved: Callable[..., tuple[Issue, ...]] = write_moved
     wants_page: Callable[[CalibrationResult], bool] = lambda _: True
+    seal: Callable[[WorkpieceCalibration, Path], None] = _not_sealed
 
 
 USUAL_MEANS = Means()

@@ -94,8 +94,35 @@ def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path) -> N
         run_here("calibrate", folder / "tee.step", folder / f"day{number}.csv", "-o", one, *options)
         single = {path.name: path.read_bytes() for path in one.iterdir() if path.name != "report.html"}
         job = {path.name: path.read_bytes() for path in (folder / "whole" / f"j{number}").iterdir()}
-        check_record(json.loads(job.pop("job.json")))
+        ours, theirs = (json.loads(files.pop("job.json")) for files in (job, single))
+        check_record(ours)
+        assert ours["result"] == theirs["result"]
         assert job == single
+
+
+def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
+    """One job and the summary were changed; the others are as claimed."""
+    out = folder / "changed"
+    shutil.copytree(folder / "whole", out)
+    path = out / "j0" / "seams.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([lines[0], lines[1].replace("1", "2"), *lines[2:]]))
+    first = json.loads((out / "summary.jsonl").read_text().splitlines()[0])
+    text = (out / "summary.jsonl").read_text()
+    bound = f'"bound_mm": {first["bound_mm"]}'
+    assert bound in text
+    (out / "summary.jsonl").write_text(text.replace(bound, f'"bound_mm": {first["bound_mm"] + 0.1}'))
+    done = run_here("verify", out, "-j", "2", "--json")
+    assert done.returncode == 1, done.stderr
+    record = json.loads(done.stdout)
+    check_record(record)
+    states = {each["name"]: each["state"] for each in record["checked"]}
+    whole = {f"j{k}": "as claimed" for k in range(1, JOBS)}
+    assert states == {**whole, "j0": "different", "summary.jsonl": "different"}
+    told = {each["name"]: [one["where"] for one in each["differences"]] for each in record["checked"]}
+    assert told["j0"][0].startswith("seams.csv line 2 ")
+    assert told["summary.jsonl"][0] == "summary.jsonl j0 bound_mm"
+    assert told["summary.jsonl"][1].startswith("summary.csv line 2 bound_mm")
 
 
 def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:

@@ -135,7 +135,9 @@ def test_a_fit_is_that_of_the_command_and_so_is_the_folder(
     options = {"tolerance_mm": 0.4, "criterion": "least_squares"}
     words = ("--tolerance-mm", "0.4", "--criterion", "least_squares")
     fit = client.ask("calibrate", handle=tee["handle"], taught=rows, options=options, frames=True)
-    saved = client.ask("save", handle=tee["handle"], taught=rows, table="rows.csv", out="by-rpc", options=options)
+    saved = client.ask(
+        "save", handle=tee["handle"], taught=rows, table=str(folder / "rows.csv"), out="by-rpc", options=options
+    )
     assert run_here("calibrate", folder / "tee.step", folder / "rows.csv", *words, "-o", folder / "out").returncode == 0
     assert Path(folder / "by-rpc").is_dir()
     for file in sorted((folder / "out").iterdir()):

@@ -47,6 +47,7 @@ COMMANDS = {
     "tcp": "joints.csv --robot mh6",
     "torches": "-o torches.svg",
     "touches": "tee.step --touches 6 -o new",
+    "verify": "out",
     "welds": "out",
 }
 """In an order in which every command finds its input: `calibrate` writes the folder that others read."""

@@ -23,6 +23,7 @@ from starlette.routing import Route
 from cad.batch.job_list import read_jobs, words_of
 from cad.batch.job_record import JOB_FILE, JobInputs, is_made_of, read_job_record
 from cad.batch.summary import JSONL, NUMBERS, seconds_of
+from cad.batch.summary_check import check_summary, read_summary
 from cad.cli.calibrate_jobs import option_columns
 from cad.cli.options import read_pose
 from cad.kernel.plain_data import pack, unpack
@@ -146,6 +147,10 @@ def finished_job(data: bytes, path: Path) -> object:
     record = read_job_record(path.parent)
     inputs = JobInputs(("tee.step", "0" * 64), ("taught.csv", "0" * 64))
     seconds = seconds_of(path.parent)
+    if record is not None:
+        JobInputs.from_record(record["inputs"])
+    with suppress(InputError):
+        list(check_summary(path.parent, read_summary(path.parent)))
     if not seconds and not (record is not None and is_made_of(record, inputs, path.parent)):
         raise InputError("the job is done again")
     return list(seconds.values()), None if record is None else record["result"]["exit_code"]

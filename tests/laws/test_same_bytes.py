@@ -41,6 +41,7 @@ def test_two_runs_write_the_same_bytes(name: str, tmp_path: Path) -> None:
         "seams.csv",
         f"{name}.calibrated.step",
         "part.glb",
+        "job.json",
         "report.html",
     }
     assert first == second

@@ -18,7 +18,7 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "Begin": ("demo",),
     "Look at the part": ("features", "seams", "bodies", "torches", "advise", "sheet"),
     "Teach": ("pick", "taught", "match"),
-    "Calibrate": ("calibrate", "batch", "report", "welds", "export", "audit", "diff"),
+    "Calibrate": ("calibrate", "batch", "report", "welds", "export", "audit", "diff", "verify"),
     "Without a part": ("fit", "study"),
     "A better robot": ("identify", "tcp", "correct"),
     "Plan welds": ("cell", "place", "plan", "bases"),

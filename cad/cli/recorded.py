@@ -1,0 +1,158 @@
+"""A calibration whose folder holds its own request (``job.json``), and the same request once more (`wpcal verify`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from cad.batch.compare import compare_claim
+from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
+from cad.cli.calibrate import calibrate, file_arguments
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
+from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
+from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
+from cad.workpiece.means import USUAL_MEANS, Means
+from cad.workpiece.workpiece import Workpiece
+from wpcal.cli.calibration_tables import exit_code
+from wpcal.core.progress import Progress, no_progress
+
+REPORT = "report.html"
+
+
+def asked_inputs(context: click.Context, part: Path, taught: Path, taught_sha256: str) -> JobInputs:
+    """Return what a command depends on; the hash of the part is added when the part is read.
+
+    Parameters
+    ----------
+    context : click.Context
+        Of `wpcal calibrate`.
+    part, taught : Path
+        As they were typed.
+    taught_sha256 : str
+        Of the taught points, unless they are a folder.
+    """
+    words = given_words(context)
+    sha256 = sha256_at(str(taught), Path()) if taught.is_dir() else taught_sha256
+    return JobInputs((str(part), ""), (str(taught), sha256), words, files_in(words, Path()))
+
+
+def recording(words: Sequence[str], taught_sha256: str) -> Means:
+    """Return the means that write ``job.json`` for a request that `wpcal calibrate` would take as these words."""
+    with calibrate.make_context("calibrate", list(words)) as context:
+        given = context.params
+        inputs = asked_inputs(context, given["part_step"], given["taught"], taught_sha256)
+        seal = partial(_seal, name=None, inputs=inputs, accept_unsure=given["accept_unsure"])
+    return replace(USUAL_MEANS, seal=seal)
+
+
+def given_words(context: click.Context) -> tuple[str, ...]:
+    """Return the options that were given, in the order of the help, as the list of a batch has them."""
+    words: list[str] = []
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        if not isinstance(parameter, click.Option) or name in NOT_OF_A_JOB:
+            continue
+        if context.get_parameter_source(name) is ParameterSource.DEFAULT:
+            continue
+        flag, value = max(parameter.opts, key=len), context.params[name]
+        if parameter.is_flag:
+            words += [flag] if value else []
+        elif isinstance(parameter.flag_value, str) and value == parameter.flag_value:  # typed without a value
+            words.append(flag)
+        else:
+            words += [f"{flag}={each}" for each in (value if parameter.multiple else (value,))]
+    return tuple(words)
+
+
+def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: Any) -> WrittenCalibration:
+    """Run `calibrate_files`, and write ``job.json`` beside its files.
+
+    Parameters
+    ----------
+    inputs : JobInputs
+    accept_unsure : bool
+        Whether UNSURE ends the command with code 0.
+    **arguments
+        Those of `calibrate_files`, except `means`.
+    """
+    seal = partial(_seal, name=None, inputs=inputs, accept_unsure=accept_unsure)
+    return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
+
+
+def _seal(
+    found: WorkpieceCalibration, folder: Path, *, name: str | None, inputs: JobInputs, accept_unsure: bool
+) -> None:
+    """Write ``job.json``. A part without a hash gets that of the bytes that were read."""
+    if not inputs.part[1]:
+        inputs = replace(inputs, part=(inputs.part[0], found.workpiece.file.sha256))
+    result = {**result_of(found), "exit_code": exit_code(found.result, accept_unsure=accept_unsure)}
+    (folder / JOB_FILE).write_text(job_record(name, inputs, result, folder), encoding="utf-8")
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A folder that says what it was made of, and where these inputs are now.
+
+    Parameters
+    ----------
+    folder : Path
+    record : dict
+        Its ``job.json``.
+    part, taught : Path
+        Files with the hashes of the record.
+    words : tuple of str
+        Its options; files that they name are absolute.
+    """
+
+    folder: Path
+    record: dict[str, Any]
+    part: Path
+    taught: Path
+    words: tuple[str, ...]
+
+
+def check_claim(
+    *,
+    step: Path | Workpiece,
+    claim: Claim,
+    means: Means = USUAL_MEANS,
+    cache: AnswerCache = NO_CACHE,
+    progress: Progress = no_progress,
+) -> list[dict[str, str]]:
+    """Do the request of a folder once more, and return what differs as records of `wpcal.results.diff.Difference`."""
+    with TemporaryDirectory() as temporary:
+        new = Path(temporary, "new")
+        wants_page = REPORT in claim.record["files"]
+        name, inputs = claim.record.get("job"), JobInputs.from_record(claim.record["inputs"])
+        with parsed(claim.words, str(claim.part), str(claim.taught), new) as flags:
+            arguments = file_arguments(
+                flags.asked, flags.holder, flags.output, part_step=claim.part, taught=claim.taught, out=new
+            )
+            accept_unsure = flags.output.accept_unsure
+        seal = partial(_seal, name=name, inputs=inputs, accept_unsure=accept_unsure)
+        means = replace(means, seal=seal, wants_page=lambda _: wants_page)
+        calibrate_files(step, **arguments, means=means, cache=cache, progress=progress)
+        return [asdict(each) for each in compare_claim(claim.folder, new, claim.record)]
+
+
+def check_job(
+    opened: OpenedPart,
+    *,
+    folder: Path,
+    claim_folder: Path,
+    record: Mapping[str, Any],
+    part: Path,
+    taught: Path,
+    words: Sequence[str],
+) -> list[dict[str, str]]:
+    """Check one folder of a batch in its process; parameters as of `Claim`, `folder` is for unfinished work."""
+    del folder
+    claim = Claim(claim_folder, dict(record), part, taught, tuple(words))
+    return check_claim(step=opened.workpiece, claim=claim, means=opened.means)

@@ -1,0 +1,317 @@
+"""`wpcal verify`: whether results are still what they say."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cad.cli.batch import MOST_AT_ONCE, USUAL_JOB_GB, USUAL_JOB_S
+from cad.cli.options import MESH, PART, no_cache_option
+from wpcal.cli.shared_help import JSON_HELP
+
+if TYPE_CHECKING:
+    from cad.batch.inputs_now import InputsNow
+    from cad.batch.run import Task
+    from cad.cli.recorded import Claim
+    from wpcal.core.errors import WpcalError
+
+MOST_SHOWN = 10
+"""Differences of one folder that the terminal lists; --json lists all that were found."""
+MAY_DIFFER = (
+    "summary.jsonl and summary.csv: seconds, when, line, and the error of a job that failed",
+    "files that wpcal calibrate and wpcal batch do not write",
+)
+"""What is not checked: it cannot be computed from the inputs."""
+
+
+class State(Enum):
+    """What became of a check."""
+
+    AS_CLAIMED = "as claimed"
+    DIFFERENT = "different"
+    NOT_CHECKED = "cannot be checked"
+
+
+CODES = {State.AS_CLAIMED: 0, State.DIFFERENT: 1, State.NOT_CHECKED: 2}
+
+
+@dataclass(slots=True)
+class Checked:
+    """One folder, or the summary of a batch."""
+
+    name: str
+    state: State = State.AS_CLAIMED
+    version: str | None = None
+    differences: list[dict[str, str]] = field(default_factory=list)
+    error: str | None = None
+
+    def differs(self, differences: list[dict[str, str]]) -> None:
+        """Note what differs; nothing if the list is empty."""
+        self.differences += differences
+        self.state = State.DIFFERENT if self.differences else self.state
+
+    def fails(self, error: str) -> None:
+        """Note why it cannot be checked."""
+        self.state, self.error = State.NOT_CHECKED, error
+
+    def to_record(self) -> dict[str, Any]:
+        """Return it as an entry of the record."""
+        return {**asdict(self), "state": self.state.value}
+
+
+@click.command()
+@click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
+@click.option(
+    "--inputs",
+    "given",
+    metavar="PATH",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Where inputs are now: a file, or a folder with files. May be given more than once.",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    "at_once",
+    type=click.IntRange(min=1, max=MOST_AT_ONCE),
+    help="So many processes at the same time (of a batch).  [default: one per processor]",
+)
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what differs.")
+@no_cache_option
+def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: bool, no_cache: bool) -> int:
+    """Check that OUT is still what its inputs give.
+
+    OUT is a folder of `wpcal calibrate` or of `wpcal batch`. The request in job.json is done once more with the same
+    inputs, into a temporary folder, and all bytes are compared: pose, residuals, bound, seam frames, the moved STEP
+    file, the triangles and the page. If another version of wpcal wrote OUT, its hashes are checked, and its poses,
+    residuals, bound and seam frames are compared to 1e-5 mm.
+
+    Inputs are looked for in the current folder and in those around OUT. They are accepted by their SHA-256.
+
+    Ends with code 0 if OUT is as claimed, 1 if anything differs, and 2 if it cannot be checked.
+    """
+    import tempfile
+
+    from cad.batch.inputs_now import InputsNow
+    from cad.batch.summary import JSONL
+    from wpcal.core.errors import InputError
+
+    if not out.is_dir():
+        raise InputError(f"{out}: no such folder; expected the results of wpcal calibrate or wpcal batch")
+    whole = out.resolve()
+    with tempfile.TemporaryDirectory() as temporary:
+        folders = (Path.cwd(), whole.parent, whole, whole.parent.parent)
+        inputs = InputsNow(given, folders, Path(temporary, "inputs"))
+        if (out / JSONL).exists():
+            found = _check_batch(whole, inputs, Path(temporary), at_once, use_cache=not no_cache)
+        else:
+            found = [_check_one(whole, inputs, use_cache=not no_cache)]
+    _show(out, found, as_json=as_json)
+    states = {each.state for each in found}
+    worst = next(s for s in (State.DIFFERENT, State.NOT_CHECKED, State.AS_CLAIMED) if s in states)
+    return CODES[worst]
+
+
+def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
+    from cad.cli.kernel_work import run_on_part
+    from wpcal.core.errors import WpcalError
+
+    checked = Checked(folder.name)
+    claim = _claim_of(folder, inputs, checked)
+    if claim is not None:
+        try:
+            found = run_on_part(
+                "cad.cli.recorded:check_claim",
+                claim.part,
+                {"claim": claim},
+                what=f"checking {folder}",
+                use_cache=use_cache,
+                needs=(PART, MESH),
+            )
+        except WpcalError as error:
+            checked.fails(str(error))
+        else:
+            checked.differs(found)
+    return checked
+
+
+def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None:
+    """Return what a folder claims; None if that is known to be wrong or cannot be checked, which is noted."""
+    from cad.batch.job_record import JOB_FILE, JobInputs, read_job_record
+    from cad.cli.kernel_work import FROM_STDIN
+    from cad.cli.recorded import Claim
+    from wpcal.core.errors import InputError
+
+    if not folder.is_dir():
+        checked.differs([_difference(folder.name, "missing", "a folder")])
+        return None
+    record = read_job_record(folder)
+    if record is None:
+        if (folder / JOB_FILE).exists():
+            checked.differs([_difference(JOB_FILE, "not a record of wpcal/job/1", "as it was written")])
+        else:
+            checked.fails(
+                f"{folder}: holds no {JOB_FILE}, so nothing says from what it was made; wpcal calibrate and wpcal "
+                "batch write it"
+            )
+        return None
+    checked.version = str(record["wpcal"])
+    asked = JobInputs.from_record(record["inputs"])
+    try:
+        return Claim(
+            folder, record, inputs.part(asked, name_of_stdin=FROM_STDIN), inputs.points(asked), inputs.words(asked)
+        )
+    except InputError as error:
+        _not_found(folder, asked, error, checked)
+        return None
+
+
+def _not_found(folder: Path, asked: Any, error: WpcalError, checked: Checked) -> None:
+    """Note that an input is not found by its hash: either it was changed, or the hash in job.json was."""
+    from wpcal.core.errors import InputError
+    from wpcal.results.folder import CALIBRATION_FILE, read_record
+
+    try:
+        stated = read_record(folder, CALIBRATION_FILE)["inputs"]["part"]["sha256"]
+    except (InputError, KeyError, TypeError):
+        stated = None
+    if stated is not None and stated != asked.part[1]:
+        checked.differs([_difference("job.json inputs part sha256", asked.part[1], stated)])
+        return
+    checked.fails(str(error))
+
+
+def _difference(where: str, found: str, expected: str) -> dict[str, str]:
+    from wpcal.results.diff import Difference
+
+    return Difference(where, found, expected).to_record()
+
+
+def _check_batch(out: Path, inputs: InputsNow, work: Path, at_once: int | None, *, use_cache: bool) -> list[Checked]:
+    from cad.batch.summary import FAILED, JSONL
+    from cad.batch.summary_check import check_summary, read_summary
+    from wpcal.cli.progress import counted_progress
+    from wpcal.core.errors import FormatError
+
+    summary = Checked(JSONL)
+    try:
+        lines = read_summary(out)
+    except FormatError as error:
+        summary.differs([_difference(JSONL, str(error), "as it was written")])
+        return [summary]
+    found = {line["job"]: Checked(line["job"]) for line in lines if line["verdict"] != FAILED}
+    with counted_progress("reading the summary") as progress:
+        tasks: list[Task] = []
+        requests: dict[Any, Any] = {}
+        for number, checked in enumerate(found.values()):
+            progress("looking for the inputs of jobs", number, len(found))
+            claim = _claim_of(out / checked.name, inputs, checked)
+            if claim is not None:
+                _add_task(number, claim, tasks, requests, work, use_cache=use_cache)
+        _run(tasks, requests, list(found.values()), work, at_once, progress)
+    summary.differs([each.to_record() for each in check_summary(out, lines)])
+    return [summary, *found.values()]
+
+
+def _add_task(
+    number: int, claim: Claim, tasks: list[Task], requests: dict[Any, Any], work: Path, *, use_cache: bool
+) -> None:
+    from cad.batch.group import GroupRequest
+    from cad.batch.run import Task
+    from cad.cli.calibrate_jobs import option_columns
+
+    of_part = {column.flag for column in option_columns().values() if column.shapes_part}
+    shaping = tuple(word for word in claim.words if word.partition("=")[0] in of_part)
+    group = (claim.part.name, claim.record["inputs"]["part"]["sha256"], shaping)
+    if group not in requests:
+        requests[group] = GroupRequest(
+            "cad.cli.calibrate_jobs:open_part",
+            "cad.cli.recorded:check_job",
+            {"part": str(claim.part.resolve()), "words": shaping, "use_cache": use_cache},
+            Path.cwd(),
+            work / "out",
+            USUAL_JOB_S,
+            USUAL_JOB_GB,
+        )
+    arguments: dict[str, Any] = {"claim_folder": claim.folder, "record": claim.record, "words": claim.words}
+    arguments |= {"part": claim.part.resolve(), "taught": claim.taught.resolve()}
+    tasks.append(Task(number, group, arguments))
+
+
+def _run(
+    tasks: list[Task],
+    requests: dict[Any, Any],
+    checked: list[Checked],
+    work: Path,
+    at_once: int | None,
+    progress: Any,
+) -> None:
+    import os
+    from dataclasses import replace
+
+    from cad.batch.host import Failure, Host
+    from cad.batch.run import locked_output, run_tasks
+    from cad.cli.calibrate_jobs import PRELOADED
+
+    if not tasks:
+        return
+    done = 0
+
+    def take(task: Task, value: Any) -> None:
+        nonlocal done
+        done += 1
+        progress("checking jobs", done, len(tasks))
+        if isinstance(value, Failure):
+            checked[task.number].fails(value.message)
+        else:
+            checked[task.number].differs(value)
+
+    progress("starting the CAD kernel", 0, len(tasks))
+    with locked_output(work / "out", overwrite=False) as (lock, unfinished):
+        mine = {group: replace(request, work=unfinished) for group, request in requests.items()}
+        host = Host(unfinished, lock, (*PRELOADED, "cad.cli.recorded"))
+        try:
+            run_tasks(tasks, mine, host, at_once=at_once or os.cpu_count() or 1, done=take)
+        finally:
+            host.end()
+
+
+def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
+    from wpcal import __version__
+    from wpcal.cli.console import plain_console
+
+    if as_json:
+        from wpcal.core.records import to_json
+
+        record = {
+            "schema": "wpcal/verify/1",
+            "wpcal": __version__,
+            "checked": [each.to_record() for each in found],
+            "not_checked": list(MAY_DIFFER),
+        }
+        click.echo(to_json(record), nl=False)
+        return
+    console = plain_console()
+
+    def say(text: str) -> None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    for each in found:
+        if each.version not in (None, __version__):
+            say(f"note: {each.name} was written by wpcal {each.version}, this is {__version__}: numbers are compared")
+        if each.error is not None:
+            say(f"{each.name}: cannot be checked: {each.error}")
+        for one in each.differences[:MOST_SHOWN]:
+            off = f" ({one['off_by']})" if one["off_by"] else ""
+            say(f"{each.name}: {one['where']} is {one['found']}, expected {one['expected']}{off}")
+        if len(each.differences) > MOST_SHOWN:
+            say(f"{each.name}: and {len(each.differences) - MOST_SHOWN} more")
+    counts = {state: sum(each.state is state for each in found) for state in State}
+    if len(found) == 1:
+        say(f"{out}: {found[0].state.value}")
+    else:
+        say(f"{out}: {', '.join(f'{count} {state.value}' for state, count in counts.items() if count)}")

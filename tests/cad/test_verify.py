@@ -1,0 +1,150 @@
+"""`wpcal verify`: any changed number in any file of a result folder is found, and named."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from cad.batch.compare import compare_claim
+from cad.batch.job_record import read_job_record
+from tests.record_checks import check_record
+from tests.running import kernel_work_here, run_here
+from wpcal.core.input_file import sha256_of
+
+TEE = Path(__file__).parents[2] / "fixtures" / "tee"
+NUMBER = re.compile(rb"\d+")
+TRIES = 60
+"""Changed numbers of each file."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Inputs, `out`, and `again` from the same command; commands work in this process."""
+    folder = tmp_path_factory.mktemp("verify")
+    for name in ("tee.step", "taught.csv"):
+        shutil.copy(TEE / name, folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        for out in ("out", "again"):
+            run_here("calibrate", "tee.step", "taught.csv", "-o", out, "--tolerance-mm", "0.6")
+        yield folder
+
+
+@pytest.fixture
+def changed(folder: Path) -> Iterator[Path]:
+    """Return a copy of the results, beside their inputs."""
+    path = folder / "changed"
+    shutil.copytree(folder / "out", path)
+    yield path
+    shutil.rmtree(path)
+
+
+def edit(path: Path, change: Callable[[dict], None]) -> None:
+    record = json.loads(path.read_text())
+    change(record)
+    path.write_text(json.dumps(record, indent=1) + "\n")
+
+
+def claim_again(folder: Path, name: str) -> None:
+    """Write the hash of a changed file into job.json, as a careful forger does."""
+    sha256 = sha256_of((folder / name).read_bytes())
+    edit(folder / "job.json", lambda record: record["files"].update({name: sha256}))
+
+
+def test_the_request_is_in_the_folder_and_gives_the_same_bytes(folder: Path) -> None:
+    assert {path.name: path.read_bytes() for path in (folder / "out").iterdir()} == {
+        path.name: path.read_bytes() for path in (folder / "again").iterdir()
+    }
+    record = json.loads((folder / "out" / "job.json").read_text())
+    check_record(record)
+    assert record["inputs"]["options"] == ["--tolerance-mm=0.6"]
+    done = run_here("verify", "out", "--json")
+    assert done.returncode == 0, done.stdout
+    assert [each["state"] for each in json.loads(done.stdout)["checked"]] == ["as claimed"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["calibration.json", "seams.json", "seams.csv", "tee.calibrated.step", "part.glb", "report.html", "job.json"],
+)
+def test_any_changed_number_is_found(folder: Path, changed: Path, name: str) -> None:
+    """Numbers as they are in the file, of part.glb bytes; also when job.json has the new hash."""
+    data, rng = (changed / name).read_bytes(), random.Random(name)
+    record = json.loads((changed / "job.json").read_text())
+    assert compare_claim(changed, folder / "again", record) == []
+    places = [match.span() for match in NUMBER.finditer(data)]
+    if name == "part.glb":
+        places = [(at, at + 1) for at in range(len(data))]
+    for begin, end in rng.sample(places, min(TRIES, len(places))):
+        at = rng.randrange(begin, end)
+        other = data[at] ^ 1 if name == "part.glb" else ord(rng.choice("0123456789".replace(chr(data[at]), "")))
+        (changed / name).write_bytes(data[:at] + bytes([other]) + data[at + 1 :])
+        if name != "job.json":
+            record["files"][name] = sha256_of((changed / name).read_bytes())
+        found = compare_claim(changed, folder / "again", record)
+        assert found, (at, data[begin:end])
+        assert all(each.where.startswith(name) and each.found != each.expected for each in found)
+
+
+def test_the_command_names_the_number(changed: Path) -> None:
+    edit(changed / "calibration.json", lambda record: record["points"][0]["residual_mm"].__setitem__(0, 0.25))
+    claim_again(changed, "calibration.json")
+    done = run_here("verify", "changed")
+    assert done.returncode == 1
+    first = json.loads((changed / "calibration.json").read_text())["points"][0]["name"]
+    assert re.search(rf"calibration.json points {first} residual_mm 0 is 0\.25, expected -?0\.\d+", done.stdout)
+    assert "changed: different" in done.stdout
+
+
+def test_another_request_is_not_what_gave_the_results(changed: Path) -> None:
+    edit(changed / "job.json", lambda record: record["inputs"].update(options=["--tolerance-mm=0.7"]))
+    assert run_here("verify", "changed").returncode == 1
+
+
+def test_a_damaged_or_missing_request(changed: Path) -> None:
+    (changed / "job.json").write_text('{"schema": "wpcal/job/1"}')
+    assert run_here("verify", "changed").returncode == 1
+    (changed / "job.json").unlink()
+    done = run_here("verify", "changed")
+    assert done.returncode == 2
+    assert "holds no job.json" in done.stdout
+
+
+def test_inputs_that_moved_or_changed(folder: Path, changed: Path) -> None:
+    edit(changed / "job.json", lambda record: record["inputs"]["part"].update(sha256="0" * 64))
+    done = run_here("verify", "changed")
+    assert (done.returncode, "inputs part sha256" in done.stdout) == (1, True)
+    shutil.copy(folder / "out" / "job.json", changed)
+    text = (folder / "taught.csv").read_text()
+    try:
+        (folder / "taught.csv").rename(folder / "renamed.csv")
+        done = run_here("verify", "changed")
+        assert (done.returncode, "taught.csv': an input" in done.stdout) == (2, True)
+        (folder / "taught.csv").write_text(text + "\n")
+        done = run_here("verify", "changed")
+        assert (done.returncode, "its SHA-256 is another" in done.stdout) == (2, True)
+        assert run_here("verify", "changed", "--inputs", "renamed.csv").returncode == 0
+    finally:
+        (folder / "taught.csv").write_text(text)
+
+
+def test_results_of_another_version_are_compared_by_numbers(folder: Path, changed: Path) -> None:
+    edit(changed / "job.json", lambda record: record.update(wpcal="0.0.1"))
+    done = run_here("verify", "changed")
+    assert (done.returncode, "was written by wpcal 0.0.1" in done.stdout) == (0, True), done.stdout
+    record = read_job_record(changed)
+    assert record is not None
+    (changed / "seams.csv").write_text((changed / "seams.csv").read_text().replace("1", "2"))
+    assert [each.where for each in compare_claim(changed, folder / "again", record)] == ["seams.csv"]
+    edit(changed / "seams.json", lambda seams: seams["seams"][0]["frames"][0]["p_mm"].__setitem__(0, 1.0))
+    for name in ("seams.json", "seams.csv"):
+        claim_again(changed, name)
+    found = compare_claim(changed, folder / "again", json.loads((changed / "job.json").read_text()))
+    assert "frame 0 p_mm" in found[0].where
