@@ -315,6 +315,7 @@ def test_a_residual_above_the_tolerance_is_a_result(folder: Path) -> None:
         "tee.calibrated.step",
         "part.glb",
         "report.html",
+        "job.json",
     }
 
 
