@@ -1,0 +1,86 @@
+"""What a job of `wpcal batch` costs beside a run of `wpcal calibrate` on the same part, both with a cache of their own.
+
+`WPCAL_BENCH_JOBS` sets the number of jobs.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from cad.pick.part import read_pick_part
+from cad.samples.steel_structure import steel_structure
+from cad.step.new_file import new_step_text
+from cad.workpiece.answer_cache import FOLDER_VARIABLE
+from cad.workpiece.seams import SeamChoice
+from tests.benchmarks.bench_pick import NOISE_MM, touched
+from wpcal.core.pairs import PointPairs
+from wpcal.seam import SeamOptions
+
+JOBS = int(os.environ.get("WPCAL_BENCH_JOBS", "1000"))
+SINGLE_RUNS = 8
+
+
+def write_jobs(folder: Path, pairs: PointPairs) -> Path:
+    """Write the taught points of every job, each with errors of its own, and their list."""
+    rng = np.random.default_rng(1)
+    rows = ["job,part,taught"]
+    for job in range(JOBS):
+        p_base = np.round(pairs.p_target + rng.normal(0.0, NOISE_MM, pairs.p_target.shape), 2)
+        lines = [f"{name},{x},{y},{z},{name}" for name, (x, y, z) in zip(pairs.names, p_base.tolist(), strict=True)]
+        (folder / f"t{job}.csv").write_text("\n".join(["name,x_mm,y_mm,z_mm,feature", *lines]), encoding="utf-8")
+        rows.append(f"j{job},part.step,t{job}.csv")
+    (folder / "jobs.csv").write_text("\n".join(rows), encoding="utf-8")
+    return folder / "jobs.csv"
+
+
+def run(*arguments: str | Path, environment: dict[str, str]) -> tuple[float, float]:
+    """Run a command; return the time by the clock and the processor time, s."""
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
+    subprocess.run(command, check=False, env=environment, capture_output=True)  # a job may end with UNSURE
+    seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return seconds, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main() -> Table:
+    """Measure and return the table."""
+    table = Table(title=f"wpcal batch -j 2, {JOBS} jobs, beside {SINGLE_RUNS} runs of wpcal calibrate")
+    for heading in ("", "by the clock s", "processor s", "s per job", "processor s per job"):
+        table.add_column(heading, justify="right")
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        environment = {**os.environ, FOLDER_VARIABLE: str(folder / "cache")}
+        (folder / "part.step").write_bytes(new_step_text(steel_structure(1), "structure", pcurves=False))
+        pairs, _ = touched(read_pick_part(folder / "part.step", options=SeamOptions(), choice=SeamChoice()))
+        jobs = write_jobs(folder, pairs)
+        several = run("batch", jobs, "-o", folder / "out", "-j", "2", environment=environment)
+        done = sum(1 for _ in (folder / "out").glob("*/calibration.json"))
+        if done != JOBS:
+            raise RuntimeError(f"{done} of {JOBS} jobs ended")
+        one = np.sum(
+            [
+                run(
+                    "calibrate",
+                    folder / "part.step",
+                    folder / f"t{i}.csv",
+                    "-o",
+                    folder / f"o{i}",
+                    environment=environment,
+                )
+                for i in range(SINGLE_RUNS)
+            ],
+            axis=0,
+        )
+        for name, (clock_s, processor_s), count in (("batch", several, JOBS), ("calibrate", one, SINGLE_RUNS)):
+            each = (clock_s, processor_s, clock_s / count, processor_s / count)
+            table.add_row(name, *(f"{value:.3f}" for value in each))
+    return table
