@@ -142,7 +142,8 @@ def _summary(folder: Path) -> list[dict[str, Any]]:
         missing = [name for name in SUMMARY_FIELDS if name not in line]
         if missing:
             raise FormatError(f"{where}: has no {missing[0]}")
-        if line["job"] in ("", "..") or Path(line["job"]).name != line["job"]:
+        is_folder = line["job"] not in ("", "..") and Path(line["job"]).name == line["job"]
+        if line["verdict"] != "ERROR" and not is_folder:
             raise FormatError(f"{where}: job: expected the name of a folder, got {json.dumps(line['job'])}")
         lines.append(line)
     return lines
