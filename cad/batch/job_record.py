@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_o
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
+from wpcal.core.whole_folder import put_in_place
 
 JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
@@ -46,6 +48,15 @@ class JobInputs:
             "options": list(self.words),
             "files": [_file_record(each) for each in self.files],
         }
+
+    def called(self, names: Mapping[str, str]) -> JobInputs:
+        """Return the same inputs under the names that a list gives them."""
+        return JobInputs(
+            (names.get(self.part[0], self.part[0]), self.part[1]),
+            (names.get(self.taught[0], self.taught[0]), self.taught[1]),
+            with_names(self.words, names),
+            tuple((names.get(name, name), sha256) for name, sha256 in self.files),
+        )
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> JobInputs:
@@ -90,15 +101,28 @@ def sha256_at(name: str, folder: Path) -> str:
 
 def files_in(words: Sequence[str], folder: Path) -> tuple[tuple[str, str], ...]:
     """Return the files that options name, with their SHA-256, in the order of the options."""
-    found = {}
+    found = []
+    for name in names_in(words, folder):
+        with suppress(OSError, ValueError):  # it cannot be read: who needs it will say so
+            found.append((name, sha256_at(name, folder)))
+    return tuple(found)
+
+
+def names_in(words: Sequence[str], folder: Path) -> tuple[str, ...]:
+    """Return the files that options name, each once, in the order of the options."""
+    found: dict[str, None] = {}
     for word in words:
         value = word.partition("=")[2]
-        try:
+        with suppress(OSError, ValueError):  # not the name of a file
             if value and (folder / value).is_file():
-                found[value] = sha256_at(value, folder)
-        except (OSError, ValueError):  # not the name of a file
-            continue
-    return tuple(found.items())
+                found[value] = None
+    return tuple(found)
+
+
+def with_names(words: Sequence[str], names: Mapping[str, str]) -> tuple[str, ...]:
+    """Return options with other names of the files in them."""
+    parts = [word.partition("=") for word in words]
+    return tuple(f"{flag}{sign}{names.get(value, value)}" for flag, sign, value in parts)
 
 
 def job_record(name: str | None, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
@@ -136,3 +160,21 @@ def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path) -> bo
     return all(
         holds_file(folder, name) and sha256_of((folder / name).read_bytes()) == sha256 for name, sha256 in files.items()
     )
+
+
+def put_job_in_place(new: Path, out: Path) -> None:
+    """Let a folder with the results of a job appear as a whole. Results of an earlier run are replaced.
+
+    Raises
+    ------
+    InputError
+        When `out` is not the folder of a job, or cannot be written.
+    """
+    record = read_job_record(out)
+    if record is None and out.is_dir() and any(out.iterdir()):
+        raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
+    old = () if record is None else (*record["files"], JOB_FILE)
+    try:
+        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error

@@ -6,7 +6,7 @@ import os
 import shlex
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,6 +42,11 @@ class BatchFlags:
         "--jobs",
         type=click.IntRange(min=1, max=MOST_AT_ONCE),
         help="So many processes at the same time.  [default: one per processor]",
+    )
+    dask: str | None = option(
+        "--dask",
+        metavar="tcp://HOST:PORT",
+        help="Run the jobs on the workers of this Dask scheduler, as many at the same time as they have threads.",
     )
     resume: bool = option(
         RESUME,
@@ -97,10 +102,14 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> in
     from cad.batch.summary import Summary
     from cad.cli.calibrate_jobs import option_columns
     from wpcal.cli.progress import counted_progress
+    from wpcal.core.errors import InputError
     from wpcal.core.whole_folder import flush_all
 
+    if flags.dask is not None and flags.at_once is not None:
+        raise InputError("-j is about this machine; with --dask every worker runs as many jobs as it has threads")
     jobs = read_jobs(jobs_csv, option_columns())
-    _require_forks()
+    if flags.dask is None:
+        _require_forks()
     began = time.monotonic()
     with locked_output(out, overwrite=flags.resume) as (lock, work):
         summary = Summary(out)
@@ -135,28 +144,45 @@ class _Batch:
 
     def run(self, lock: int, summary: Summary, progress: Any) -> None:
         """Run what is to be run; every job gets its line in the summary."""
+        tasks, requests = self._tasks(summary, progress)
+        if not tasks:
+            return
+
+        def done(task: Task, value: Any) -> None:
+            self._done(summary, progress, task, value)
+
+        if self._flags.dask is None:
+            progress("starting the CAD kernel", 0, len(tasks))
+            self._run_here(lock, tasks, requests, done)
+        else:
+            progress(f"connecting to {self._flags.dask}", 0, len(tasks))
+            self._run_on_dask(self._flags.dask, tasks, requests, done)
+
+    def _run_here(
+        self, lock: int, tasks: list[Task], requests: dict[Any, Any], done: Callable[[Task, Any], None]
+    ) -> None:
         from cad.batch.host import Host
         from cad.batch.run import run_tasks
         from cad.cli.calibrate_jobs import PRELOADED
 
-        tasks, requests = self._tasks(summary, progress)
-        if not tasks:
-            return
-        progress("starting the CAD kernel", 0, len(tasks))
         self._began = time.monotonic()
         host = Host(self._work, lock, PRELOADED)
         try:
-            at_once = self._flags.at_once or os.cpu_count() or 1
-            run_tasks(
-                tasks,
-                requests,
-                host,
-                at_once=at_once,
-                done=lambda task, value: self._done(summary, progress, task, value),
-            )
+            run_tasks(tasks, requests, host, at_once=self._flags.at_once or os.cpu_count() or 1, done=done)
         finally:
             with _undisturbed():
                 host.end()
+
+    def _run_on_dask(
+        self, address: str, tasks: list[Task], requests: dict[Any, Any], done: Callable[[Task, Any], None]
+    ) -> None:
+        from cad.batch.on_dask import run_on_dask
+        from cad.cli.calibrate_jobs import PRELOADED
+        from wpcal.dask.cluster import Cluster
+
+        with Cluster(address) as cluster:
+            self._began = time.monotonic()
+            run_on_dask(tasks, requests, cluster, PRELOADED, done=done)
 
     def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
@@ -297,6 +323,7 @@ def _again(jobs_csv: Path, out: Path, flags: BatchFlags, *, no_cache: bool) -> s
     """Return the command that continues a batch."""
     words = ["wpcal", "batch", str(jobs_csv), "-o", str(out)]
     words += [] if flags.at_once is None else ["-j", str(flags.at_once)]
+    words += [] if flags.dask is None else ["--dask", flags.dask]
     words += [] if flags.pages == "fail" else ["--report", flags.pages]
     words += [] if flags.job_s == USUAL_JOB_S else ["--job-seconds", f"{flags.job_s:g}"]
     words += [] if flags.job_gb == USUAL_JOB_GB else ["--job-gb", f"{flags.job_gb:g}"]

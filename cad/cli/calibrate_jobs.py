@@ -6,18 +6,19 @@ A job runs `wpcal calibrate` with the options of its row, read by the same code,
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
+from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, put_job_in_place, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -34,7 +35,7 @@ from wpcal.cli.option_groups import group_of, option_names
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
-from wpcal.core.whole_folder import flush_later, put_in_place
+from wpcal.core.whole_folder import flush_later
 
 if TYPE_CHECKING:
     from cad.step.read import StepPart
@@ -60,6 +61,7 @@ PRELOADED = (
     "scipy.stats",
 )
 """What a calibration imports when it needs it: loaded once, before the first job."""
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
 NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "help"})
 """Options of the command that are about one folder, the terminal, or the whole batch."""
 
@@ -191,6 +193,7 @@ def run_job(
     words: Sequence[str],
     out: Path,
     pages: str,
+    names: Mapping[str, str] = NO_NAMES,
 ) -> dict[str, Any]:
     """Calibrate one part, and let the folder with its results appear as a whole.
 
@@ -207,6 +210,8 @@ def run_job(
         The folder of the results. If there are results of an earlier run, they are replaced.
     pages : str
         A value of `Pages`.
+    names : mapping
+        What the list calls files of which these are copies.
 
     Returns
     -------
@@ -232,26 +237,13 @@ def run_job(
     if sha256_at(taught, here) != inputs.taught[1] or files_in(words, here) != inputs.files:
         raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
-    (new / JOB_FILE).write_text(job_record(name, inputs, result, new), encoding="utf-8")
-    _replace(new, out)
+    (new / JOB_FILE).write_text(job_record(name, inputs.called(names), result, new), encoding="utf-8")
+    put_job_in_place(new, out)
     return {**result, "seconds": time.perf_counter() - began}
 
 
 def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) -> bool:
     return pages is Pages.ALL or (pages is Pages.FAIL and exit_code(result, accept_unsure=accept_unsure) != 0)
-
-
-def _replace(new: Path, out: Path) -> None:
-    from cad.batch.job_record import read_job_record
-
-    record = read_job_record(out)
-    if record is None and out.is_dir() and any(out.iterdir()):
-        raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
-    old = () if record is None else (*record["files"], JOB_FILE)
-    try:
-        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 
 
 def result_of(written: WrittenCalibration | WorkpieceCalibration) -> dict[str, Any]:
