@@ -64,22 +64,30 @@ class SentJob:
 
 def run_sent_job(job: SentJob, *contents: bytes) -> tuple[Any, dict[str, bytes]]:
     """Run a job here; return what it returned, or its `Failure`, and the files that it wrote."""
-    value: Any = None
+    value: Any = Failure("was given up")
     for _ in range(MOST_TRIES):
+        if job.batch in _over:
+            break
         try:
             return _machine(job.modules).run(job, contents)
         except (WpcalError, OSError) as error:  # somebody killed the server of this worker, or its disk is full
             value = Failure(" ".join(str(error).split()), getattr(error, "errno", None) or 0)
+        finally:
+            if job.batch in _over:  # it was given up meanwhile
+                end_batch(job.batch)
     return value, {}
 
 
 def end_batch(batch: str) -> None:
-    """End the processes of a batch on this worker, and remove its files."""
+    """End the processes of a batch on this worker, and remove its files. No further job of it is run."""
+    _over.add(batch)
     with _lock:
         if _now is not None:
             _now.end_batch(batch)
 
 
+_over: set[str] = set()
+"""Batches that have ended. Jobs of a batch that was interrupted may still arrive."""
 _lock = threading.Lock()
 _now: _Machine | None = None
 

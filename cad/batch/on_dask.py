@@ -60,7 +60,7 @@ def run_on_dask(
         with flushed_later():
             run.run()
     finally:
-        cluster.on_all(end_batch, run.batch)
+        cluster.end_with(end_batch, run.batch)
 
 
 @dataclass(slots=True, eq=False)

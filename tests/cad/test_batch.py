@@ -14,11 +14,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from cad.batch.job_list import OF_THE_BATCH, read_jobs, words_of
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, open_part, option_columns, run_job
+from tests.batches import JOBS, contents, write_parts
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here
 from wpcal.core.errors import InputError
@@ -26,31 +26,11 @@ from wpcal.core.input_file import sha256_of
 from wpcal.core.issue import Issue
 
 WPCAL = Path(sys.executable).with_name("wpcal")
-FIXTURES = Path(__file__).parents[2] / "fixtures"
-JOBS = 6
 KILLS = 2
 KILLS_DEEP = 50
 ORPHAN_S = 10.0
 """Within this time the processes of a batch that was killed end and remove what they began; without other work on the
 machine in less than a second."""
-EVER_DIFFERENT = "seconds"
-"""The only field of the summary that is not the same in the next run."""
-
-
-def write_parts(folder: Path) -> None:
-    """Write a part and points that were touched on it, each time with other errors."""
-    shutil.copy(FIXTURES / "tee" / "tee.step", folder)
-    rows = (FIXTURES / "tee" / "taught.csv").read_text().splitlines()
-    at = rows[0].split(",").index("x_mm")
-    for number in range(JOBS):
-        rng, moved = np.random.default_rng(number), [rows[0]]
-        for row in rows[1:]:
-            cells = row.split(",")
-            cells[at] = f"{float(cells[at]) + rng.normal(0, 0.1):.4f}"
-            moved.append(",".join(cells))
-        (folder / f"day{number}.csv").write_text("\n".join(moved) + "\n")
-    lines = [f"j{k},tee.step,day{k}.csv,{'robust' if k == 1 else ''},{'x' if k == 2 else ''}" for k in range(JOBS)]
-    (folder / "jobs.csv").write_text("\n".join(["job,part,taught,criterion,wrap", *lines]) + "\n")
 
 
 @pytest.fixture(scope="module")
@@ -61,19 +41,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = run_here("batch", folder / "jobs.csv", "-o", folder / "whole", "-j", "2", "--report", "none")
     assert done.returncode in (0, 1), done.stderr
     return folder
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Return all files of a folder, of the summary without what is ever different."""
-    found = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    lines = [json.loads(line) for line in found.pop("summary.jsonl").splitlines()]
-    for line in lines:
-        check_record(line)
-        line[EVER_DIFFERENT] = None
-    found["summary"] = json.dumps(lines).encode()
-    rows = [row.split(",") for row in found.pop("summary.csv").decode().splitlines()]
-    at = rows[0].index(EVER_DIFFERENT)
-    return {**found, "table": json.dumps([[*row[:at], *row[at + 1 :]] for row in rows]).encode()}
 
 
 def processes_in(folder: Path) -> list[int]:

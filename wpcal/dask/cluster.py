@@ -109,8 +109,9 @@ class Cluster:
             import distributed
         except ImportError as error:
             raise InputError(f"--dask needs the package distributed ({error}): pip install 'wpcal[dask]'") from None
-        for name in _LOGGERS:
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        for name in [*logging.root.manager.loggerDict]:
+            if name.partition(".")[0] in _LOGGERS:
+                logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         dask.config.set({"distributed.comm.timeouts.connect": CONNECT_S})
         try:
             _require_scheduler_at(self._address)
@@ -159,10 +160,11 @@ class Cluster:
                 return
             yield from self._wait()
 
-    def on_all(self, function: Callable[..., Any], *arguments: Any) -> None:
-        """Call a function on all workers that can be reached."""
+    def end_with(self, function: Callable[..., Any], *arguments: Any) -> None:
+        """Give up what runs, and call a function on all workers that can be reached."""
         with suppress(Exception):  # at the end of the work: workers may be gone, and so may the scheduler
             if self._client.status == "running":
+                self._running.clear()  # what no worker has begun is not begun any more
                 self._client.run(function, *arguments, on_error="ignore")
 
     def _place(self, next_call: Callable[[str], Call | None]) -> None:
