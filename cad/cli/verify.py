@@ -126,7 +126,7 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
         try:
             found = run_on_part(
                 "cad.cli.recorded:check_claim",
-                claim.part,
+                claim.now.part,
                 {"claim": claim},
                 what=f"checking {folder}",
                 use_cache=use_cache,
@@ -162,9 +162,7 @@ def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None
     checked.version = str(record["wpcal"])
     asked = JobInputs.from_record(record["inputs"])
     try:
-        return Claim(
-            folder, record, inputs.part(asked, name_of_stdin=FROM_STDIN), inputs.points(asked), inputs.words(asked)
-        )
+        return Claim(folder, record, inputs.find(asked, name_of_stdin=FROM_STDIN))
     except InputError as error:
         _not_found(folder, asked, error, checked)
         return None
@@ -225,21 +223,19 @@ def _add_task(
     from cad.cli.calibrate_jobs import option_columns
 
     of_part = {column.flag for column in option_columns().values() if column.shapes_part}
-    shaping = tuple(word for word in claim.words if word.partition("=")[0] in of_part)
-    group = (claim.part.name, claim.record["inputs"]["part"]["sha256"], shaping)
+    shaping = tuple(word for word in claim.now.words if word.partition("=")[0] in of_part)
+    group = (claim.now.part.name, claim.record["inputs"]["part"]["sha256"], shaping)
     if group not in requests:
         requests[group] = GroupRequest(
             "cad.cli.calibrate_jobs:open_part",
             "cad.cli.recorded:check_job",
-            {"part": str(claim.part.resolve()), "words": shaping, "use_cache": use_cache},
+            {"part": str(claim.now.part.resolve()), "words": shaping, "use_cache": use_cache},
             Path.cwd(),
             work / "out",
             USUAL_JOB_S,
             USUAL_JOB_GB,
         )
-    arguments: dict[str, Any] = {"claim_folder": claim.folder, "record": claim.record, "words": claim.words}
-    arguments |= {"part": claim.part.resolve(), "taught": claim.taught.resolve()}
-    tasks.append(Task(number, group, arguments))
+    tasks.append(Task(number, group, {"claim": claim}))
 
 
 def _run(
