@@ -13,8 +13,8 @@ from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_o
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
+from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 
-JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
 

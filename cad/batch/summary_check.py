@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cad.batch.compare import differences_of, walk
-from cad.batch.job_record import JOB_FILE, SUMMARY_SCHEMA, read_job_record
+from cad.batch.job_record import SUMMARY_SCHEMA, read_job_record
 from cad.batch.summary import CSV, CSV_COLUMNS, FAILED, JSONL, NUMBERS, csv_row
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
@@ -16,6 +16,7 @@ from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
 from wpcal.results.diff import Difference
+from wpcal.results.folder import JOB_FILE
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")
 """Fields of a line that are those of the job's result."""

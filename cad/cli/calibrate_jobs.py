@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JOB_FILE, JobInputs, files_read, is_still, job_record, sha256_at
+from cad.batch.job_record import JobInputs, files_read, is_still, job_record, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -36,6 +36,7 @@ from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later, put_in_place
+from wpcal.results.folder import JOB_FILE
 
 if TYPE_CHECKING:
     from cad.step.read import StepPart

@@ -14,9 +14,10 @@ from click.core import ParameterSource
 
 from cad.batch.compare import compare_claim
 from cad.batch.inputs_now import FoundInputs
-from cad.batch.job_record import JOB_FILE, JobInputs, files_read, job_record, sha256_at
+from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
+from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import USUAL_MEANS, Means
@@ -24,7 +25,7 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
 from wpcal.core.input_file import noted_files, sha256_of
 from wpcal.core.progress import Progress, no_progress
-from wpcal.results.folder import SEAMS_FILE
+from wpcal.results.folder import JOB_FILE, SEAMS_FILE
 
 REPORT = "report.html"
 
@@ -99,12 +100,21 @@ def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: A
     return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
 
 
+def calibrate_demo(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:
+    """Do the work of `wpcal demo`: its inputs are in the folder of its results."""
+    part, taught = SAMPLE_INPUTS
+    means = recording((part, taught, "--out", str(out)), "", {})
+    return calibrate_sample(out=out, overwrite=overwrite, means=means, progress=progress)
+
+
 def _seal(
     found: WorkpieceCalibration, folder: Path, *, name: str | None, inputs: JobInputs, accept_unsure: bool
 ) -> None:
-    """Write ``job.json``. A part without a hash gets that of the bytes that were read, decisions that of seams.json."""
+    """Write ``job.json``. Inputs without a hash get that of the bytes that were read, decisions that of seams.json."""
     if not inputs.part[1]:
         inputs = replace(inputs, part=(inputs.part[0], found.workpiece.file.sha256))
+    if not inputs.taught[1]:
+        inputs = replace(inputs, taught=(inputs.taught[0], found.taught.sha256 or ""))
     inputs = replace(inputs, files=tuple((file, sha256 or _decided_sha256(folder)) for file, sha256 in inputs.files))
     result = {**result_of(found), "exit_code": exit_code(found.result, accept_unsure=accept_unsure)}
     (folder / JOB_FILE).write_text(job_record(name, inputs, result, folder), encoding="utf-8")

@@ -141,10 +141,11 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
 
 def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None:
     """Return what a folder claims; None if that is known to be wrong or cannot be checked, which is noted."""
-    from cad.batch.job_record import JOB_FILE, JobInputs, read_job_record
+    from cad.batch.job_record import JobInputs, read_job_record
     from cad.cli.kernel_work import FROM_STDIN
     from cad.cli.recorded import Claim
     from wpcal.core.errors import InputError
+    from wpcal.results.folder import JOB_FILE
 
     if not folder.is_dir():
         checked.differs([_difference(folder.name, "missing", "a folder")])
