@@ -135,11 +135,14 @@ class Claim:
         Its ``job.json``.
     now : FoundInputs
         Files with the hashes of the record.
+    is_asked : bool
+        Whether the folder holds the record. Otherwise it is a guess.
     """
 
     folder: Path
     record: dict[str, Any]
     now: FoundInputs
+    is_asked: bool = True
 
 
 def check_claim(
@@ -164,7 +167,8 @@ def check_claim(
         read = set(noted.values())
         inputs = replace(inputs, files=tuple(file for file in inputs.files if file[1] in read))
         seal = partial(_seal, name=name, inputs=inputs, accept_unsure=accept_unsure)
-        means = replace(means, seal=seal, wants_page=lambda _: wants_page)
+        means = replace(means, wants_page=lambda _: wants_page)
+        means = replace(means, seal=seal) if claim.is_asked else means
         calibrate_files(step, **arguments, means=means, cache=cache, progress=progress)
         return [asdict(each) for each in compare_claim(claim.folder, new, claim.record)]
 

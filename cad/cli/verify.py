@@ -48,6 +48,7 @@ class Checked:
     version: str | None = None
     differences: list[dict[str, str]] = field(default_factory=list)
     error: str | None = None
+    unchecked: list[str] = field(default_factory=list)
 
     def differs(self, differences: list[dict[str, str]]) -> None:
         """Note what differs; nothing if the list is empty."""
@@ -117,11 +118,16 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
 
 
 def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
+    import os
+
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.errors import WpcalError
+    from wpcal.results.folder import JOB_FILE
 
     checked = Checked(folder.name)
-    claim = _claim_of(folder, inputs, checked)
+    has_request = os.path.lexists(folder / JOB_FILE)
+    claim = _claim_of(folder, inputs, checked) if has_request else _guessed(folder, inputs)
+    found: list[dict[str, str]] = []
     if claim is not None:
         try:
             found = run_on_part(
@@ -134,9 +140,48 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
             )
         except WpcalError as error:
             checked.fails(str(error))
-        else:
-            checked.differs(found)
+    if has_request:
+        checked.differs(found)
+    elif claim is None or found or checked.error is not None:
+        _check_agreement(folder, checked, found)
     return checked
+
+
+def _guessed(folder: Path, inputs: InputsNow) -> Claim | None:
+    """Return the claim of a folder without a request that nothing unusual was asked for; None without its inputs."""
+    from cad.batch.agreement import usual_inputs
+    from cad.cli.kernel_work import FROM_STDIN
+    from cad.cli.recorded import Claim
+    from wpcal import __version__
+    from wpcal.core.errors import InputError
+
+    asked = usual_inputs(folder)
+    if asked is None:
+        return None
+    try:
+        now = inputs.find(asked, name_of_stdin=FROM_STDIN)
+    except InputError:
+        return None
+    record = {"wpcal": __version__, "inputs": asked.to_record(), "files": {}}
+    return Claim(folder, record, now, is_asked=False)
+
+
+def _check_agreement(folder: Path, checked: Checked, unusual: list[dict[str, str]]) -> None:
+    """Check the files of a folder without a request against one another, and say what that leaves open."""
+    from cad.batch.agreement import disagreements
+    from wpcal.results.folder import JOB_FILE
+
+    differences = [each.to_record() for each in disagreements(folder)]
+    if differences:
+        checked.error = None
+        checked.differs(differences)
+        return
+    if unusual:
+        first = unusual[0]
+        other = f"the usual options give others (for {first['where']} {first['expected']} instead of {first['found']})"
+    else:
+        other = f"nothing says from what they were made ({checked.error or 'the part or the points are not found'})"
+    checked.fails(f"holds no {JOB_FILE}, as results of a script. Its files agree with one another; {other}")
 
 
 def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None:
@@ -155,12 +200,11 @@ def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None
         if (folder / JOB_FILE).exists():
             checked.differs([_difference(JOB_FILE, "not a record of wpcal/job/1", "as it was written")])
         else:
-            checked.fails(
-                f"{folder}: holds no {JOB_FILE}, so nothing says from what it was made; wpcal calibrate and wpcal "
-                "batch write it"
-            )
+            checked.differs([_difference(JOB_FILE, "missing", "there")])
         return None
     checked.version = str(record["wpcal"])
+    known = {JOB_FILE, *record["files"]}
+    checked.unchecked = sorted(path.name for path in folder.iterdir() if path.name not in known)
     asked = JobInputs.from_record(record["inputs"])
     try:
         return Claim(folder, record, inputs.find(asked, name_of_stdin=FROM_STDIN))
@@ -307,6 +351,8 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
             say(f"{each.name}: {one['where']} is {one['found']}, expected {one['expected']}{off}")
         if len(each.differences) > MOST_SHOWN:
             say(f"{each.name}: and {len(each.differences) - MOST_SHOWN} more")
+        if each.unchecked:
+            say(f"note: {each.name}: not checked: {', '.join(each.unchecked)}")
     counts = {state: sum(each.state is state for each in found) for state in State}
     if len(found) == 1:
         say(f"{out}: {found[0].state.value}")

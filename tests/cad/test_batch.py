@@ -101,9 +101,12 @@ def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path) -> N
 
 
 def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
-    """One job and the summary were changed; the others are as claimed."""
+    """A job, two folders that changed places, a request and the summary were changed; the others are as claimed."""
     out = folder / "changed"
     shutil.copytree(folder / "whole", out)
+    for before, after in (("j3", "other"), ("j4", "j3"), ("other", "j4")):
+        (out / before).rename(out / after)
+    (out / "j5" / "job.json").unlink()
     path = out / "j0" / "seams.csv"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join([lines[0], lines[1].replace("1", "2"), *lines[2:]]))
@@ -117,12 +120,14 @@ def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
     record = json.loads(done.stdout)
     check_record(record)
     states = {each["name"]: each["state"] for each in record["checked"]}
-    whole = {f"j{k}": "as claimed" for k in range(1, JOBS)}
-    assert states == {**whole, "j0": "different", "summary.jsonl": "different"}
+    names = ("summary.jsonl", *(f"j{k}" for k in range(JOBS)))
+    assert states == {name: "as claimed" if name in {"j1", "j2"} else "different" for name in names}
     told = {each["name"]: [one["where"] for one in each["differences"]] for each in record["checked"]}
     assert told["j0"][0].startswith("seams.csv line 2 ")
+    assert told["j3"][0] == told["j4"][0] == "job.json job"
+    assert told["j5"] == ["job.json"]
     assert told["summary.jsonl"][0] == "summary.jsonl j0 bound_mm"
-    assert told["summary.jsonl"][1].startswith("summary.csv line 2 bound_mm")
+    assert any(where.startswith("summary.csv line 2 bound_mm") for where in told["summary.jsonl"])
 
 
 def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
