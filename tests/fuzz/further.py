@@ -151,7 +151,7 @@ def finished_job(data: bytes, path: Path) -> object:
         JobInputs.from_record(record["inputs"])
     with suppress(InputError):
         list(check_summary(path.parent, read_summary(path.parent)))
-    if not seconds and not (record is not None and is_made_of(record, inputs, path.parent)):
+    if not seconds and not (record is not None and is_made_of(record, inputs, path.parent, beside=path.parent)):
         raise InputError("the job is done again")
     return list(seconds.values()), None if record is None else record["result"]["exit_code"]
 
