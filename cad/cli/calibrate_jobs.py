@@ -89,6 +89,7 @@ def option_columns() -> dict[str, OptionColumn]:
             is_flag=parameter.is_flag,
             is_optional=not parameter.is_flag and isinstance(parameter.flag_value, str),
             is_multiple=parameter.multiple,
+            is_number=isinstance(parameter.type, click.types.FloatParamType),
             shapes_part=name in of_part,
         )
     return columns
