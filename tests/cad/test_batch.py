@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from cad.batch.job_list import OF_THE_BATCH, read_jobs, words_of
+from cad.batch.summary_check import check_summary, read_summary
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, open_part, option_columns, run_job
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here
@@ -252,6 +253,7 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         "good": ("tee.step,day0.csv,,", None),
         "../up": ("tee.step,day0.csv,,", "holds '/'"),
         "GOOD": ("tee.step,day0.csv,,", "appears twice, first in line 2"),
+        "good ": ("tee.step,day0.csv,,", "the name 'good' appears twice, first in line 2"),
         "": ("tee.step,day0.csv,,", "it is empty"),
         "nul": ("tee.step,day0.csv,,", "is the name of a device in Windows"),
         "no part": ("te.step,day0.csv,,", "no such file or directory; did you mean"),
@@ -271,6 +273,10 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         assert expected is None or expected in line["error"], line
         assert (line["error"] is None) == (expected is None)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["good", "summary.csv", "summary.jsonl"]
+    lines = read_summary(tmp_path / "out")
+    assert not list(check_summary(tmp_path / "out", lines))
+    for copied in lines[:2]:
+        assert "listed twice" in {each.found for each in check_summary(tmp_path / "out", [*lines, copied])}
 
 
 def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
