@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,8 @@ from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
 from wpcal.core.whole_folder import put_in_place
+from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 
-JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
 
@@ -32,7 +32,7 @@ class JobInputs:
     words : tuple of str
         The options as they are typed.
     files : tuple of (str, str)
-        The files that options name, and their SHA-256.
+        The files that options name, and the files that those name, and their SHA-256.
     """
 
     part: tuple[str, str]
@@ -49,13 +49,19 @@ class JobInputs:
             "files": [_file_record(each) for each in self.files],
         }
 
-    def called(self, names: Mapping[str, str]) -> JobInputs:
-        """Return the same inputs under the names that a list gives them."""
+    def called(self, origins: Mapping[str, str]) -> JobInputs:
+        """Return the same inputs under the names that a list gives them.
+
+        Parameters
+        ----------
+        origins : mapping
+            Folders of copies, and what the list writes instead of each; both with the sign that ends them.
+        """
         return JobInputs(
-            (names.get(self.part[0], self.part[0]), self.part[1]),
-            (names.get(self.taught[0], self.taught[0]), self.taught[1]),
-            with_names(self.words, names),
-            tuple((names.get(name, name), sha256) for name, sha256 in self.files),
+            (original(self.part[0], origins), self.part[1]),
+            (original(self.taught[0], origins), self.taught[1]),
+            tuple(original(word, origins) for word in self.words),
+            tuple((str(Path(original(name, origins))), sha256) for name, sha256 in self.files),
         )
 
     @classmethod
@@ -99,15 +105,6 @@ def sha256_at(name: str, folder: Path) -> str:
     return sha256_of("".join(f"{each.name} {sha256_of(read_bytes(each))}\n" for each in inside).encode())
 
 
-def files_in(words: Sequence[str], folder: Path) -> tuple[tuple[str, str], ...]:
-    """Return the files that options name, with their SHA-256, in the order of the options."""
-    found = []
-    for name in names_in(words, folder):
-        with suppress(OSError, ValueError):  # it cannot be read: who needs it will say so
-            found.append((name, sha256_at(name, folder)))
-    return tuple(found)
-
-
 def names_in(words: Sequence[str], folder: Path) -> tuple[str, ...]:
     """Return the files that options name, each once, in the order of the options."""
     found: dict[str, None] = {}
@@ -123,6 +120,27 @@ def with_names(words: Sequence[str], names: Mapping[str, str]) -> tuple[str, ...
     """Return options with other names of the files in them."""
     parts = [word.partition("=") for word in words]
     return tuple(f"{flag}{sign}{names.get(value, value)}" for flag, sign, value in parts)
+
+
+def original(text: str, origins: Mapping[str, str]) -> str:
+    """Return a text with the names of the list in place of those of copies; `origins` as in `JobInputs.called`."""
+    for place, origin in origins.items():
+        text = text.replace(place, origin)
+    return text
+
+
+def files_read(noted: Mapping[str, str], taught: str) -> tuple[tuple[str, str], ...]:
+    """Return the files of options, and those that they name, with their SHA-256.
+
+    Parameters
+    ----------
+    noted : mapping
+        From `wpcal.core.input_file.noted_files`, while the options and the taught points were read.
+    taught : str
+        The taught points, a file or a folder with files: they have their own hash.
+    """
+    own = Path(taught)
+    return tuple((name, sha256) for name, sha256 in noted.items() if own not in (Path(name), Path(name).parent))
 
 
 def job_record(name: str | None, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
@@ -152,14 +170,35 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
 
 
-def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path) -> bool:
-    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal."""
-    if record.get("wpcal") != __version__ or record.get("inputs") != inputs.to_record():
+def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, beside: Path) -> bool:
+    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal.
+
+    Parameters
+    ----------
+    record : mapping
+        From `read_job_record`.
+    inputs : JobInputs
+        The inputs as they are now. The files of options are those of the record.
+    folder : Path
+        The results.
+    beside : Path
+        In which relative names of inputs are looked up.
+    """
+    made = JobInputs.from_record(record["inputs"])
+    if record.get("wpcal") != __version__ or replace(made, files=()) != replace(inputs, files=()):
         return False
     files: Mapping[str, str] = record.get("files", {})
     return all(
         holds_file(folder, name) and sha256_of((folder / name).read_bytes()) == sha256 for name, sha256 in files.items()
-    )
+    ) and all(is_still(name, sha256, beside) for name, sha256 in made.files)
+
+
+def is_still(name: str, sha256: str, folder: Path) -> bool:
+    """Tell whether a file that was read is still the same; parameters as of `sha256_at`."""
+    try:
+        return sha256_at(name, folder) == sha256
+    except InputError:
+        return False
 
 
 def put_job_in_place(new: Path, out: Path) -> None:

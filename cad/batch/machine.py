@@ -23,6 +23,7 @@ from typing import Any
 
 from cad.batch.group import GroupRequest
 from cad.batch.host import Failure, Host, ServerEndedError
+from cad.batch.job_record import original
 from cad.batch.run import MOST_TRIES, WORK_MARK, Jobs, Task
 from cad.batch.sent_files import Copies, SentFile
 from wpcal.core.errors import WpcalError
@@ -141,7 +142,7 @@ class _Machine:
         number = next(self._numbers)
         out = of_batch / f"result-{number}"
         request = replace(job.request, arguments=copies.placed(job.request.arguments), folder=of_batch, work=of_batch)
-        arguments = {**copies.placed(job.arguments), "names": copies.names, "out": out}
+        arguments = {**copies.placed(job.arguments), "origins": copies.origins, "out": out}
         ended: Future[Any] = Future()
         self._waiting[number] = ended
         self._order(lambda jobs: jobs.add(Task(number, (job.batch, job.group), arguments), request))
@@ -149,7 +150,7 @@ class _Machine:
             raise ServerEndedError(GONE)
         value = ended.result()
         if isinstance(value, Failure):
-            return replace(value, message=copies.told(value.message)), {}
+            return replace(value, message=original(value.message, copies.origins)), {}
         files = {path.name: path.read_bytes() for path in sorted(out.iterdir())}
         shutil.rmtree(out)
         return value, files

@@ -19,7 +19,7 @@ from cad.batch.host import Failure
 from cad.batch.job_record import put_job_in_place
 from cad.batch.machine import SentJob, end_batch, run_sent_job
 from cad.batch.run import Task, require_room
-from cad.batch.sent_files import SentFile, content_of, names_of
+from cad.batch.sent_files import FilesOfOptions, Reader, SentFile
 from wpcal.core.errors import InputError
 from wpcal.core.whole_folder import flushed_later
 from wpcal.dask.cluster import Call, CallFailed, Cluster
@@ -34,6 +34,7 @@ def run_on_dask(
     cluster: Cluster,
     modules: Sequence[str],
     *,
+    files_of_options: FilesOfOptions,
     done: Callable[[Task, Any], None],
 ) -> None:
     """Run the jobs of a batch on the workers of a scheduler.
@@ -47,6 +48,8 @@ def run_on_dask(
     cluster : Cluster
     modules : sequence of str
         Loaded once by each worker's server.
+    files_of_options : callable
+        Finds the files that files of options name.
     done : callable
         Gets every job with what it returned, or its `Failure`.
 
@@ -55,7 +58,8 @@ def run_on_dask(
     InputError
         When the scheduler is gone or has no workers, or a disk is full.
     """
-    run = _Run(tasks, requests, cluster, tuple(modules), done)
+    reader = Reader(next(iter(requests.values())).folder, files_of_options)
+    run = _Run(tasks, requests, cluster, tuple(modules), reader, done)
     try:
         with flushed_later():
             run.run()
@@ -75,14 +79,14 @@ class _Group:
 class _Files:
     """What the jobs of a batch need; large files that several of them need are kept by the scheduler while they do."""
 
-    def __init__(self, cluster: Cluster, needed: Iterable[str]) -> None:
-        self._cluster, self._needed = cluster, Counter(needed)
+    def __init__(self, cluster: Cluster, reader: Reader, needed: Iterable[str]) -> None:
+        self._cluster, self._reader, self._needed = cluster, reader, Counter(needed)
         self._kept: dict[str, tuple[SentFile, Any]] = {}
 
-    def sent(self, name: str, folder: Path) -> tuple[SentFile, Any]:
-        """Return a file and its content, or the scheduler's copy of it."""
+    def sent(self, name: str, task: Task) -> tuple[SentFile, Any]:
+        """Return a file that a job names and its content, or the scheduler's copy of it."""
         if name not in self._kept:
-            file, content = content_of(name, folder)
+            file, content = self._reader.read(name, task.arguments)
             if self._needed[name] < 2:
                 return file, content
             self._kept[name] = file, content if len(content) < SMALL else self._cluster.shared(content)
@@ -105,6 +109,7 @@ class _Run:
         requests: Mapping[Hashable, GroupRequest],
         cluster: Cluster,
         modules: tuple[str, ...],
+        reader: Reader,
         done: Callable[[Task, Any], None],
     ) -> None:
         self.batch = secrets.token_hex(8)
@@ -115,22 +120,20 @@ class _Run:
             group.waiting.append(task)
         self._fresh = deque(self._groups.values())
         self._last: dict[str, _Group] = {}
-        self._files = _Files(cluster, (name for task in tasks for name in self._names(task)))
+        self._files = _Files(cluster, reader, (name for task in tasks for name in reader.names(task.arguments)))
+        self._reader = reader
 
     def run(self) -> None:
         """Run all jobs."""
         for task, value in self._cluster.results(self._next):
             self._ended(task, value)
 
-    def _names(self, task: Task) -> tuple[str, ...]:
-        return names_of(task.arguments, self._groups[task.group].request.folder)
-
     def _next(self, worker: str) -> Call | None:
         """Return the next job for a worker."""
         while (group := self._group_for(worker)) is not None:
-            task, folder = group.waiting.popleft(), group.request.folder
+            task = group.waiting.popleft()
             try:
-                sent = [self._files.sent(name, folder) for name in self._names(task)]
+                sent = [self._files.sent(name, task) for name in self._reader.names(task.arguments)]
             except InputError as error:
                 self._ended(task, (Failure(str(error)), {}))
                 continue
@@ -153,7 +156,7 @@ class _Run:
         return last
 
     def _ended(self, task: Task, value: Any) -> None:
-        self._files.done(self._names(task))
+        self._files.done(self._reader.names(task.arguments))
         group = self._groups[task.group]
         value, files = (Failure(value.message), {}) if isinstance(value, CallFailed) else value
         if not isinstance(value, Failure):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,36 +38,63 @@ class SentFile:
     sha256: str
 
 
-def names_of(arguments: Mapping[str, Any], folder: Path) -> tuple[str, ...]:
-    """Return the files that a job needs: its part, its taught points, and those that options name."""
-    return tuple(dict.fromkeys((arguments["part"], arguments["taught"], *names_in(arguments["words"], folder))))
+FilesOfOptions = Callable[[Sequence[str], str, str], Sequence[str]]
+"""Takes options, a part and taught points; returns the files that are read with the options."""
 
 
-def content_of(name: str, folder: Path) -> tuple[SentFile, bytes]:
-    """Read a file or a folder that a list names, with what is read together with it.
+class Reader:
+    """Reads what jobs name.
 
     Parameters
     ----------
-    name : str
-        As the list names it.
     folder : Path
         In which relative names are looked up.
-
-    Raises
-    ------
-    InputError
-        When it cannot be read.
+    files_of_options : callable
+        Finds files that files of options name. If they are beside these or in folders below, they are sent with them.
     """
-    path = folder / name
-    try:
-        if path.is_dir():
-            files = {f"{path.name}/{each.name}": each for each in sorted(path.iterdir()) if each.is_file()}
-        else:
-            files = {each.name: each for each in (path, *files_beside(path))}
-        content = pack({to: read_bytes(each, most_mb=MOST_STEP_MB) for to, each in files.items()})
-    except InputError as error:
-        raise InputError(str(error).replace(f"{folder}{os.sep}", ""), code=error.code) from None
-    return SentFile(name, sha256_of(content)), content
+
+    def __init__(self, folder: Path, files_of_options: FilesOfOptions) -> None:
+        self._folder, self._files_of_options = folder, files_of_options
+        self._known: dict[tuple[str, ...], tuple[Path, ...]] = {}
+
+    def names(self, arguments: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return what a job names: its part, its taught points, and files of options."""
+        options = names_in(arguments["words"], self._folder)
+        return tuple(dict.fromkeys((arguments["part"], arguments["taught"], *options)))
+
+    def read(self, name: str, arguments: Mapping[str, Any]) -> tuple[SentFile, bytes]:
+        """Read a file or a folder that a job names, with what is read together with it.
+
+        Raises
+        ------
+        InputError
+            When it cannot be read.
+        """
+        path = self._folder / name
+        try:
+            if path.is_dir():
+                files = {f"{path.name}/{each.name}": each for each in sorted(path.iterdir()) if each.is_file()}
+            else:
+                files = {each.name: each for each in (path, *files_beside(path))}
+                files |= self._named_by(path, arguments) if name not in (arguments["part"], arguments["taught"]) else {}
+            content = pack({to: read_bytes(each, most_mb=MOST_STEP_MB) for to, each in files.items()})
+        except InputError as error:
+            raise InputError(str(error).replace(f"{self._folder}{os.sep}", ""), code=error.code) from None
+        return SentFile(name, sha256_of(content)), content
+
+    def _named_by(self, path: Path, arguments: Mapping[str, Any]) -> dict[str, Path]:
+        """Return the files beside a file of an option, and below, that are read with the options."""
+        words = tuple(arguments["words"])
+        if words not in self._known:
+            names = {name: str(self._folder / name) for name in self.names(arguments)}
+            part, taught = names[arguments["part"]], names[arguments["taught"]]
+            self._known[words] = tuple(map(Path, self._files_of_options(with_names(words, names), part, taught)))
+        home = path.parent
+        return {
+            str(each.relative_to(home)): each
+            for each in self._known[words]
+            if each.is_relative_to(home) and ".." not in each.relative_to(home).parts
+        }
 
 
 class Copies:
@@ -84,18 +111,13 @@ class Copies:
 
     def __init__(self, folder: Path, files: Sequence[SentFile], contents: Sequence[bytes]) -> None:
         self.places: dict[str, str] = {}
-        self._origins: dict[str, str] = {}
+        self.origins: dict[str, str] = {}
         for file, content in zip(files, contents, strict=True):
             home = folder / file.sha256
             if not home.is_dir():
                 _unpack(content, home)
             self.places[file.name] = str(home / Path(file.name).name)
-            self._origins[f"{home}{os.sep}"] = file.name[: len(file.name) - len(Path(file.name).name)]
-
-    @property
-    def names(self) -> dict[str, str]:
-        """What the list calls each copy."""
-        return {place: name for name, place in self.places.items()}
+            self.origins[f"{home}{os.sep}"] = file.name[: len(file.name) - len(Path(file.name).name)]
 
     def placed(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return arguments of a group or of a job with the copies in place of the files."""
@@ -103,12 +125,6 @@ class Copies:
         return {
             key: self.places.get(value, value) if key in ("part", "taught") else value for key, value in placed.items()
         }
-
-    def told(self, message: str) -> str:
-        """Return a message with the names of the list in place of those of copies."""
-        for place, origin in self._origins.items():
-            message = message.replace(place, origin)
-        return message
 
 
 def _unpack(content: bytes, home: Path) -> None:

@@ -177,12 +177,12 @@ class _Batch:
         self, address: str, tasks: list[Task], requests: dict[Any, Any], done: Callable[[Task, Any], None]
     ) -> None:
         from cad.batch.on_dask import run_on_dask
-        from cad.cli.calibrate_jobs import PRELOADED
+        from cad.cli.calibrate_jobs import PRELOADED, files_of_options
         from wpcal.dask.cluster import Cluster
 
         with Cluster(address) as cluster:
             self._began = time.monotonic()
-            run_on_dask(tasks, requests, cluster, PRELOADED, done=done)
+            run_on_dask(tasks, requests, cluster, PRELOADED, files_of_options=files_of_options, done=done)
 
     def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
@@ -274,7 +274,7 @@ class _Earlier:
 
     def result(self, job: Job, part_sha256: str, words: tuple[str, ...]) -> dict[str, Any] | None:
         """Return the result of a job whose folder is complete and was made of the same inputs; otherwise None."""
-        from cad.batch.job_record import JobInputs, files_in, is_made_of, read_job_record, sha256_at
+        from cad.batch.job_record import JobInputs, is_made_of, read_job_record, sha256_at
         from wpcal.core.errors import InputError
 
         record = read_job_record(self._out / job.name)
@@ -284,8 +284,8 @@ class _Earlier:
             taught = sha256_at(job.taught, self._folder)
         except InputError:  # the job itself says what is wrong
             return None
-        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words, files_in(words, self._folder))
-        if not is_made_of(record, inputs, self._out / job.name):
+        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words)
+        if not is_made_of(record, inputs, self._out / job.name, beside=self._folder):
             return None
         result: dict[str, Any] = record["result"]
         wants_page = self._pages == "all" or (self._pages == "fail" and result["exit_code"] != 0)

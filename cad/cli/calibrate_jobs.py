@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, put_job_in_place, sha256_at
+from cad.batch.job_record import JobInputs, files_read, is_still, job_record, put_job_in_place, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -32,10 +32,12 @@ from wpcal.calibrate import CalibrationResult
 from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.number_options import with_strict_numbers
 from wpcal.cli.option_groups import group_of, option_names
-from wpcal.core.errors import InputError
+from wpcal.core.errors import InputError, WpcalError
+from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later
+from wpcal.results.folder import JOB_FILE
 
 if TYPE_CHECKING:
     from cad.step.read import StepPart
@@ -61,7 +63,7 @@ PRELOADED = (
     "scipy.stats",
 )
 """What a calibration imports when it needs it: loaded once, before the first job."""
-NO_NAMES: Mapping[str, str] = MappingProxyType({})
+NO_ORIGINS: Mapping[str, str] = MappingProxyType({})
 NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "help"})
 """Options of the command that are about one folder, the terminal, or the whole batch."""
 
@@ -129,11 +131,14 @@ class OpenedPart:
         Of the bytes of its file.
     means : Means
         Which take what was found already.
+    files : tuple of (str, str)
+        Files of the options of seams, and their SHA-256.
     """
 
     workpiece: Workpiece
     sha256: str
     means: Means
+    files: tuple[tuple[str, str], ...] = ()
 
 
 def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart:
@@ -159,7 +164,7 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     flush_later()  # a batch that continues checks the hashes of what it finds
     path = Path(part)
     require_step_file(path)
-    with parsed(words, part, "", Path()) as flags:
+    with noted_files() as read, parsed(words, part, "", Path()) as flags:
         options = flags.asked.calibration.seams.to_options()
         choice = flags.asked.choice.to_choice()
     kept = user_cache() if use_cache else NO_CACHE
@@ -170,7 +175,7 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     step = workpiece.file.hand_over_step()
     known = know_part(step)
     means = Means(lambda *_: found, partial(_write_moved, step.without_shapes(), known))
-    return OpenedPart(workpiece, workpiece.file.sha256, means)
+    return OpenedPart(workpiece, workpiece.file.sha256, means, tuple(read.items()))
 
 
 def _write_moved(
@@ -194,7 +199,7 @@ def run_job(
     words: Sequence[str],
     out: Path,
     pages: str,
-    names: Mapping[str, str] = NO_NAMES,
+    origins: Mapping[str, str] = NO_ORIGINS,
 ) -> dict[str, Any]:
     """Calibrate one part, and let the folder with its results appear as a whole.
 
@@ -211,8 +216,8 @@ def run_job(
         The folder of the results. If there are results of an earlier run, they are replaced.
     pages : str
         A value of `Pages`.
-    names : mapping
-        What the list calls files of which these are copies.
+    origins : mapping
+        If the files are copies: the folders of the copies, and what the list writes instead (`JobInputs.called`).
 
     Returns
     -------
@@ -226,21 +231,29 @@ def run_job(
     """
     began = time.perf_counter()
     here, new = Path(), folder / name
-    inputs = JobInputs((part, opened.sha256), (taught, sha256_at(taught, here)), tuple(words), files_in(words, here))
+    taught_sha256 = sha256_at(taught, here)
     folder.mkdir()
-    with parsed(words, part, taught, new) as flags:
+    with noted_files() as read, parsed(words, part, taught, new) as flags:
         arguments = file_arguments(
             flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
         )
+    inputs = JobInputs((part, opened.sha256), (taught, taught_sha256), tuple(words), files_read(read, taught))
     accept_unsure = flags.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
-    if sha256_at(taught, here) != inputs.taught[1] or files_in(words, here) != inputs.files:
+    if not all(is_still(*file, here) for file in (inputs.taught, *inputs.files, *opened.files)):
         raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
-    (new / JOB_FILE).write_text(job_record(name, inputs.called(names), result, new), encoding="utf-8")
+    (new / JOB_FILE).write_text(job_record(name, inputs.called(origins), result, new), encoding="utf-8")
     put_job_in_place(new, out)
     return {**result, "seconds": time.perf_counter() - began}
+
+
+def files_of_options(words: Sequence[str], part: str, taught: str) -> tuple[str, ...]:
+    """Return the files that options name, and those that these name. If an option cannot be used: what was read."""
+    with noted_files() as read, suppress(WpcalError), parsed(words, part, taught, Path()) as flags:
+        file_arguments(flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=Path())
+    return tuple(name for name, _ in files_read(read, taught))
 
 
 def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) -> bool:

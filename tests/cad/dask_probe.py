@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from cad.batch.job_record import original
 from wpcal.core.errors import InputError
 
 
@@ -20,7 +21,7 @@ def open_group(part: str, words: tuple[str, ...]) -> str:
 
 
 def run_job(
-    opened: str, *, folder: Path, part: str, taught: str, words: tuple[str, ...], names: Mapping[str, str], out: Path
+    opened: str, *, folder: Path, part: str, taught: str, words: tuple[str, ...], origins: Mapping[str, str], out: Path
 ) -> dict[str, Any]:
     folder.mkdir()
     do = Path(taught).read_text()
@@ -33,5 +34,5 @@ def run_job(
     if do == "refuse":
         raise InputError(f"{taught}: this job cannot be done")
     out.mkdir()
-    (out / "result.txt").write_text(f"{opened} {names[part]} {names[taught]}")
+    (out / "result.txt").write_text(f"{opened} {original(part, origins)} {original(taught, origins)}")
     return {"group": os.getppid(), "seconds": 0.0}

@@ -8,15 +8,17 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from cad.batch.group import GroupRequest
+from cad.batch.job_record import JobInputs
 from cad.batch.on_dask import run_on_dask
 from cad.batch.run import Task
+from cad.batch.sent_files import Copies, Reader
 from tests.batches import FIXTURES, contents, write_parts
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import TIMEOUT_S, run_here
@@ -43,10 +45,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rows = [f"{row.replace(',', f'-{k},', 1)}" for k in range(REPEATS) for row in rows]
     rows[0] = rows[0].replace("tee.step", str(folder / "tee.step"))
     rows[5] = rows[5].replace("day5.csv", "days/../days/day5.csv")
-    wrong = ["none,tee.step,none.csv,,", "few,tee.step,days/short.csv,,", f"bad,{folder}/bad.step,day0.csv,,"]
+    wrong = ["none,tee.step,none.csv,,,", "few,tee.step,days/short.csv,,,", f"bad,{folder}/bad.step,day0.csv,,,"]
+    rows = [f"{row},{'./days/torch.json' if k == 3 else ''}" for k, row in enumerate(rows)]
+    shutil.copy(next((FIXTURES.parent / "wpcal").glob("**/torches/*.json")), folder / "days" / "torch.json")
     (folder / "days" / "short.csv").write_text("name,x_mm,y_mm,z_mm\nV2,1,2,3\n")
     (folder / "bad.step").write_text("ISO-10303-21;\nnonsense")
-    (folder / "jobs.csv").write_text("\n".join([head, *rows, *wrong]) + "\n")
+    (folder / "jobs.csv").write_text("\n".join([f"{head},torch", *rows, *wrong]) + "\n")
     done = run_here("batch", folder / "jobs.csv", "-o", folder / "whole", "-j", "2", "--report", "none")
     assert done.returncode == 1, done.stderr
     return folder
@@ -164,7 +168,10 @@ def test_a_job_that_fails_in_any_way_loses_only_itself(tmp_path: Path, dask: Das
     ]
     values: dict[int, Any] = {}
     with Cluster(dask.address) as cluster:
-        run_on_dask(tasks, dict(requests), cluster, (), done=lambda task, value: values.update({task.number: value}))
+        run_on_dask(
+            tasks, dict(requests), cluster, (), files_of_options=lambda *_: (),
+            done=lambda task, value: values.update({task.number: value}),
+        )  # fmt: skip
     for task, (part, do) in zip(tasks, jobs, strict=True):
         if part == "refused":
             assert values[task.number].message == "refused: this part cannot be read"
@@ -174,6 +181,33 @@ def test_a_job_that_fails_in_any_way_loses_only_itself(tmp_path: Path, dask: Das
         else:
             assert values[task.number].message == kinds[do]
     assert list((tmp_path / "work").iterdir()) == []
+
+
+def test_files_that_a_file_names_are_sent_with_it(tmp_path: Path) -> None:
+    """Those beside it and below. The folder of a name is the same on both machines."""
+    for name in ("cells/cell.json", "cells/arms/a.json", "other.json", "part.step", "taught.csv"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(name)
+    arguments = {"part": "part.step", "taught": "taught.csv", "words": ("--cell=cells/cell.json", "--wrap")}
+
+    def files_of_options(words: Sequence[str], part: str, taught: str) -> list[str]:
+        cell = Path(words[0].partition("=")[2])
+        return [str(cell), str(cell.parent / "arms" / "a.json"), str(cell.parent / ".." / "other.json")]
+
+    reader = Reader(tmp_path, files_of_options)
+    sent = [reader.read(name, arguments) for name in reader.names(arguments)]
+    copies = Copies(tmp_path / "there", [file for file, _ in sent], [content for _, content in sent])
+    placed = copies.placed(arguments)
+    cell = Path(placed["words"][0].partition("=")[2])
+    assert (cell.parent / "arms" / "a.json").read_text() == "cells/arms/a.json"
+    assert not (cell.parent / ".." / "other.json").exists()
+    assert Path(placed["part"]).read_text() == "part.step"
+    inputs = JobInputs(
+        (placed["part"], ""), (placed["taught"], ""), placed["words"], ((str(cell.parent / "arms" / "a.json"), ""),)
+    )
+    assert inputs.called(copies.origins) == JobInputs(
+        ("part.step", ""), ("taught.csv", ""), arguments["words"], (("cells/arms/a.json", ""),)
+    )
 
 
 def test_the_trials_of_a_study_are_the_same_numbers(dask: DaskProcesses) -> None:
