@@ -16,7 +16,7 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import option, takes
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -46,7 +46,7 @@ class BatchFlags:
     dask: str | None = option(
         "--dask",
         metavar="tcp://HOST:PORT",
-        help="Run the jobs on the workers of this Dask scheduler, as many at the same time as they have threads.",
+        help=f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.",
     )
     resume: bool = option(
         RESUME,

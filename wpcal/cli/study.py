@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import BOUND_HELP, FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import BOUND_HELP, DASK_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,9 +41,7 @@ BAR_WIDTH = 40
     help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
-@click.option(
-    "--dask", metavar="tcp://HOST:PORT", help="Fit on the workers of this Dask scheduler; the numbers are the same."
-)
+@click.option("--dask", metavar="tcp://HOST:PORT", help=f"{DASK_HELP}: they fit, and the numbers are the same.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the distribution.")

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
 OUR_PACKAGES = ("wpcal", "cad")
 
 
-@cache
 def code_sha256() -> str:
     """Return the SHA-256 of all Python files of wpcal."""
     digest = hashlib.sha256()
