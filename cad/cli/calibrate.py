@@ -15,6 +15,7 @@ from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlag
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
+from wpcal.core.input_file import unchanged_files
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
@@ -190,8 +191,9 @@ def calibrate(
     from wpcal.cli.calibration_tables import exit_code
 
     asked = CalibrationFlags(touching, calibration, moving, reading, choice)
-    arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
-    inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256)
+    with unchanged_files():
+        arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
+        inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256)
     written: WrittenCalibration = run_on_part(
         "cad.cli.recorded:calibrate_recorded",
         part_step,

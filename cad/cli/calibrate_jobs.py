@@ -32,6 +32,7 @@ from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.number_options import with_strict_numbers
 from wpcal.cli.option_groups import group_of, option_names
 from wpcal.core.errors import InputError
+from wpcal.core.input_file import unchanged_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later, put_in_place
@@ -220,17 +221,17 @@ def run_job(
     """
     began = time.perf_counter()
     here, new = Path(), folder / name
-    inputs = JobInputs((part, opened.sha256), (taught, sha256_at(taught, here)), tuple(words), files_in(words, here))
     folder.mkdir()
-    with parsed(words, part, taught, new) as flags:
-        arguments = file_arguments(
-            flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
-        )
-    accept_unsure = flags.output.accept_unsure
-    means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
-    written = calibrate_files(opened.workpiece, **arguments, means=means)
-    if sha256_at(taught, here) != inputs.taught[1] or files_in(words, here) != inputs.files:
-        raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
+    with unchanged_files([(part, opened.sha256)]):
+        sha256 = sha256_at(taught, here)
+        inputs = JobInputs((part, opened.sha256), (taught, sha256), tuple(words), files_in(words, here))
+        with parsed(words, part, taught, new) as flags:
+            arguments = file_arguments(
+                flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
+            )
+        accept_unsure = flags.output.accept_unsure
+        means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
+        written = calibrate_files(opened.workpiece, **arguments, means=means)
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
     (new / JOB_FILE).write_text(job_record(name, inputs, result, new), encoding="utf-8")
     _replace(new, out)
@@ -247,6 +248,8 @@ def _replace(new: Path, out: Path) -> None:
     record = read_job_record(out)
     if record is None and out.is_dir() and any(out.iterdir()):
         raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
+    if record is not None and "job" not in record:
+        raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
     old = () if record is None else (*record["files"], JOB_FILE)
     try:
         put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)

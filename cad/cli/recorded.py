@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, ca
 from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
+from wpcal.core.input_file import unchanged_files
 from wpcal.core.progress import Progress, no_progress
 
 REPORT = "report.html"
@@ -82,8 +84,15 @@ def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: A
     **arguments
         Those of `calibrate_files`, except `means`.
     """
-    seal = partial(_seal, name=None, inputs=inputs, accept_unsure=accept_unsure)
-    return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
+    reads = ExitStack()
+    reads.enter_context(unchanged_files(inputs.files))
+
+    def seal(found: WorkpieceCalibration, folder: Path) -> None:
+        reads.close()
+        _seal(found, folder, name=None, inputs=inputs, accept_unsure=accept_unsure)
+
+    with reads:
+        return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
 
 
 def _seal(

@@ -10,7 +10,9 @@ import hashlib
 import os
 import stat
 import sys
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -70,11 +72,51 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
             if first is not None:
                 return file.read(first)
             data = file.read(int(most * BYTES_PER_MB) + 1)
+            _note(path, data)
     except FileNotFoundError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}{_near(path)}") from None
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
     return _within(data, path, most)  # it may have grown, or its file system does not know its size
+
+
+_SEEN: ContextVar[dict[str, set[str]] | None] = ContextVar("seen", default=None)
+
+
+@contextmanager
+def unchanged_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[None]:
+    """Refuse, at the end of the block, every file that was read in it with different contents.
+
+    A result whose record names the SHA-256 of a file is thus made of these bytes, whatever happens to the file while it
+    is read: also if it is changed and changed back.
+
+    Parameters
+    ----------
+    known : iterable of (str, str)
+        Files, and the SHA-256 that they must have if they are read.
+
+    Raises
+    ------
+    InputError
+        With the name of the file.
+    """
+    seen: dict[str, set[str]] = {}
+    for name, sha256 in known:
+        seen.setdefault(os.path.abspath(name), set()).add(sha256)
+    before = _SEEN.set(seen)
+    try:
+        yield
+    finally:
+        _SEEN.reset(before)
+    for name, found in seen.items():
+        if len(found) > 1:
+            raise InputError(f"{name}: was changed while it was read; run this again")
+
+
+def _note(path: Path, data: bytes) -> None:
+    seen = _SEEN.get()
+    if seen is not None:
+        seen.setdefault(os.path.abspath(path), set()).add(sha256_of(data))
 
 
 def _near(path: Path) -> str:
