@@ -6,6 +6,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -196,16 +197,14 @@ def _first_part(
 
 def serve(server: PickServer, part_name: str, *, browser: bool) -> None:
     """Say where the page is, open it if there is a browser, and answer until Ctrl-C."""
-    click.echo(f"The picker of {part_name} is at {server.url} until Ctrl-C")
-    if not server.is_local:
-        click.echo(qr_code(server.url), nl=False)
-        click.echo(NETWORK_WARNING, err=True)
-    if not browser:
-        return server.run()
-    with opening_file(server.url) as page:
-        click.launch(str(page))
+    with server.ended_by_signals(), opening_file(server.url) if browser else nullcontext() as page:
+        click.echo(f"The picker of {part_name} is at {server.url} until Ctrl-C")
+        if not server.is_local:
+            click.echo(qr_code(server.url), nl=False)
+            click.echo(NETWORK_WARNING, err=True)
+        if page is not None:
+            click.launch(str(page))
         server.run()
-    return None
 
 
 def table_of(taught: Path | None) -> Path:
