@@ -106,6 +106,7 @@ class Host:
         ours, theirs = socket.socketpair()
         self._command, self._noise = ours, tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the server runs
         self._channels: dict[int, Channel] = {}
+        self._work = work
         self._requests: dict[int, GroupRequest] = {}
         with theirs:
             self._server = subprocess.Popen(
@@ -233,7 +234,10 @@ class Host:
             most = self._requests[group].memory_gb
             return Failure(f"needs more than its limit of {most:g} GB of memory; {NO_MEMORY} allows more")
         if kind == "error":
-            return Failure(*value)
+            message, number = value
+            if number and str(self._work) in message:  # files there are nobody's business
+                message = f"{self._work.parent}: cannot be written: {os.strerror(number).lower()}"
+            return Failure(message, number)
         return Failure(f"internal error ({value[0]}); this is our fault")
 
     def _death(self, group: int, status: int) -> Failure:

@@ -330,11 +330,13 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
     console = plain_console()
     failed = [line for line in map(json.loads, lines) if line["verdict"] == FAILED]
     for line in failed[:MOST_SHOWN]:
-        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False)
+        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False, soft_wrap=True)
     if len(failed) > MOST_SHOWN:
         console.print(f"and {len(failed) - MOST_SHOWN} more that failed", highlight=False, markup=False)
     console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)), highlight=False, markup=False)
-    console.print(f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False)
+    console.print(
+        f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False, soft_wrap=True
+    )
 
 
 def _counts(verdicts: Counter[str], kept: int, seconds: float, jobs: int) -> str:

@@ -33,12 +33,17 @@ ORPHAN_S = 20.0
 machine in less than a second."""
 MARK = "WPCAL_TEST_BATCH"
 """In the environment of all processes of one run."""
+JOBS = 4
+AFTER_THE_LAST = 10**9
 VICTIMS = ("command", "server", "group", "job")
 _runs = itertools.count()
 
 
-def write_jobs(folder: Path, jobs: int) -> None:
-    """Write a part, points that were touched on it, each time with other errors, and a list."""
+def write_jobs(folder: Path, jobs: int, *, wrapped: int = -1) -> None:
+    """Write a part, points that were touched on it, each time with other errors, and a list.
+
+    The job `wrapped` has an option that changes the seams of the part: that is a group of its own.
+    """
     shutil.copy(FIXTURES / "tee" / "tee.step", folder)
     rows = (FIXTURES / "tee" / "taught.csv").read_text().splitlines()
     at = rows[0].split(",").index("x_mm")
@@ -50,8 +55,9 @@ def write_jobs(folder: Path, jobs: int) -> None:
             cells[at] = f"{float(cells[at]) + rng.normal(0, off):.4f}"
             moved.append(",".join(cells))
         (folder / f"day{number}.csv").write_text("\n".join(moved) + "\n")
-    lines = [f"j{k},tee.step,day{k}.csv,{'robust' if k == 1 else ''}" for k in range(jobs)]
-    (folder / "jobs.csv").write_text("\n".join(["job,part,taught,criterion", *lines]) + "\n")
+    options = [f"{'robust' if k == 1 else ''},{'x' if k == wrapped else ''}" for k in range(jobs)]
+    lines = [f"j{k},tee.step,day{k}.csv,{cells}" for k, cells in enumerate(options)]
+    (folder / "jobs.csv").write_text("\n".join(["job,part,taught,criterion,wrap", *lines]) + "\n")
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -164,7 +170,7 @@ class Place:
         until = time.monotonic() + ORPHAN_S
         while (left := self.left()) and time.monotonic() < until:
             time.sleep(0.02)
-        assert left == []
+        assert left == [], left
 
     def disturb(self, moment: Moment, *options: str) -> subprocess.CompletedProcess[str]:
         """Start the batch and kill one of its processes; return how the command ended."""
@@ -207,6 +213,41 @@ class Place:
         return command
 
 
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A list of jobs, what nobody disturbed makes of it, and how long that takes.
+
+    Parameters
+    ----------
+    jobs : Path
+    whole : dict
+        From `contents`.
+    place : Place
+    changes : int
+        Changes of folders.
+    seconds : float
+    """
+
+    jobs: Path
+    whole: dict[str, bytes]
+    place: Place
+    changes: int
+    seconds: float
+
+
+def undisturbed(folder: Path) -> Reference:
+    """Run a batch that nobody disturbs."""
+    write_jobs(folder, JOBS)
+    place = Place(folder / "jobs.csv", folder / "whole")
+    began = time.monotonic()
+    done = place.disturb(Moment(change=AFTER_THE_LAST))
+    seconds = time.monotonic() - began
+    assert done.returncode == 1, done.stderr
+    place.nothing_left()
+    assert (place.out / f"j{JOBS - 1}" / "report.html").is_file()
+    return Reference(folder / "jobs.csv", contents(place.out), place, place.changes(), seconds)
+
+
 Started = subprocess.Popen[str]
 
 
@@ -223,8 +264,8 @@ def ended(process: Started) -> subprocess.CompletedProcess[str]:
 
 
 def told(stderr: str) -> list[str]:
-    """Return the lines of an error, without those of progress."""
-    return [line for line in stderr.splitlines() if " … (" not in line]
+    """Return the lines of an error, without those of progress and the empty one after ^C."""
+    return [line for line in stderr.splitlines() if line and " … (" not in line]
 
 
 def moments(count: int, rng: random.Random, *, changes: int, seconds: float) -> Iterator[Moment]:

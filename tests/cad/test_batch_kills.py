@@ -5,46 +5,17 @@ from __future__ import annotations
 import random
 import shutil
 import sys
-import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from tests.cad.batch_faults import Moment, Place, contents, moments, told, write_jobs
+from tests.cad.batch_faults import JOBS, Moment, Place, Reference, contents, moments, told
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-JOBS = 4
 CHAIN, MOMENTS, AT_ONCE = 5, 50, 5
 """Moments in CI, those of the deep run, and how many of them are one test."""
-AFTER_THE_LAST = 10**9
 CODES = (1, 2, -9)
 """Of a batch that is killed: a job of it is FAIL; a process was ended that others need; the command itself."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """A list of jobs, what nobody disturbed makes of it, and how long that takes."""
-
-    jobs: Path
-    whole: dict[str, bytes]
-    place: Place
-    changes: int
-    seconds: float
-
-
-@pytest.fixture(scope="module")
-def reference(tmp_path_factory: pytest.TempPathFactory) -> Reference:
-    folder = tmp_path_factory.mktemp("kills")
-    write_jobs(folder, JOBS)
-    place = Place(folder / "jobs.csv", folder / "whole")
-    began = time.monotonic()
-    done = place.disturb(Moment(change=AFTER_THE_LAST))
-    seconds = time.monotonic() - began
-    assert done.returncode == 1, done.stderr
-    place.nothing_left()
-    assert (place.out / f"j{JOBS - 1}" / "report.html").is_file()
-    return Reference(folder / "jobs.csv", contents(place.out), place, place.changes(), seconds)
 
 
 def begin(reference: Reference, folder: Path, rng: random.Random) -> Place:
