@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
 
 JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
+_BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
 
@@ -126,6 +128,19 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     except InputError:
         return None
     return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
+
+
+def is_torn(folder: Path) -> bool:
+    """Tell whether a folder holds a ``job.json`` of which only the beginning reached the disk, as after a power cut."""
+    if not holds_file(folder, JOB_FILE):
+        return False
+    data = (folder / JOB_FILE).read_bytes()
+    try:
+        json.loads(data)
+    except ValueError:
+        begun = data.rstrip(b"\0")  # what some file systems have in place of data that were not written
+        return begun[: len(_BEGIN)] == _BEGIN[: len(begun)]
+    return False
 
 
 def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path) -> bool:

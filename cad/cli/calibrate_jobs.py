@@ -65,6 +65,9 @@ NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "hel
 """Options of the command that are about one folder, the terminal, or the whole batch."""
 
 
+REPORT = "report.html"
+
+
 class Pages(Enum):
     """Of which jobs the page is written."""
 
@@ -88,6 +91,7 @@ def option_columns() -> dict[str, OptionColumn]:
             is_flag=parameter.is_flag,
             is_optional=not parameter.is_flag and isinstance(parameter.flag_value, str),
             is_multiple=parameter.multiple,
+            is_number=isinstance(parameter.type, click.types.FloatParamType),
             shapes_part=name in of_part,
         )
     return columns
@@ -243,16 +247,17 @@ def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) ->
 
 
 def _replace(new: Path, out: Path) -> None:
-    from cad.batch.job_record import read_job_record
+    from cad.batch.job_record import is_torn, read_job_record
 
     record = read_job_record(out)
-    if record is None and out.is_dir() and any(out.iterdir()):
+    torn = record is None and is_torn(out)
+    if record is None and not torn and out.is_dir() and any(out.iterdir()):
         raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
     if record is not None and "job" not in record:
         raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
-    old = () if record is None else (*record["files"], JOB_FILE)
+    old = (REPORT,) if record is None else record["files"]  # a folder that is torn does not say what it holds
     try:
-        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
+        put_in_place(new, out, overwrite=record is not None or torn, head=JOB_FILE, leave_out=(*old, JOB_FILE))
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 

@@ -21,7 +21,6 @@ from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
 
 if TYPE_CHECKING:
-    from cad.pick.moving import MovingChoice
     from cad.pick.part import PickPart
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
@@ -116,7 +115,7 @@ def pick(
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
-    asked = chosen_by(moving)
+    asked = moving.to_choice()
     if str(part_step) != STDIN:
         require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
@@ -156,17 +155,6 @@ def pick(
         if table.kept:
             click.echo(f"rows that are not in {table.out} are kept in {table.kept}; wpcal pick shows them again")
     return 0
-
-
-def chosen_by(flags: FitBodiesFlags) -> MovingChoice | None:
-    """Return what the options of a command say of bodies; None if they say nothing."""
-    from cad.pick.moving import MovingChoice
-
-    options = flags.to_options()
-    if options is None:
-        return None
-    contacts = (options.keeps_contacts, options.contact_sigma_mm)
-    return MovingChoice(True, flags.tack_mm, flags.tack_mrad, *contacts, options.bending_mm)
 
 
 def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, use_cache: bool) -> PickPart:

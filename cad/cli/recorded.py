@@ -16,7 +16,7 @@ from click.core import ParameterSource
 from cad.batch.compare import compare_claim
 from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
-from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, REPORT, OpenedPart, parsed, result_of
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import USUAL_MEANS, Means
@@ -24,8 +24,6 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
 from wpcal.core.input_file import unchanged_files
 from wpcal.core.progress import Progress, no_progress
-
-REPORT = "report.html"
 
 
 def asked_inputs(context: click.Context, part: Path, taught: Path, taught_sha256: str) -> JobInputs:

@@ -226,7 +226,7 @@ def suggest(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str,
     """Return the features to touch next."""
     groups = _groups(params)
     options = groups["calibration"].to_options(_choice(groups["choice"], params))
-    return part.session(options).suggest(_rows(params["taught"]))
+    return part.session(options, groups["moving"]).suggest(_rows(params["taught"]))
 
 
 def touch_at(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:

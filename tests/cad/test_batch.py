@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from cad.cli.calibrate_jobs import option_columns
+from cad.batch.job_list import OF_THE_BATCH, read_jobs, words_of
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, option_columns
 from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here
@@ -125,7 +126,7 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         "../up": ("tee.step,day0.csv,,", "holds '/'"),
         "GOOD": ("tee.step,day0.csv,,", "appears twice, first in line 2"),
         "": ("tee.step,day0.csv,,", "it is empty"),
-        "nul": ("tee.step,day0.csv,,", "is kept for something else"),
+        "nul": ("tee.step,day0.csv,,", "is the name of a device in Windows"),
         "no part": ("te.step,day0.csv,,", "no such file or directory; did you mean"),
         "no taught": ("tee.step,none.csv,,", "none.csv: no such file or directory"),
         "few": ("tee.step,short.csv,,", "short.csv"),
@@ -150,7 +151,12 @@ def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path
         "empty": ("job,part,taught\n", "has a header and no rows"),
         "column": ("job,part,taught,criterium\na,b,c,d\n", "did you mean criterion?"),
         "missing": ("job,part\na,b\n", "missing column taught"),
-        "out": ("job,part,taught,out\na,b,c,d\n", "is not an option of wpcal calibrate that a job can have"),
+        "out": ("job,part,taught,out\na,b,c,d\n", "column 'out': every job is written to OUT/JOB"),
+        "holder": ("job,part,taught,zzz\na,b,c,d\n", "is not an option of wpcal calibrate that a job can have"),
+        "short": (
+            "job;part;taught;wrap\na;b;c\n",
+            "line 2, column 3: expected 4 cells, got 3; an empty cell needs its ;",
+        ),
     }
     for name, (text, expected) in refused.items():
         (tmp_path / f"{name}.csv").write_text(text)
@@ -171,8 +177,23 @@ def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path
 def test_every_option_of_the_command_that_a_job_can_have_is_a_column() -> None:
     columns = option_columns()
     assert {"criterion", "sigma_mm", "nominal", "seams", "bodies", "mark_seams", "uframe"} <= set(columns)
-    assert not {"out", "force", "json", "details", "no_cache", "help"} & set(columns)
+    assert not {*OF_THE_BATCH, "help"} & set(columns)
+    assert {name.replace("json", "as_json") for name in OF_THE_BATCH} == NOT_OF_A_JOB - {"help"}
     assert columns["bodies"].is_optional
     assert columns["weld"].is_multiple
     assert columns["wrap"].shapes_part
     assert not columns["criterion"].shapes_part
+
+
+def test_numbers_are_typed_as_in_any_table(tmp_path: Path) -> None:
+    """Only cells of options that take one number: those of others may hold commas of their own."""
+    (tmp_path / "jobs.csv").write_bytes(
+        "\ufeffjob;part;taught;sigma_mm;tolerance_mm;nominal;bending\r\n"
+        "a;p;t;0,2;1,50 mm;1,2,3,0,0,0;yes\r\nb;p;t;;2;;0,5\r\nc;p;t;x;2;;\r\n".encode()
+    )
+    words = [words_of(job.cells, option_columns()) for job in read_jobs(tmp_path / "jobs.csv", option_columns())]
+    assert words == [
+        ("--sigma-mm=0.2", "--tolerance-mm=1.5", "--nominal=1,2,3,0,0,0", "--bending"),
+        ("--tolerance-mm=2", "--bending=0.5"),
+        ("--sigma-mm=x", "--tolerance-mm=2"),
+    ]

@@ -159,6 +159,11 @@ def test_bodies_and_the_suggestion_are_answered(client: RpcClient, tee: dict[str
     assert [body["name"] for body in fit["record"]["bodies"]["bodies"]] == tee["solids"]
     none = {"columns": rows["columns"], "rows": []}
     assert len(client.ask("suggest", handle=tee["handle"], taught=none)["features"]) == 4
+    moved = client.ask("suggest", handle=tee["handle"], taught=none, options={"bodies": True})
+    assert moved["features"] == [touch["name"] for touch in moved["touches"]]
+    assert {touch["body"] for touch in moved["touches"]} == set(tee["solids"])
+    bad = client.refused("suggest", handle=tee["handle"], taught=none, options={"tack_mm": 1})
+    assert bad["message"] == "--tack-mm and --tack-mrad are for --bodies"
     touched = client.ask("touch_at", handle=tee["handle"], p_mm=[100, 20, 10], normal=[0, 0, 1])
     assert (touched["kind"], touched["p_mm"]) == ("plane", [100, 20, 10])
 
