@@ -15,7 +15,6 @@ from cad.cli.options import MESH, PART, CalibrateFlags, FitFlags, SeamChoiceFlag
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import DETAILS_HELP, FORCE_HELP, JSON_HELP
-from wpcal.core.input_file import unchanged_files
 
 if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
@@ -189,11 +188,12 @@ def calibrate(
     from cad.cli.kernel_work import run_on_part
     from cad.cli.recorded import asked_inputs
     from wpcal.cli.calibration_tables import exit_code
+    from wpcal.core.input_file import noted_files
 
     asked = CalibrationFlags(touching, calibration, moving, reading, choice)
-    with unchanged_files():
+    with noted_files() as read:
         arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
-        inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256)
+        inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256, read)
     written: WrittenCalibration = run_on_part(
         "cad.cli.recorded:calibrate_recorded",
         part_step,

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from cad.batch.job_list import OF_THE_BATCH, read_jobs, words_of
+from cad.batch.summary_check import check_summary, read_summary
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, option_columns
 from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
@@ -46,9 +47,12 @@ def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path) -> N
 
 
 def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
-    """One job and the summary were changed; the others are as claimed."""
+    """A job, two folders that changed places, a request and the summary were changed; the others are as claimed."""
     out = folder / "changed"
     shutil.copytree(folder / "whole", out)
+    for before, after in (("j3", "other"), ("j4", "j3"), ("other", "j4")):
+        (out / before).rename(out / after)
+    (out / "j5" / "job.json").unlink()
     path = out / "j0" / "seams.csv"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join([lines[0], lines[1].replace("1", "2"), *lines[2:]]))
@@ -62,12 +66,14 @@ def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
     record = json.loads(done.stdout)
     check_record(record)
     states = {each["name"]: each["state"] for each in record["checked"]}
-    whole = {f"j{k}": "as claimed" for k in range(1, JOBS)}
-    assert states == {**whole, "j0": "different", "summary.jsonl": "different"}
+    names = ("summary.jsonl", *(f"j{k}" for k in range(JOBS)))
+    assert states == {name: "as claimed" if name in {"j1", "j2"} else "different" for name in names}
     told = {each["name"]: [one["where"] for one in each["differences"]] for each in record["checked"]}
     assert told["j0"][0].startswith("seams.csv line 2 ")
+    assert told["j3"][0] == told["j4"][0] == "job.json job"
+    assert told["j5"] == ["job.json"]
     assert told["summary.jsonl"][0] == "summary.jsonl j0 bound_mm"
-    assert told["summary.jsonl"][1].startswith("summary.csv line 2 bound_mm")
+    assert any(where.startswith("summary.csv line 2 bound_mm") for where in told["summary.jsonl"])
 
 
 def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
@@ -125,6 +131,7 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         "good": ("tee.step,day0.csv,,", None),
         "../up": ("tee.step,day0.csv,,", "holds '/'"),
         "GOOD": ("tee.step,day0.csv,,", "appears twice, first in line 2"),
+        "good ": ("tee.step,day0.csv,,", "the name 'good' appears twice, first in line 2"),
         "": ("tee.step,day0.csv,,", "it is empty"),
         "nul": ("tee.step,day0.csv,,", "is the name of a device in Windows"),
         "no part": ("te.step,day0.csv,,", "no such file or directory; did you mean"),
@@ -144,6 +151,10 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         assert expected is None or expected in line["error"], line
         assert (line["error"] is None) == (expected is None)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["good", "summary.csv", "summary.jsonl"]
+    lines = read_summary(tmp_path / "out")
+    assert not list(check_summary(tmp_path / "out", lines))
+    for copied in lines[:2]:
+        assert "listed twice" in {each.found for each in check_summary(tmp_path / "out", [*lines, copied])}
 
 
 def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path) -> None:

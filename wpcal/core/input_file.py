@@ -10,7 +10,7 @@ import hashlib
 import os
 import stat
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -29,6 +29,10 @@ NEAR_NAME = 0.75
 """Likeness (of `difflib`) from which a name is a slip of another one: hoper.step of hopper.step has 0.95."""
 STDIN = "-"
 """As the name of a file: standard input."""
+_NOTED: ContextVar[Callable[[Path, bytes], None] | None] = ContextVar("_NOTED", default=None)
+"""Notes files that are read."""
+_OWN = Path(__file__).parents[1]
+"""Files in it belong to the version of wpcal."""
 _KINDS = {
     stat.S_IFDIR: "is a folder",
     stat.S_IFIFO: "is a pipe",
@@ -36,6 +40,42 @@ _KINDS = {
     stat.S_IFCHR: "is a device",
     stat.S_IFBLK: "is a device",
 }
+
+
+@contextmanager
+def noted_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[dict[str, str]]:
+    """Note the files that are read as a whole while the block runs: SHA-256 by the name under which each is opened.
+
+    Results depend on them, also on those that a file names: the arms of a cell, both files of a run of touches. Files
+    of wpcal itself are not noted. What is noted of a file holds for all that is made of it: a file that is changed
+    between two readings is refused, also if it is changed back later.
+
+    Parameters
+    ----------
+    known : iterable of (str, str)
+        Names, and the SHA-256 that these files must have if they are read.
+
+    Raises
+    ------
+    InputError
+        At the end of the block, when a file had other contents when it was read once more.
+    """
+    noted: dict[str, str] = {}
+    expected, changed = {str(Path(name)): sha256 for name, sha256 in known}, set[str]()
+
+    def note(path: Path, data: bytes) -> None:
+        name, sha256 = str(path), sha256_of(data)
+        if sha256 != expected.setdefault(name, sha256):
+            changed.add(name)
+        noted.setdefault(name, sha256)
+
+    token = _NOTED.set(note)
+    try:
+        yield noted
+    finally:
+        _NOTED.reset(token)
+    if changed:
+        raise InputError(f"{min(changed)}: was changed while it was read; run this again")
 
 
 def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
@@ -57,8 +97,15 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
     InputError
         When it cannot be opened, is not a regular file, is larger than the limit, or its name is not UTF-8 text.
     """
+    data = _read(path, _limit_mb(most_mb), first, expected)
+    note = _NOTED.get()
+    if note is not None and first is None and _OWN not in path.parents:
+        note(path, data)
+    return data
+
+
+def _read(path: Path, most: float, first: int | None, expected: str) -> bytes:
     require_name(path)
-    most = _limit_mb(most_mb)
     try:
         if str(path) == STDIN:
             return _within(sys.stdin.buffer.read(int(most * BYTES_PER_MB) + 1), path, most)
@@ -72,51 +119,11 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
             if first is not None:
                 return file.read(first)
             data = file.read(int(most * BYTES_PER_MB) + 1)
-            _note(path, data)
     except FileNotFoundError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}{_near(path)}") from None
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from None
     return _within(data, path, most)  # it may have grown, or its file system does not know its size
-
-
-_SEEN: ContextVar[dict[str, set[str]] | None] = ContextVar("seen", default=None)
-
-
-@contextmanager
-def unchanged_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[None]:
-    """Refuse, at the end of the block, every file that was read in it with different contents.
-
-    A result whose record names the SHA-256 of a file is thus made of these bytes, whatever happens to the file while it
-    is read: also if it is changed and changed back.
-
-    Parameters
-    ----------
-    known : iterable of (str, str)
-        Files, and the SHA-256 that they must have if they are read.
-
-    Raises
-    ------
-    InputError
-        With the name of the file.
-    """
-    seen: dict[str, set[str]] = {}
-    for name, sha256 in known:
-        seen.setdefault(os.path.abspath(name), set()).add(sha256)
-    before = _SEEN.set(seen)
-    try:
-        yield
-    finally:
-        _SEEN.reset(before)
-    for name, found in seen.items():
-        if len(found) > 1:
-            raise InputError(f"{name}: was changed while it was read; run this again")
-
-
-def _note(path: Path, data: bytes) -> None:
-    seen = _SEEN.get()
-    if seen is not None:
-        seen.setdefault(os.path.abspath(path), set()).add(sha256_of(data))
 
 
 def _near(path: Path) -> str:
