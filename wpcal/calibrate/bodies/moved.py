@@ -20,7 +20,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 
-BOW_POINTS = 11
+BOW_POINTS = 13
 """Points along a body at which a record tells its bow: three on the shortest wave."""
 MOST_TOLD = 5
 """Bodies whose motions a sentence names; a table has all."""
