@@ -139,7 +139,8 @@ class MovedWorkpiece:
         first, second = self.contacts.first.tolist(), self.contacts.second.tolist()
         pairs = {frozenset(pair) for pair in zip(first, second, strict=True)}
         what = f"{counted(len(pairs), 'pair')} of bodies {'is' if len(pairs) == 1 else 'are'} kept on each other"
-        return (Issue("contacts-kept", f"{what}, within {self.contact_sigma_mm:.2g} mm (standard deviation)"),)
+        told = f"{what}, within {self.contact_sigma_mm:.2g} mm (standard deviation)"
+        return (Issue("contacts-kept", f"{told}; {self.bodies.contacts_sentence()}"),)
 
     def gap_notes(self) -> tuple[Issue, ...]:
         """Return which accepted seams are wider than usual, and which overlap by more than errors explain."""

@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.motions import Motions, left_jacobian
 from wpcal.calibrate.touches.touches import Linearised, Touches
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
 from wpcal.core.transform import RigidTransform
 
@@ -44,7 +44,10 @@ class Whitened:
 
     def without_contacts(self) -> Whitened:
         """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
-        rows = self.touch >= 0
+        return self.select(self.touch >= 0)
+
+    def select(self, rows: BoolArray) -> Whitened:
+        """Return the model of some rows: a mask of shape (m,)."""
         return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows], self.bends)
 
     def with_free(self, body: int) -> Whitened:
