@@ -60,11 +60,14 @@ class Failure:
         Number of the system's error behind it; 0 if there is none.
     killed : bool
         Whether somebody else killed the process: the same work may well succeed.
+    of_group : bool
+        Whether no job of its group can be run.
     """
 
     message: str
     errno: int = 0
     killed: bool = False
+    of_group: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +144,13 @@ class Host:
         if channel is not None:
             channel.close()
 
-    def wait(self) -> list[Event]:
+    def wait(self, wake: int | None = None) -> list[Event]:
         """Wait until something happens, and return it.
+
+        Parameters
+        ----------
+        wake : int, optional
+            A descriptor. If something can be read from it, the waiting ends, too.
 
         Raises
         ------
@@ -150,11 +158,11 @@ class Host:
             When the server does not run any more.
         """
         channels = {channel.fileno(): group for group, channel in self._channels.items()}
-        heard: list[Any] = [self._command, *channels]
+        heard: list[Any] = [self._command, *channels, *([] if wake is None else [wake])]
         ready, _, _ = select.select(heard, [], [])
         events = []
         for each in ready:
-            if isinstance(each, int) and channels[each] in self._channels:
+            if each in channels and channels[each] in self._channels:
                 events += self._heard(channels[each])
         if self._command in ready:
             events += self._group_ended()

@@ -248,7 +248,7 @@ class _Earlier:
 
     def result(self, job: Job, part_sha256: str, words: tuple[str, ...]) -> dict[str, Any] | None:
         """Return the result of a job whose folder is complete and was made of the same inputs; otherwise None."""
-        from cad.batch.job_record import JobInputs, files_in, is_made_of, read_job_record, sha256_at
+        from cad.batch.job_record import JobInputs, is_made_of, read_job_record, sha256_at
         from wpcal.core.errors import InputError
 
         record = read_job_record(self._out / job.name)
@@ -258,8 +258,8 @@ class _Earlier:
             taught = sha256_at(job.taught, self._folder)
         except InputError:  # the job itself says what is wrong
             return None
-        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words, files_in(words, self._folder))
-        if not is_made_of(record, inputs, self._out / job.name):
+        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words)
+        if not is_made_of(record, inputs, self._out / job.name, beside=self._folder):
             return None
         result: dict[str, Any] = record["result"]
         wants_page = self._pages == "all" or (self._pages == "fail" and result["exit_code"] != 0)

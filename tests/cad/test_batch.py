@@ -17,7 +17,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.cli.calibrate_jobs import open_part, option_columns, run_job
+from cad.batch.job_list import OF_THE_BATCH, read_jobs, words_of
+from cad.batch.summary_check import check_summary, read_summary
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, open_part, option_columns, run_job
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here
 from wpcal.core.errors import InputError
@@ -101,9 +103,12 @@ def test_a_job_writes_what_the_command_writes(folder: Path, tmp_path: Path) -> N
 
 
 def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
-    """One job and the summary were changed; the others are as claimed."""
+    """A job, two folders that changed places, a request and the summary were changed; the others are as claimed."""
     out = folder / "changed"
     shutil.copytree(folder / "whole", out)
+    for before, after in (("j3", "other"), ("j4", "j3"), ("other", "j4")):
+        (out / before).rename(out / after)
+    (out / "j5" / "job.json").unlink()
     path = out / "j0" / "seams.csv"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join([lines[0], lines[1].replace("1", "2"), *lines[2:]]))
@@ -117,12 +122,14 @@ def test_verify_names_what_was_changed_in_a_batch(folder: Path) -> None:
     record = json.loads(done.stdout)
     check_record(record)
     states = {each["name"]: each["state"] for each in record["checked"]}
-    whole = {f"j{k}": "as claimed" for k in range(1, JOBS)}
-    assert states == {**whole, "j0": "different", "summary.jsonl": "different"}
+    names = ("summary.jsonl", *(f"j{k}" for k in range(JOBS)))
+    assert states == {name: "as claimed" if name in {"j1", "j2"} else "different" for name in names}
     told = {each["name"]: [one["where"] for one in each["differences"]] for each in record["checked"]}
     assert told["j0"][0].startswith("seams.csv line 2 ")
+    assert told["j3"][0] == told["j4"][0] == "job.json job"
+    assert told["j5"] == ["job.json"]
     assert told["summary.jsonl"][0] == "summary.jsonl j0 bound_mm"
-    assert told["summary.jsonl"][1].startswith("summary.csv line 2 bound_mm")
+    assert any(where.startswith("summary.csv line 2 bound_mm") for where in told["summary.jsonl"])
 
 
 def test_another_folder_order_of_work_and_surroundings_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
@@ -246,8 +253,9 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         "good": ("tee.step,day0.csv,,", None),
         "../up": ("tee.step,day0.csv,,", "holds '/'"),
         "GOOD": ("tee.step,day0.csv,,", "appears twice, first in line 2"),
+        "good ": ("tee.step,day0.csv,,", "the name 'good' appears twice, first in line 2"),
         "": ("tee.step,day0.csv,,", "it is empty"),
-        "nul": ("tee.step,day0.csv,,", "is kept for something else"),
+        "nul": ("tee.step,day0.csv,,", "is the name of a device in Windows"),
         "no part": ("te.step,day0.csv,,", "no such file or directory; did you mean"),
         "no taught": ("tee.step,none.csv,,", "none.csv: no such file or directory"),
         "few": ("tee.step,short.csv,,", "short.csv"),
@@ -265,6 +273,10 @@ def test_wrong_rows_fail_in_one_line_and_the_others_go_on(folder: Path, tmp_path
         assert expected is None or expected in line["error"], line
         assert (line["error"] is None) == (expected is None)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["good", "summary.csv", "summary.jsonl"]
+    lines = read_summary(tmp_path / "out")
+    assert not list(check_summary(tmp_path / "out", lines))
+    for copied in lines[:2]:
+        assert "listed twice" in {each.found for each in check_summary(tmp_path / "out", [*lines, copied])}
 
 
 def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
@@ -272,7 +284,12 @@ def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path
         "empty": ("job,part,taught\n", "has a header and no rows"),
         "column": ("job,part,taught,criterium\na,b,c,d\n", "did you mean criterion?"),
         "missing": ("job,part\na,b\n", "missing column taught"),
-        "out": ("job,part,taught,out\na,b,c,d\n", "is not an option of wpcal calibrate that a job can have"),
+        "out": ("job,part,taught,out\na,b,c,d\n", "column 'out': every job is written to OUT/JOB"),
+        "holder": ("job,part,taught,zzz\na,b,c,d\n", "is not an option of wpcal calibrate that a job can have"),
+        "short": (
+            "job;part;taught;wrap\na;b;c\n",
+            "line 2, column 3: expected 4 cells, got 3; an empty cell needs its ;",
+        ),
     }
     for name, (text, expected) in refused.items():
         (tmp_path / f"{name}.csv").write_text(text)
@@ -293,8 +310,23 @@ def test_a_wrong_list_or_folder_is_refused_and_nothing_is_written(tmp_path: Path
 def test_every_option_of_the_command_that_a_job_can_have_is_a_column() -> None:
     columns = option_columns()
     assert {"criterion", "sigma_mm", "nominal", "seams", "bodies", "mark_seams", "uframe"} <= set(columns)
-    assert not {"out", "force", "json", "details", "no_cache", "help"} & set(columns)
+    assert not {*OF_THE_BATCH, "help"} & set(columns)
+    assert {name.replace("json", "as_json") for name in OF_THE_BATCH} == NOT_OF_A_JOB - {"help"}
     assert columns["bodies"].is_optional
     assert columns["weld"].is_multiple
     assert columns["wrap"].shapes_part
     assert not columns["criterion"].shapes_part
+
+
+def test_numbers_are_typed_as_in_any_table(tmp_path: Path) -> None:
+    """Only cells of options that take one number: those of others may hold commas of their own."""
+    (tmp_path / "jobs.csv").write_bytes(
+        "\ufeffjob;part;taught;sigma_mm;tolerance_mm;nominal;bending\r\n"
+        "a;p;t;0,2;1,50 mm;1,2,3,0,0,0;yes\r\nb;p;t;;2;;0,5\r\nc;p;t;x;2;;\r\n".encode()
+    )
+    words = [words_of(job.cells, option_columns()) for job in read_jobs(tmp_path / "jobs.csv", option_columns())]
+    assert words == [
+        ("--sigma-mm=0.2", "--tolerance-mm=1.5", "--nominal=1,2,3,0,0,0", "--bending"),
+        ("--tolerance-mm=2", "--bending=0.5"),
+        ("--sigma-mm=x", "--tolerance-mm=2"),
+    ]

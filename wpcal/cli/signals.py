@@ -27,21 +27,28 @@ class Stopped(KeyboardInterrupt):
 
 
 @contextmanager
-def stopped_like_interrupted() -> Iterator[None]:
-    """Let these signals raise `Stopped`, unless the caller of this process ignores them (`nohup`)."""
+def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
+    """Let these signals raise `Stopped`, unless the caller of this process ignores them (`nohup`).
+
+    Yields what was raised so far, of Ctrl-C, too. An interruption comes at any line, also within Python's import
+    machinery, which may answer it with an error of its own: such an error is an interruption, not a fault.
+    """
+    raised = list[KeyboardInterrupt]()
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield raised
         return
+
+    def stop(number: int, _: FrameType | None) -> None:
+        raised.append(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
+        raise raised[-1]
+
     numbers = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
-    taken = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, *numbers)}
+    taken = {n: handler for n, handler in handlers.items() if handler in (signal.SIG_DFL, signal.default_int_handler)}
     for number in taken:
-        signal.signal(number, _raise)
+        signal.signal(number, stop)
     try:
-        yield
+        yield raised
     finally:
-        for number in taken:
-            signal.signal(number, signal.SIG_DFL)
-
-
-def _raise(number: int, _: FrameType | None) -> None:
-    raise Stopped(number)
+        for number, handler in taken.items():
+            signal.signal(number, handler)

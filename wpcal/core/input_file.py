@@ -10,7 +10,9 @@ import hashlib
 import os
 import stat
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -27,6 +29,10 @@ NEAR_NAME = 0.75
 """Likeness (of `difflib`) from which a name is a slip of another one: hoper.step of hopper.step has 0.95."""
 STDIN = "-"
 """As the name of a file: standard input."""
+_NOTED: ContextVar[dict[str, str] | None] = ContextVar("_NOTED", default=None)
+"""Where files are noted that are read."""
+_OWN = Path(__file__).parents[1]
+"""Files in it belong to the version of wpcal."""
 _KINDS = {
     stat.S_IFDIR: "is a folder",
     stat.S_IFIFO: "is a pipe",
@@ -34,6 +40,21 @@ _KINDS = {
     stat.S_IFCHR: "is a device",
     stat.S_IFBLK: "is a device",
 }
+
+
+@contextmanager
+def noted_files() -> Iterator[dict[str, str]]:
+    """Note the files that are read as a whole while the block runs: SHA-256 by the name under which each is opened.
+
+    Results depend on them, also on those that a file names: the arms of a cell, both files of a run of touches. Files
+    of wpcal itself are not noted.
+    """
+    noted: dict[str, str] = {}
+    token = _NOTED.set(noted)
+    try:
+        yield noted
+    finally:
+        _NOTED.reset(token)
 
 
 def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
@@ -55,8 +76,15 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
     InputError
         When it cannot be opened, is not a regular file, is larger than the limit, or its name is not UTF-8 text.
     """
+    data = _read(path, _limit_mb(most_mb), first, expected)
+    noted = _NOTED.get()
+    if noted is not None and first is None and _OWN not in path.parents:
+        noted.setdefault(str(path), sha256_of(data))
+    return data
+
+
+def _read(path: Path, most: float, first: int | None, expected: str) -> bytes:
     require_name(path)
-    most = _limit_mb(most_mb)
     try:
         if str(path) == STDIN:
             return _within(sys.stdin.buffer.read(int(most * BYTES_PER_MB) + 1), path, most)
