@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -17,8 +18,10 @@ from wpcal.core.schemas import required_fields
 from wpcal.core.whole_folder import put_in_place
 from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 
+_BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
+REPORT = "report.html"
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +173,19 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
 
 
+def is_torn(folder: Path) -> bool:
+    """Tell whether a folder holds a ``job.json`` of which only the beginning reached the disk, as after a power cut."""
+    if not holds_file(folder, JOB_FILE):
+        return False
+    data = (folder / JOB_FILE).read_bytes()
+    try:
+        json.loads(data)
+    except ValueError:
+        begun = data.rstrip(b"\0")  # what some file systems have in place of data that were not written
+        return begun[: len(_BEGIN)] == _BEGIN[: len(begun)]
+    return False
+
+
 def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, beside: Path) -> bool:
     """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal.
 
@@ -210,10 +226,13 @@ def put_job_in_place(new: Path, out: Path) -> None:
         When `out` is not the folder of a job, or cannot be written.
     """
     record = read_job_record(out)
-    if record is None and out.is_dir() and any(out.iterdir()):
+    torn = record is None and is_torn(out)
+    if record is None and not torn and out.is_dir() and any(out.iterdir()):
         raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
-    old = () if record is None else (*record["files"], JOB_FILE)
+    if record is not None and "job" not in record:
+        raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
+    old = (REPORT,) if record is None else record["files"]  # a folder that is torn does not say what it holds
     try:
-        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
+        put_in_place(new, out, overwrite=record is not None or torn, head=JOB_FILE, leave_out=(*old, JOB_FILE))
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import queue
+import secrets
 import shutil
 import socket
 import threading
@@ -18,7 +19,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import Any
 
 from cad.batch.group import GroupRequest
@@ -114,7 +114,7 @@ class _Machine:
         from distributed import get_worker
 
         worker = get_worker()
-        self._folder = Path(mkdtemp(prefix=WORK_MARK, dir=worker.local_directory))
+        self._folder = Path(worker.local_directory) / f"{WORK_MARK}{secrets.token_hex(4)}"
         self._threads: int = worker.state.nthreads
         self._modules = modules
         self._numbers = count()
@@ -175,8 +175,15 @@ class _Machine:
     def _work(self) -> None:
         """Run jobs until the server ends. A thread of its own: the server ends with the thread that started it."""
         error: BaseException = ServerEndedError(GONE)
-        lock = os.open(self._folder, os.O_RDONLY)
-        host = Host(self._folder, lock, self._modules)
+        lock = os.open(self._folder.parent, os.O_RDONLY)
+        try:
+            host = Host(self._folder, lock, self._modules)
+        except Exception as raised:  # whoever waits must learn of it
+            self.has_ended = True
+            self._ready.set_exception(raised)
+            return
+        finally:
+            os.close(lock)
         jobs = Jobs(host, at_once=self._threads, done=self._done, kept_open=KEPT_OPEN)
         self._ready.set_result(None)
         try:
@@ -191,7 +198,6 @@ class _Machine:
         finally:
             self.has_ended = True
             host.end()
-            os.close(lock)
             self._wakes.close()
             self._wake.close()
             for waiting in list(self._waiting.values()):

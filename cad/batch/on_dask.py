@@ -60,11 +60,9 @@ def run_on_dask(
     """
     reader = Reader(next(iter(requests.values())).folder, files_of_options)
     run = _Run(tasks, requests, cluster, tuple(modules), reader, done)
-    try:
-        with flushed_later():
-            run.run()
-    finally:
-        cluster.end_with(end_batch, run.batch)
+    cluster.at_end(end_batch, run.batch)
+    with flushed_later():
+        run.run()
 
 
 @dataclass(slots=True, eq=False)
@@ -169,7 +167,7 @@ class _Run:
 
     def _put_in_place(self, task: Task, new: Path, files: Mapping[str, bytes]) -> Failure | None:
         try:
-            new.mkdir()
+            new.mkdir(parents=True)
             for name, data in files.items():
                 (new / name).write_bytes(data)
             put_job_in_place(new, task.arguments["out"])

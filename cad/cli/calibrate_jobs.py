@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JobInputs, files_read, is_still, job_record, put_job_in_place, sha256_at
+from cad.batch.job_record import JobInputs, files_read, job_record, put_job_in_place, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -231,9 +231,12 @@ def run_job(
     """
     began = time.perf_counter()
     here, new = Path(), folder / name
-    taught_sha256 = sha256_at(taught, here)
     folder.mkdir()
-    with noted_files() as read, parsed(words, part, taught, new) as flags:
+    with (
+        noted_files([(part, opened.sha256), *opened.files]) as read,
+        parsed(words, part, taught, new) as flags,
+    ):
+        taught_sha256 = sha256_at(taught, here)
         arguments = file_arguments(
             flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
         )
@@ -241,12 +244,14 @@ def run_job(
     accept_unsure = flags.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
-    if not all(is_still(*file, here) for file in (inputs.taught, *inputs.files, *opened.files)):
-        raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
     (new / JOB_FILE).write_text(job_record(name, inputs.called(origins), result, new), encoding="utf-8")
     put_job_in_place(new, out)
     return {**result, "seconds": time.perf_counter() - began}
+
+
+def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) -> bool:
+    return pages is Pages.ALL or (pages is Pages.FAIL and exit_code(result, accept_unsure=accept_unsure) != 0)
 
 
 def files_of_options(words: Sequence[str], part: str, taught: str) -> tuple[str, ...]:
@@ -254,10 +259,6 @@ def files_of_options(words: Sequence[str], part: str, taught: str) -> tuple[str,
     with noted_files() as read, suppress(WpcalError), parsed(words, part, taught, Path()) as flags:
         file_arguments(flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=Path())
     return tuple(name for name, _ in files_read(read, taught))
-
-
-def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) -> bool:
-    return pages is Pages.ALL or (pages is Pages.FAIL and exit_code(result, accept_unsure=accept_unsure) != 0)
 
 
 def result_of(written: WrittenCalibration | WorkpieceCalibration) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from click.core import ParameterSource
 
 from cad.batch.compare import compare_claim
 from cad.batch.inputs_now import FoundInputs
-from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
+from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
 from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample
@@ -26,8 +26,6 @@ from wpcal.cli.calibration_tables import exit_code
 from wpcal.core.input_file import noted_files, sha256_of
 from wpcal.core.progress import Progress, no_progress
 from wpcal.results.folder import JOB_FILE, SEAMS_FILE
-
-REPORT = "report.html"
 
 
 def asked_inputs(

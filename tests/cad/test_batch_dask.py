@@ -19,13 +19,12 @@ from cad.batch.job_record import JobInputs
 from cad.batch.on_dask import run_on_dask
 from cad.batch.run import Task
 from cad.batch.sent_files import Copies, Reader
-from tests.batches import FIXTURES, contents, write_parts
+from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import TIMEOUT_S, run_here
 from wpcal.dask.cluster import Cluster
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-WPCAL = Path(sys.executable).with_name("wpcal")
 REPEATS = 4
 """So often the jobs of the list are repeated: enough to disturb a batch before its end."""
 LIMIT_S, LIMIT_GB = 2.0, 2.0
@@ -38,7 +37,7 @@ ORPHAN_S = 10.0
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A list with relative, absolute and repeated names of files, and in `whole` what a batch here makes of it."""
     folder = tmp_path_factory.mktemp("list")
-    write_parts(folder)
+    write_jobs(folder, 6, wrapped=2)
     (folder / "days").mkdir()
     shutil.copy(folder / "day5.csv", folder / "days")
     head, *rows = (folder / "jobs.csv").read_text().splitlines()
@@ -68,7 +67,13 @@ def dask(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskProcesses]:
 def started(folder: Path, out: Path, address: str) -> subprocess.Popen[str]:
     """Start a batch, and return as soon as some of its jobs are done."""
     command = [WPCAL, "batch", folder / "jobs.csv", "-o", out, "--report", "none", "--dask", address]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heed_signals,  # noqa: PLW1509  # the tests start it from one thread
+    )
     while process.poll() is None and len(list(out.glob("j*"))) < 3:
         time.sleep(0.01)
     return process
@@ -79,7 +84,7 @@ def ended(process: subprocess.Popen[str], code: int) -> str:
     _, stderr = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == code, stderr
     assert "Traceback" not in stderr
-    lines = [line for line in stderr.splitlines() if line and " … (" not in line]  # without progress
+    lines = told(stderr)
     assert len(lines) <= 1, stderr
     return "".join(lines)
 

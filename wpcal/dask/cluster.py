@@ -101,9 +101,19 @@ class Cluster:
         self._workers: dict[str, _Worker] = {}
         self._running: dict[str, _Running] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._at_end: list[tuple[Callable[..., Any], tuple[Any, ...]]] = []
         self._looked_at = self._seen_at = 0.0
 
     def __enter__(self) -> Self:
+        try:
+            self.start()
+        except BaseException:
+            self.end()
+            raise
+        return self
+
+    def start(self) -> None:
+        """Connect, and wait for a worker. `end` must follow, also if this raises."""
         try:
             import dask
             import distributed
@@ -123,18 +133,13 @@ class Cluster:
                 f"no Dask scheduler answers at {self._address} ({_first_line(error)}); start one with: dask scheduler"
             ) from None
         self._seen_at = time.monotonic()
-        try:
-            while not self._workers:
-                self._look()
-                if not self._workers:
-                    time.sleep(LOOK_S / 5)
-        except BaseException:
-            self._close()
-            raise
-        return self
+        while not self._workers:
+            self._look()
+            if not self._workers:
+                time.sleep(LOOK_S / 5)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._close()
+        self.end()
 
     def shared(self, content: bytes) -> Any:
         """Send content once, for many calls: workers take it from one another. It is kept while the answer is kept."""
@@ -160,12 +165,20 @@ class Cluster:
                 return
             yield from self._wait()
 
-    def end_with(self, function: Callable[..., Any], *arguments: Any) -> None:
-        """Give up what runs, and call a function on all workers that can be reached."""
-        with suppress(Exception):  # at the end of the work: workers may be gone, and so may the scheduler
-            if self._client.status == "running":
-                self._running.clear()  # what no worker has begun is not begun any more
+    def at_end(self, function: Callable[..., Any], *arguments: Any) -> None:
+        """Let all workers that can then be reached call a function at the end, however that comes."""
+        self._at_end.append((function, arguments))
+
+    def end(self) -> None:
+        """Give up what runs, and close the connection."""
+        self._running.clear()  # what no worker has begun is not begun any more
+        if self._client is None:
+            return
+        with suppress(Exception):  # workers may be gone, and so may the scheduler
+            for function, arguments in self._at_end if self._client.status == "running" else ():
                 self._client.run(function, *arguments, on_error="ignore")
+        with suppress(Exception):
+            self._client.close(timeout=END_S)
 
     def _place(self, next_call: Callable[[str], Call | None]) -> None:
         """Give calls to the workers that are free, one to each in turn."""
@@ -252,11 +265,6 @@ class Cluster:
         except (OSError, RuntimeError, TimeoutError, CancelledError) as error:
             self._require_scheduler()
             raise InputError(f"the Dask scheduler {self._address} does not answer ({_first_line(error)})") from None
-
-    def _close(self) -> None:
-        with suppress(Exception):  # the connection may be lost already
-            self._running.clear()
-            self._client.close(timeout=END_S)
 
 
 def _require_scheduler_at(address: str) -> None:
