@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from wpcal.drift import PartDrift, PartJobs
 
 USUAL_FIRST, LEAST_FIRST = 25, 3
+MOST_NAMED = 5
+"""Jobs that one line names."""
 
 
 @click.command()
@@ -85,12 +87,16 @@ def _watched(
         jobs = found
     parts, left_out = [], []
     for each in jobs:
+        if each.on_others:
+            more = f" and {len(each.on_others) - MOST_NAMED} more" if len(each.on_others) > MOST_NAMED else ""
+            names = ", ".join(each.on_others[:MOST_NAMED])
+            left_out.append(f"{each.file}: jobs without the points of most jobs: {names}{more}")
         try:
             parts.append(watch_part(each, first=first))
         except InputError as error:
             left_out.append(str(error))
     if not parts:
-        raise InputError(left_out[0] if len(left_out) == 1 else "; ".join(left_out[:3]))
+        raise InputError("; ".join(left_out[:3]))
     return parts, left_out
 
 
