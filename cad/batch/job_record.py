@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
 from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 
+_BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
 
@@ -127,6 +129,19 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     except InputError:
         return None
     return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
+
+
+def is_torn(folder: Path) -> bool:
+    """Tell whether a folder holds a ``job.json`` of which only the beginning reached the disk, as after a power cut."""
+    if not holds_file(folder, JOB_FILE):
+        return False
+    data = (folder / JOB_FILE).read_bytes()
+    try:
+        json.loads(data)
+    except ValueError:
+        begun = data.rstrip(b"\0")  # what some file systems have in place of data that were not written
+        return begun[: len(_BEGIN)] == _BEGIN[: len(begun)]
+    return False
 
 
 def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, beside: Path) -> bool:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JobInputs, files_read, is_still, job_record, sha256_at
+from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -64,6 +64,9 @@ PRELOADED = (
 """What a calibration imports when it needs it: loaded once, before the first job."""
 NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "help"})
 """Options of the command that are about one folder, the terminal, or the whole batch."""
+
+
+REPORT = "report.html"
 
 
 class Pages(Enum):
@@ -226,9 +229,12 @@ def run_job(
     """
     began = time.perf_counter()
     here, new = Path(), folder / name
-    taught_sha256 = sha256_at(taught, here)
     folder.mkdir()
-    with noted_files() as read, parsed(words, part, taught, new) as flags:
+    with (
+        noted_files([(part, opened.sha256), *opened.files]) as read,
+        parsed(words, part, taught, new) as flags,
+    ):
+        taught_sha256 = sha256_at(taught, here)
         arguments = file_arguments(
             flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
         )
@@ -236,8 +242,6 @@ def run_job(
     accept_unsure = flags.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
-    if not all(is_still(*file, here) for file in (inputs.taught, *inputs.files, *opened.files)):
-        raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
     (new / JOB_FILE).write_text(job_record(name, inputs, result, new), encoding="utf-8")
     _replace(new, out)
@@ -249,14 +253,17 @@ def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) ->
 
 
 def _replace(new: Path, out: Path) -> None:
-    from cad.batch.job_record import read_job_record
+    from cad.batch.job_record import is_torn, read_job_record
 
     record = read_job_record(out)
-    if record is None and out.is_dir() and any(out.iterdir()):
+    torn = record is None and is_torn(out)
+    if record is None and not torn and out.is_dir() and any(out.iterdir()):
         raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
-    old = () if record is None else (*record["files"], JOB_FILE)
+    if record is not None and "job" not in record:
+        raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
+    old = (REPORT,) if record is None else record["files"]  # a folder that is torn does not say what it holds
     try:
-        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
+        put_in_place(new, out, overwrite=record is not None or torn, head=JOB_FILE, leave_out=(*old, JOB_FILE))
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 

@@ -16,7 +16,7 @@ from cad.batch.compare import compare_claim
 from cad.batch.inputs_now import FoundInputs
 from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
-from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, REPORT, OpenedPart, parsed, result_of
 from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
@@ -26,8 +26,6 @@ from wpcal.cli.calibration_tables import exit_code
 from wpcal.core.input_file import noted_files, sha256_of
 from wpcal.core.progress import Progress, no_progress
 from wpcal.results.folder import JOB_FILE, SEAMS_FILE
-
-REPORT = "report.html"
 
 
 def asked_inputs(
