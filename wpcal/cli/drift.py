@@ -88,9 +88,7 @@ def _watched(
     parts, left_out = [], []
     for each in jobs:
         if each.on_others:
-            more = f" and {len(each.on_others) - MOST_NAMED} more" if len(each.on_others) > MOST_NAMED else ""
-            names = ", ".join(each.on_others[:MOST_NAMED])
-            left_out.append(f"{each.file}: jobs without the points of most jobs: {names}{more}")
+            left_out.append(f"{each.file}: jobs without the points of most jobs: {_named(each.on_others)}")
         try:
             parts.append(watch_part(each, first=first))
         except InputError as error:
@@ -98,6 +96,11 @@ def _watched(
     if not parts:
         raise InputError("; ".join(left_out[:3]))
     return parts, left_out
+
+
+def _named(jobs: Sequence[str]) -> str:
+    more = f" and {len(jobs) - MOST_NAMED} more" if len(jobs) > MOST_NAMED else ""
+    return f"{', '.join(jobs[:MOST_NAMED])}{more}"
 
 
 def _show(record: dict[str, Any]) -> None:
@@ -119,4 +122,4 @@ def _show(record: dict[str, Any]) -> None:
     for line in record["left_out"]:
         say(f"left out: {line}")
     if record["failed"]:
-        say(f"left out: {len(record['failed'])} jobs that failed")
+        say(f"left out: jobs without a calibration: {_named([each['job'] for each in record['failed']])}")
