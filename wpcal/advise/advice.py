@@ -14,7 +14,7 @@ from wpcal.advise.candidates import easiest_places, fills_a_plane
 from wpcal.advise.design import Design, farthest_rows, least_swap
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariances
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, largest_error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
@@ -222,7 +222,7 @@ def advise_set(
     best = choice.best(points, held, no_progress)
     if not fills_a_plane(choice.places.p[list(held)]):
         return best
-    return min(*choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
+    return min(choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
 
 
 def _begun(
@@ -299,31 +299,31 @@ class _Choice:
         affordable = rows[errors <= SWAP_PRICE * errors[0]]
         clear = list(islice((row for row in affordable if self._is_clear(row)), FINALISTS))
         progress(f"predicting the error of the best sets of {n} points")
-        return min(self.predicted(np.array(clear or rows[:FINALISTS])), key=lambda s: s.error_95_mm)
+        return self.predicted(np.array(clear or rows[:FINALISTS]))
 
     def _is_clear(self, row: IntArray) -> bool:
         """Whether every exchange of names would be seen in the residuals."""
         return least_swap(self.places.p[row])[0] >= self._clear_squares(len(row))
 
-    def predicted(self, sets: IntArray) -> list[AdvisedSet]:
-        """Predict the errors of sets along all seams; `sets` has the shape (m, n)."""
+    def predicted(self, sets: IntArray) -> AdvisedSet:
+        """Predict the errors of sets along all seams, and return the best; `sets` has the shape (m, n)."""
         p = self.places.p[sets]
         if self.criterion is Criterion.MINIMAX:
             covariances = minimax_covariances(p, self.sigma_mm, seed=self.seed)
         else:
             covariances = np.array([isotropic_covariance(each, self.sigma_mm) for each in p])
-        return [self._advised(rows, covariance) for rows, covariance in zip(sets, covariances, strict=True)]
+        errors = [largest_error_95(self.seam_points, covariance) for covariance in covariances]
+        best = min(range(len(sets)), key=lambda row: errors[row][1])
+        return self._advised(sets[best], *errors[best])
 
-    def _advised(self, rows: IntArray, covariance: FloatArray) -> AdvisedSet:
+    def _advised(self, rows: IntArray, worst: int, error_mm: float) -> AdvisedSet:
         p = self.places.p[rows]
-        errors = error_95(self.seam_points, covariance)
-        worst = int(np.argmax(errors))
         squares, order = least_swap(p)
         features = tuple(self.places.features[row][0] for row in rows)
         swap = tuple(features[k].name for k, other in enumerate(order) if k != other)
         return AdvisedSet(
             features,
-            float(errors[worst]),
+            error_mm,
             self.seam_names[worst],
             math.sqrt(squares / len(p)),
             swap,
