@@ -83,9 +83,13 @@ def _list_texts(values: Sequence[Sequence[Any]], line: str) -> list[str]:
 
 
 def _float_texts(values: Sequence[float], _line: str) -> list[str]:
-    if not all(map(math.isfinite, values)):
+    if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
         raise ValueError("a number that is not finite is not JSON compliant")
-    return list(map(repr, values))
+    distinct = set(values)
+    if 0.0 in distinct or 2 * len(distinct) > len(values):  # -0.0 equals 0.0 and has another text
+        return list(map(repr, values))
+    texts = dict(zip(distinct, map(repr, distinct), strict=True))  # along a straight seam axes and angles are the same
+    return [texts[value] for value in values]
 
 
 def _other_texts(values: Sequence[Any], line: str) -> list[str]:
