@@ -1,6 +1,12 @@
 """Sphinx settings: `make docs` builds the pages and the reference, and every warning is an error."""
 
+import click
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx_click.ext import NESTED_FULL, NESTED_NONE, ClickDirective
+
 from wpcal import __version__
+from wpcal.cli.main import wpcal
 
 project = "wpcal"
 author = "The wpcal developers"
@@ -26,3 +32,26 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the numpydoc sections give types with shapes, units and frames
 numpydoc_show_class_members = False  # autodoc lists them already
 smartquotes = False  # options are written with two hyphens
+
+
+class CommandsOfWpcal(ClickDirective):
+    """All commands under the headings of `wpcal --help`."""
+
+    required_arguments = 0
+
+    def run(self) -> list[nodes.section]:
+        """Return a section for `wpcal`, and one for each heading."""
+        self.env = self.state.document.settings.env
+        context = click.Context(wpcal, info_name="wpcal")
+        sections = self._generate_nodes("wpcal", wpcal, None, NESTED_NONE)
+        for title, names in wpcal.by_section().items():
+            section = nodes.section("", nodes.title(text=title), ids=[nodes.make_id(title)], names=[title.lower()])
+            for name in names:
+                section.extend(self._generate_nodes(name, wpcal.get_command(context, name), context, NESTED_FULL))
+            sections.append(section)
+        return sections
+
+
+def setup(app: Sphinx) -> None:
+    """Add the directive of docs/reference/commands.md."""
+    app.add_directive("commands-of-wpcal", CommandsOfWpcal)

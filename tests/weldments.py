@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
+from wpcal.calibrate.bodies.bodies import Contacts
 from wpcal.calibrate.bodies.plane_touches import Planes
 from wpcal.calibrate.touches.touches import Touches, TouchTargets
 from wpcal.core.arrays import FloatArray, IntArray
@@ -95,3 +96,18 @@ def uprights(touches_each: int, *, on_base: int = 6) -> Weldment:
     bodies = Bodies(("base", "U1", "U2", "U3", "U4"), np.array(centres), (TackTolerance(1.0, 4.0),) * 5)
     points, normals = np.array(p, dtype=float), np.array(n, dtype=float)
     return Weldment(bodies, points, normals, np.array(body), Planes(points, normals))
+
+
+def contacts_of_uprights(sigma_mm: float) -> Contacts:
+    """Corners of the feet of the four uprights of `tests.weldments.uprights`, with the base."""
+    part = uprights(2)
+    p, second = [], []
+    for b in range(1, 5):
+        n = part.n[np.flatnonzero(part.body == b)[0]]
+        along = np.cross(n, [0.0, 0.0, 1.0])
+        foot = part.bodies.centroid_part[b] * [1.0, 1.0, 0.0]
+        p += [foot + s * 150.0 * along + t * 4.0 * n for s in (-1, 1) for t in (-1, 1)]
+        second += [b] * 4
+    k = len(p)
+    up = np.tile([0.0, 0.0, 1.0], (k, 1))
+    return Contacts(np.array(p), up, np.zeros(k, dtype=np.int64), np.array(second), np.full(k, sigma_mm))

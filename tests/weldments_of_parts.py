@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 import cad
 from cad.samples.uprights import bodies, planned_touches
 from tests.weldments import Weldment
-from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
@@ -23,7 +23,7 @@ from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import Seam
 from wpcal.seam.options import SeamOptions
-from wpcal.seam.path.moved import MovedSeam, moved_seams
+from wpcal.seam.path.moved import MovedSeam, StillSeams
 
 SIGMA_MM = 0.2
 FIXTURE = Path(__file__).parents[1] / "fixtures" / "uprights" / "uprights.step"
@@ -42,19 +42,17 @@ class PartWeldment:
 
     Parameters
     ----------
-    graph : BrepGraph
-    seams : tuple of Seam
+    seams : StillSeams
         Accepted ones, each with a few of its frames.
     weldment : Weldment
     """
 
-    graph: BrepGraph
-    seams: tuple[Seam, ...]
+    seams: StillSeams
     weldment: Weldment
 
     def met(self, motions: Motions) -> list[MovedSeam]:
         """Where the seams are when the bodies have moved."""
-        return moved_seams(self.graph, self.seams, self.graph.face_solid, motions)
+        return self.seams.moved(motions)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,7 +105,9 @@ def part_weldment(path: Path, *, each: int, on_base: int = 6, frames: int = 3) -
         np.concatenate([each_body[k][at] for each_body, at in zip(candidates, rows, strict=True)]) for k in range(3)
     )
     body = np.repeat(np.arange(count), [len(at) for at in rows])
-    return PartWeldment(graph, seams, Weldment(own, p, n, body, on_faces(trimmed, face)))
+    return PartWeldment(
+        StillSeams.of(graph, seams, graph.face_solid), Weldment(own, p, n, body, on_faces(trimmed, face))
+    )
 
 
 def uprights_weldment(each: int) -> PartWeldment:
@@ -119,7 +119,10 @@ def uprights_weldment(each: int) -> PartWeldment:
     along = np.einsum("fi,ni->nf", frame[:, 3] * graph.face_outward[:, None], planned.normal)
     fits = (np.abs(above) < 1e-6) & (along > 0.999) & (graph.face_solid == planned.body[:, None])
     targets = on_faces(trimmed, np.argmax(fits, axis=1))
-    return PartWeldment(graph, seams, Weldment(bodies(), planned.p, planned.normal, planned.body, targets))
+    return PartWeldment(
+        StillSeams.of(graph, seams, graph.face_solid),
+        Weldment(bodies(), planned.p, planned.normal, planned.body, targets),
+    )
 
 
 def _opened(path: Path, frames: int) -> tuple[TrimmedFaces, tuple[Seam, ...]]:
@@ -134,7 +137,7 @@ def on_faces(trimmed: TrimmedFaces, face: IntArray) -> GraphTargets:
 
 
 def simulated(
-    part: PartWeldment, rng: np.random.Generator, runs: int, factors: Sequence[float | None]
+    part: PartWeldment, rng: np.random.Generator, runs: int, factors: Collection[float | None]
 ) -> Iterator[list[Simulated]]:
     """Draw weldments, touch them, and fit each with tolerances times every factor; None: with estimated ones (REML)."""
     weldment = part.weldment

@@ -10,11 +10,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from cad.batch.job_record import JOB_FILE
 from wpcal import __version__
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import holds_file, sha256_of
 from wpcal.results.diff import Difference, compare_folders
+from wpcal.results.folder import JOB_FILE
 
 OTHER_VERSION_MM = 1e-5
 """Numbers of another version: a fit ends within 1e-9 mm of its optimum, and other versions of NumPy and of the kernel

@@ -23,7 +23,7 @@ from cad.kernel.child import CRASH_SIGNALS, child_environment
 from cad.kernel.frames import read_packet, write_packet
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
-from wpcal.core.errors import KernelError
+from wpcal.core.errors import InputError, KernelError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """Jobs run beside one another, so each of them computes with one thread; the order of its sums is then also fixed."""
@@ -60,11 +60,14 @@ class Failure:
         Number of the system's error behind it; 0 if there is none.
     killed : bool
         Whether somebody else killed the process: the same work may well succeed.
+    of_group : bool
+        Whether no job of its group can be run.
     """
 
     message: str
     errno: int = 0
     killed: bool = False
+    of_group: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,17 +90,23 @@ class Host:
     Parameters
     ----------
     work : Path
-        Folder for unfinished work; the server removes it at the end.
+        Folder for unfinished work, which is made here; the server removes it at the end.
     lock : int
         Descriptor of the locked output folder: the server holds it until all processes have ended.
     modules : sequence of str
         Loaded once by the server.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be made.
     """
 
     def __init__(self, work: Path, lock: int, modules: Sequence[str]) -> None:
         ours, theirs = socket.socketpair()
         self._command, self._noise = ours, tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the server runs
         self._channels: dict[int, Channel] = {}
+        self._work = work
         self._requests: dict[int, GroupRequest] = {}
         with theirs:
             self._server = subprocess.Popen(
@@ -109,6 +118,11 @@ class Host:
                 pass_fds=(lock,),
                 start_new_session=True,  # Ctrl-C reaches the command only, which ends the server
             )
+        try:
+            work.mkdir()  # when there is a server, which removes it even if the command is killed
+        except OSError as error:
+            self.end()
+            raise InputError(f"{work.parent}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 
     def open_group(self, group: int, request: GroupRequest) -> None:
         """Start the process of a group; an event tells when it is ready for jobs.
@@ -141,8 +155,13 @@ class Host:
         if channel is not None:
             channel.close()
 
-    def wait(self) -> list[Event]:
+    def wait(self, wake: int | None = None) -> list[Event]:
         """Wait until something happens, and return it.
+
+        Parameters
+        ----------
+        wake : int, optional
+            A descriptor. If something can be read from it, the waiting ends, too.
 
         Raises
         ------
@@ -150,11 +169,11 @@ class Host:
             When the server does not run any more.
         """
         channels = {channel.fileno(): group for group, channel in self._channels.items()}
-        heard: list[Any] = [self._command, *channels]
+        heard: list[Any] = [self._command, *channels, *([] if wake is None else [wake])]
         ready, _, _ = select.select(heard, [], [])
         events = []
         for each in ready:
-            if isinstance(each, int) and channels[each] in self._channels:
+            if each in channels and channels[each] in self._channels:
                 events += self._heard(channels[each])
         if self._command in ready:
             events += self._group_ended()
@@ -215,7 +234,10 @@ class Host:
             most = self._requests[group].memory_gb
             return Failure(f"needs more than its limit of {most:g} GB of memory; {NO_MEMORY} allows more")
         if kind == "error":
-            return Failure(*value)
+            message, number = value
+            if number and str(self._work) in message:  # files there are nobody's business
+                message = f"{self._work.parent}: cannot be written: {os.strerror(number).lower()}"
+            return Failure(message, number)
         return Failure(f"internal error ({value[0]}); this is our fault")
 
     def _death(self, group: int, status: int) -> Failure:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
+from wpcal.core.cells import number_in_cell
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import NUMBER
 from wpcal.core.tables import read_table
 from wpcal.core.wording import listed, shown
 
@@ -22,6 +24,14 @@ NO_NAMES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("c
 NOT_IN_NAMES = frozenset('/\\:*?"<>|')
 OWN_NAMES = frozenset({"summary.jsonl", "summary.csv"})
 """Files that a batch writes beside the folders."""
+OF_THE_BATCH = {
+    "out": "every job is written to OUT/JOB, and OUT is the option --out of wpcal batch",
+    "force": "results are kept; --resume of wpcal batch replaces what has other inputs",
+    "details": "a batch prints no tables of its jobs",
+    "json": "it is an option of wpcal batch",
+    "no_cache": "it is an option of wpcal batch",
+}
+"""Options of `wpcal calibrate` that are not those of a row, and why."""
 YES, NO = frozenset({"yes", "true", "1", "x"}), frozenset({"no", "false", "0"})
 BETWEEN = ";"
 """Between the values of an option that may be given more than once."""
@@ -41,6 +51,8 @@ class OptionColumn:
         It may be given without its value: the cell may also be yes.
     is_multiple : bool
         It may be given more than once: the cell may hold values between semicolons.
+    is_number : bool
+        Its value is one number: the cell may hold it as people type numbers into a spreadsheet.
     shapes_part : bool
         It changes the seams of the part: jobs that differ in it do not share what is found in the part.
     """
@@ -49,6 +61,7 @@ class OptionColumn:
     is_flag: bool = False
     is_optional: bool = False
     is_multiple: bool = False
+    is_number: bool = False
     shapes_part: bool = False
 
 
@@ -120,12 +133,16 @@ def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...
     table = read_table(path)
     table.require(REQUIRED)
     columns = {name: _option_of(name, options, str(path)) for name in table.columns if name not in (*REQUIRED, WHEN)}
+    decimal = table.decimal_sign([name for name, option in columns.items() if option.is_number])
     whens = table.columns.get(WHEN, [""] * len(table))
     first: dict[str, int] = {}
     jobs = []
     for row, line in enumerate(table.lines):
         name, part, taught = (table.columns[column][row] for column in REQUIRED)
-        cells = tuple((option.flag, table.columns[column][row]) for column, option in columns.items())
+        cells = tuple(
+            (option.flag, _as_typed(table.columns[column][row], column, option, decimal))
+            for column, option in columns.items()
+        )
         fault = _fault_of(name, part, taught, first)
         first.setdefault(_folded(name), line)
         given = tuple((flag, cell) for flag, cell in cells if cell)
@@ -156,11 +173,23 @@ def words_of(cells: Sequence[tuple[str, str]], options: Mapping[str, OptionColum
     return tuple(words)
 
 
+def _as_typed(cell: str, column: str, option: OptionColumn, decimal: str) -> str:
+    """Return a cell as its option takes it: a number with a decimal point and without its unit."""
+    if not option.is_number or NUMBER.fullmatch(cell):
+        return cell
+    try:
+        return repr(number_in_cell(cell, column=column, decimal=decimal))
+    except InputError:
+        return cell  # the option says what is wrong when the job runs
+
+
 def _option_of(name: str, options: Mapping[str, OptionColumn], path: str) -> OptionColumn:
     """Return the option that a column is about; its name may be typed as the flag is."""
     key = name.lstrip("-").replace("-", "_")
     if key in options:
         return options[key]
+    if key in OF_THE_BATCH:
+        raise FormatError(f"column {shown(name)}: {OF_THE_BATCH[key]}; delete the column", path=path, line=1)
     near = get_close_matches(key, [*REQUIRED, WHEN, *options], n=1, cutoff=0.6)
     hint = f"did you mean {near[0]}?" if near else f"expected job, part, taught, when or options: {listed(options)}"
     raise FormatError(
@@ -199,6 +228,7 @@ def _unsafe(name: str) -> str:
     size = len(name.encode("utf-8", errors="replace"))
     if size > LONGEST_NAME:
         return f"{shown(name)} has {size} bytes, expected at most {LONGEST_NAME}"
-    if name.casefold().partition(".")[0] in NO_NAMES or name.casefold() in OWN_NAMES:
-        return f"{shown(name)} is kept for something else"
+    is_device, is_own = name.casefold().partition(".")[0] in NO_NAMES, name.casefold() in OWN_NAMES
+    if is_device or is_own:
+        return f"{shown(name)} is the name of a {'device in Windows' if is_device else 'file that the batch writes'}"
     return ""

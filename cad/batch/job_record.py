@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_o
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
+from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 
-JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
+_BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
 
@@ -30,7 +32,7 @@ class JobInputs:
     words : tuple of str
         The options as they are typed.
     files : tuple of (str, str)
-        The files that options name, and their SHA-256.
+        The files that options name, and the files that those name, and their SHA-256.
     """
 
     part: tuple[str, str]
@@ -88,17 +90,18 @@ def sha256_at(name: str, folder: Path) -> str:
     return sha256_of("".join(f"{each.name} {sha256_of(read_bytes(each))}\n" for each in inside).encode())
 
 
-def files_in(words: Sequence[str], folder: Path) -> tuple[tuple[str, str], ...]:
-    """Return the files that options name, with their SHA-256, in the order of the options."""
-    found = {}
-    for word in words:
-        value = word.partition("=")[2]
-        try:
-            if value and (folder / value).is_file():
-                found[value] = sha256_at(value, folder)
-        except (OSError, ValueError):  # not the name of a file
-            continue
-    return tuple(found.items())
+def files_read(noted: Mapping[str, str], taught: str) -> tuple[tuple[str, str], ...]:
+    """Return the files of options, and those that they name, with their SHA-256.
+
+    Parameters
+    ----------
+    noted : mapping
+        From `wpcal.core.input_file.noted_files`, while the options and the taught points were read.
+    taught : str
+        The taught points, a file or a folder with files: they have their own hash.
+    """
+    own = Path(taught)
+    return tuple((name, sha256) for name, sha256 in noted.items() if own not in (Path(name), Path(name).parent))
 
 
 def job_record(name: str | None, inputs: JobInputs, result: Mapping[str, Any], folder: Path) -> str:
@@ -128,11 +131,45 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
 
 
-def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path) -> bool:
-    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal."""
-    if record.get("wpcal") != __version__ or record.get("inputs") != inputs.to_record():
+def is_torn(folder: Path) -> bool:
+    """Tell whether a folder holds a ``job.json`` of which only the beginning reached the disk, as after a power cut."""
+    if not holds_file(folder, JOB_FILE):
+        return False
+    data = (folder / JOB_FILE).read_bytes()
+    try:
+        json.loads(data)
+    except ValueError:
+        begun = data.rstrip(b"\0")  # what some file systems have in place of data that were not written
+        return begun[: len(_BEGIN)] == _BEGIN[: len(begun)]
+    return False
+
+
+def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, beside: Path) -> bool:
+    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal.
+
+    Parameters
+    ----------
+    record : mapping
+        From `read_job_record`.
+    inputs : JobInputs
+        The inputs as they are now. The files of options are those of the record.
+    folder : Path
+        The results.
+    beside : Path
+        In which relative names of inputs are looked up.
+    """
+    made = JobInputs.from_record(record["inputs"])
+    if record.get("wpcal") != __version__ or replace(made, files=()) != replace(inputs, files=()):
         return False
     files: Mapping[str, str] = record.get("files", {})
     return all(
         holds_file(folder, name) and sha256_of((folder / name).read_bytes()) == sha256 for name, sha256 in files.items()
-    )
+    ) and all(is_still(name, sha256, beside) for name, sha256 in made.files)
+
+
+def is_still(name: str, sha256: str, folder: Path) -> bool:
+    """Tell whether a file that was read is still the same; parameters as of `sha256_at`."""
+    try:
+        return sha256_at(name, folder) == sha256
+    except InputError:
+        return False

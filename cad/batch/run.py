@@ -9,7 +9,8 @@ import shutil
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,7 @@ class Task:
 class _Group:
     """The jobs of a group that are to be run."""
 
+    key: Hashable
     number: int
     request: GroupRequest
     waiting: deque[Task] = field(default_factory=deque)
@@ -59,10 +61,17 @@ class _Group:
     is_opening: bool = False
     tries: int = 0
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether it could run a job and has none."""
+        return self.is_open and not self.waiting and not self.running
+
 
 @contextmanager
 def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
-    """Make the output folder, and hold its lock; yield its descriptor and a new folder for unfinished work.
+    """Make the output folder, and hold its lock; yield its descriptor and a folder for unfinished work.
+
+    The folder for unfinished work does not exist yet.
 
     Parameters
     ----------
@@ -92,7 +101,6 @@ def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
             raise InputError(
                 f"{out}: exists and is not empty; continue its batch with --resume, or choose another folder"
             )
-        work.mkdir()
         yield descriptor, work.resolve()
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -137,27 +145,80 @@ def run_tasks(
     ServerEndedError
         When somebody killed the process from which jobs are forked.
     """
-    groups: dict[Hashable, _Group] = {}
+
+    def ended(task: Task, value: Any) -> None:
+        require_room(value)
+        done(task, value)
+
+    jobs = Jobs(host, at_once=at_once, done=ended)
     for task in tasks:
-        group = groups.setdefault(task.group, _Group(len(groups), requests[task.group]))
-        group.waiting.append(task)
-    _Run(list(groups.values()), host, at_once, done).run()
+        jobs.add(task, requests[task.group])
+    while jobs.has_groups:
+        jobs.step()
 
 
-class _Run:
-    """The state of a batch that runs."""
+def require_room(value: Any) -> None:
+    """Refuse what became of a job if no other job could write its results either.
 
-    def __init__(self, groups: list[_Group], host: Host, at_once: int, done: Callable[[Task, Any], None]) -> None:
-        self._groups, self._host, self._at_once, self._done = groups, host, at_once, done
-        self._pending = deque(groups)
+    Raises
+    ------
+    InputError
+        When the disk is full or read-only.
+    """
+    if isinstance(value, Failure) and value.errno in NO_ROOM:
+        raise InputError(value.message)
+
+
+class Jobs:
+    """Jobs that are run, so many at once, and what becomes of a process that dies.
+
+    Parameters
+    ----------
+    host : Host
+    at_once : int
+        How many processes work at the same time.
+    done : callable
+        Gets every job with what it returned, or its `Failure`.
+    kept_open : int
+        So many groups without jobs stay open, for jobs that are added later.
+    """
+
+    def __init__(self, host: Host, *, at_once: int, done: Callable[[Task, Any], None], kept_open: int = 0) -> None:
+        self._host, self._at_once, self._done, self._kept_open = host, at_once, done, kept_open
+        self._of_key: dict[Hashable, _Group] = {}
+        self._groups: dict[int, _Group] = {}
+        self._numbers = count()
+        self._pending: deque[_Group] = deque()
         self._open: list[_Group] = []
         self._killed: set[int] = set()
 
-    def run(self) -> None:
-        while self._pending or self._open:
-            self._start()
-            for event in self._host.wait():
+    @property
+    def has_groups(self) -> bool:
+        """Whether a group is open, or is still to be opened."""
+        return bool(self._pending or self._open)
+
+    def add(self, task: Task, request: GroupRequest) -> None:
+        """Run a job as soon as there is a process for it; `request` opens its group if it is not open."""
+        group = self._of_key.get(task.group)
+        if group is None:
+            group = _Group(task.group, next(self._numbers), request)
+            self._of_key[task.group] = self._groups[group.number] = group
+            self._pending.append(group)
+        group.waiting.append(task)
+
+    def step(self, wake: int | None = None) -> None:
+        """Start what can be started, then wait until something happens, or something can be read from `wake`."""
+        self._start()
+        for event in self._host.wait(wake):
+            if event.group in self._groups:
                 self._heard(self._groups[event.group], event)
+
+    def end_groups(self, is_over: Callable[[Hashable], bool]) -> None:
+        """End the groups whose key fulfils a condition. Their jobs end as killed."""
+        for group in [each for key, each in self._of_key.items() if is_over(key)]:
+            if group in self._open:
+                self._host.close_group(group.number)
+            self._fail(group, Failure("was given up", killed=True))
 
     @property
     def _busy(self) -> int:
@@ -194,23 +255,37 @@ class _Run:
             self._killed.add(task.number)
             group.waiting.appendleft(task)
             return
-        self._finished(task, event.value)
-        if not group.waiting and not group.running:
+        self._done(task, event.value)
+        if group.is_idle:
+            self._rest(group)
+
+    def _rest(self, group: _Group) -> None:
+        """Close the group that has had nothing to do for the longest time, if too many have nothing to do."""
+        self._open.remove(group)
+        self._open.append(group)
+        idle = [each for each in self._open if each.is_idle]
+        if len(idle) > self._kept_open:
+            self._host.close_group(idle[0].number)
+            self._forget(idle[0])
+
+    def _forget(self, group: _Group) -> None:
+        if group in self._open:
             self._open.remove(group)
-            self._host.close_group(group.number)
+        if group in self._pending:
+            self._pending.remove(group)
+        del self._of_key[group.key], self._groups[group.number]
 
     def _lost(self, group: _Group, failure: Failure) -> None:
         """Open a group again whose process was killed; otherwise its jobs fail as it did."""
-        self._open.remove(group)
         group.waiting.extendleft(reversed(group.running.values()))
         group.running.clear()
         if failure.killed and group.tries < MOST_TRIES:
+            self._open.remove(group)
             self._pending.appendleft(group)
             return
-        while group.waiting:
-            self._finished(group.waiting.popleft(), failure)
+        self._fail(group, replace(failure, of_group=True))
 
-    def _finished(self, task: Task, value: Any) -> None:
-        if isinstance(value, Failure) and value.errno in NO_ROOM:
-            raise InputError(value.message)
-        self._done(task, value)
+    def _fail(self, group: _Group, failure: Failure) -> None:
+        self._forget(group)
+        for task in (*group.running.values(), *group.waiting):
+            self._done(task, failure)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from cad.batch.compare import differences_of, walk
-from cad.batch.job_record import JOB_FILE, SUMMARY_SCHEMA, read_job_record
+from cad.batch.job_record import SUMMARY_SCHEMA, read_job_record
 from cad.batch.summary import CSV, CSV_COLUMNS, FAILED, JSONL, NUMBERS, csv_row
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError
@@ -16,6 +17,7 @@ from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
 from wpcal.results.diff import Difference
+from wpcal.results.folder import JOB_FILE
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")
 """Fields of a line that are those of the job's result."""
@@ -50,12 +52,10 @@ def check_summary(out: Path, lines: list[dict[str, Any]]) -> Iterator[Difference
     lines : list of dict
         From `read_summary`.
     """
-    names = [line["job"] for line in lines]
-    for name in sorted({name for name in names if names.count(name) > 1}) if len(set(names)) < len(names) else ():
-        yield Difference(f"{JSONL} {name}", "listed twice", "listed once")
+    yield from _listed_twice(lines)
     for line in lines:
         yield from _check_line(out, line)
-    known = set(names)
+    known = {line["job"] for line in lines}
     for path in sorted(out.iterdir()):
         if path.name not in known and (path / JOB_FILE).is_file():
             yield Difference(f"{JSONL} {path.name}", "missing", "a line, as there is a folder")
@@ -65,6 +65,16 @@ def check_summary(out: Path, lines: list[dict[str, Any]]) -> Iterator[Difference
     mine, expected = read_bytes(out / CSV), csv_text([CSV_COLUMNS, *map(csv_row, lines)]).encode()
     if mine != expected:
         yield from differences_of(CSV, mine, expected)
+
+
+def _listed_twice(lines: list[dict[str, Any]]) -> Iterator[Difference]:
+    """Yield jobs and lines of the list that come twice. A row that repeats the name of a job failed."""
+    done = Counter(line["job"] for line in lines if line["verdict"] != FAILED)
+    rows = Counter(line["line"] for line in lines)
+    twice = {name for name, count in done.items() if count > 1}
+    twice |= {line["job"] for line in lines if rows[line["line"]] > 1}
+    for name in sorted(twice):
+        yield Difference(f"{JSONL} {name}", "listed twice", "listed once")
 
 
 def _check_line(out: Path, line: Mapping[str, Any]) -> Iterator[Difference]:

@@ -7,7 +7,7 @@ import shlex
 import signal
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from wpcal.cli.shared_help import JSON_HELP
 if TYPE_CHECKING:
     from collections import Counter
 
+    from cad.batch.host import Host
     from cad.batch.job_list import Job
     from cad.batch.run import Task
     from cad.batch.summary import Summary
@@ -31,6 +32,8 @@ MOST_AT_ONCE = 256
 MOST_SHOWN = 10
 """Failed jobs that the terminal lists; the summary lists all."""
 RESUME = "--resume"
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that ask a command to end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,12 +105,12 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> in
     jobs = read_jobs(jobs_csv, option_columns())
     _require_forks()
     began = time.monotonic()
-    with locked_output(out, overwrite=flags.resume) as (lock, work):
-        summary = Summary(out)
+    with locked_output(out, overwrite=flags.resume) as (lock, work), ExitStack() as running:
+        summary = Summary(out, work)
         plan = _Batch(jobs, jobs_csv.resolve().parent, out.resolve(), work, flags, use_cache=not no_cache)
         with _finished_in_any_case(summary, plan, _again(jobs_csv, out, flags, no_cache=no_cache)):
             with counted_progress("reading the list") as progress:
-                plan.run(lock, summary, progress)
+                plan.run(lock, summary, progress, running)
             summary.finish()
             flush_all(out)
         seconds = time.monotonic() - began
@@ -133,8 +136,8 @@ class _Batch:
         self._began = time.monotonic()
         self.done = self.kept = self.bad = 0
 
-    def run(self, lock: int, summary: Summary, progress: Any) -> None:
-        """Run what is to be run; every job gets its line in the summary."""
+    def run(self, lock: int, summary: Summary, progress: Any, running: ExitStack) -> None:
+        """Run what is to be run; every job gets its line in the summary. The end of `running` ends the processes."""
         from cad.batch.host import Host
         from cad.batch.run import run_tasks
         from cad.cli.calibrate_jobs import PRELOADED
@@ -145,18 +148,14 @@ class _Batch:
         progress("starting the CAD kernel", 0, len(tasks))
         self._began = time.monotonic()
         host = Host(self._work, lock, PRELOADED)
-        try:
-            at_once = self._flags.at_once or os.cpu_count() or 1
-            run_tasks(
-                tasks,
-                requests,
-                host,
-                at_once=at_once,
-                done=lambda task, value: self._done(summary, progress, task, value),
-            )
-        finally:
-            with _undisturbed():
-                host.end()
+        running.callback(_end, host)
+        run_tasks(
+            tasks,
+            requests,
+            host,
+            at_once=self._flags.at_once or os.cpu_count() or 1,
+            done=lambda task, value: self._done(summary, progress, task, value),
+        )
 
     def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
@@ -248,7 +247,7 @@ class _Earlier:
 
     def result(self, job: Job, part_sha256: str, words: tuple[str, ...]) -> dict[str, Any] | None:
         """Return the result of a job whose folder is complete and was made of the same inputs; otherwise None."""
-        from cad.batch.job_record import JobInputs, files_in, is_made_of, read_job_record, sha256_at
+        from cad.batch.job_record import JobInputs, is_made_of, read_job_record, sha256_at
         from wpcal.core.errors import InputError
 
         record = read_job_record(self._out / job.name)
@@ -258,8 +257,8 @@ class _Earlier:
             taught = sha256_at(job.taught, self._folder)
         except InputError:  # the job itself says what is wrong
             return None
-        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words, files_in(words, self._folder))
-        if not is_made_of(record, inputs, self._out / job.name):
+        inputs = JobInputs((job.part, part_sha256), (job.taught, taught), words)
+        if not is_made_of(record, inputs, self._out / job.name, beside=self._folder):
             return None
         result: dict[str, Any] = record["result"]
         wants_page = self._pages == "all" or (self._pages == "fail" and result["exit_code"] != 0)
@@ -283,14 +282,20 @@ def _finished_in_any_case(summary: Summary, plan: _Batch, again: str) -> Iterato
         raise
 
 
+def _end(host: Host) -> None:
+    with _undisturbed():
+        host.end()
+
+
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Take no further Ctrl-C while things are put in order: that takes less than a second."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Heed no further signal while things are put in order: that takes less than a second."""
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in ENDING}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _again(jobs_csv: Path, out: Path, flags: BatchFlags, *, no_cache: bool) -> str:
@@ -325,11 +330,13 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
     console = plain_console()
     failed = [line for line in map(json.loads, lines) if line["verdict"] == FAILED]
     for line in failed[:MOST_SHOWN]:
-        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False)
+        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False, soft_wrap=True)
     if len(failed) > MOST_SHOWN:
         console.print(f"and {len(failed) - MOST_SHOWN} more that failed", highlight=False, markup=False)
     console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)), highlight=False, markup=False)
-    console.print(f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False)
+    console.print(
+        f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False, soft_wrap=True
+    )
 
 
 def _counts(verdicts: Counter[str], kept: int, seconds: float, jobs: int) -> str:

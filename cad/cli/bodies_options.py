@@ -12,6 +12,7 @@ from wpcal.cli.option_groups import option
 from wpcal.core.wording import shown
 
 if TYPE_CHECKING:
+    from cad.pick.moving import MovingChoice
     from cad.workpiece.bodies import BodiesOptions, BodyGroup
 
 EACH_SOLID = "each"
@@ -135,6 +136,16 @@ class FitBodiesFlags(ContactBodiesFlags):
         if options is None and self.bending_mm is not None:
             raise InputError("--bending is for --bodies")
         return None if options is None else replace(options, bending_mm=self.bending_mm)
+
+    def to_choice(self) -> MovingChoice | None:
+        """Check and return them as the picker takes them, None without --bodies; errors as in `to_options`."""
+        from cad.pick.moving import MovingChoice
+
+        options = self.to_options()
+        if options is None:
+            return None
+        contacts = (options.keeps_contacts, options.contact_sigma_mm)
+        return MovingChoice(True, self.tack_mm, self.tack_mrad, *contacts, options.bending_mm)
 
 
 def _json_file(value: str | None) -> str | None:

@@ -188,10 +188,12 @@ def calibrate(
     from cad.cli.kernel_work import run_on_part
     from cad.cli.recorded import asked_inputs
     from wpcal.cli.calibration_tables import exit_code
+    from wpcal.core.input_file import noted_files
 
     asked = CalibrationFlags(touching, calibration, moving, reading, choice)
-    arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
-    inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256)
+    with noted_files() as read:
+        arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
+        inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256, read)
     written: WrittenCalibration = run_on_part(
         "cad.cli.recorded:calibrate_recorded",
         part_step,

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
+from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -32,9 +32,11 @@ from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.number_options import with_strict_numbers
 from wpcal.cli.option_groups import group_of, option_names
 from wpcal.core.errors import InputError
+from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later, put_in_place
+from wpcal.results.folder import JOB_FILE
 
 if TYPE_CHECKING:
     from cad.step.read import StepPart
@@ -64,6 +66,9 @@ NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "hel
 """Options of the command that are about one folder, the terminal, or the whole batch."""
 
 
+REPORT = "report.html"
+
+
 class Pages(Enum):
     """Of which jobs the page is written."""
 
@@ -87,6 +92,7 @@ def option_columns() -> dict[str, OptionColumn]:
             is_flag=parameter.is_flag,
             is_optional=not parameter.is_flag and isinstance(parameter.flag_value, str),
             is_multiple=parameter.multiple,
+            is_number=isinstance(parameter.type, click.types.FloatParamType),
             shapes_part=name in of_part,
         )
     return columns
@@ -126,11 +132,14 @@ class OpenedPart:
         Of the bytes of its file.
     means : Means
         Which take what was found already.
+    files : tuple of (str, str)
+        Files of the options of seams, and their SHA-256.
     """
 
     workpiece: Workpiece
     sha256: str
     means: Means
+    files: tuple[tuple[str, str], ...] = ()
 
 
 def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart:
@@ -156,7 +165,7 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     flush_later()  # a batch that continues checks the hashes of what it finds
     path = Path(part)
     require_step_file(path)
-    with parsed(words, part, "", Path()) as flags:
+    with noted_files() as read, parsed(words, part, "", Path()) as flags:
         options = flags.asked.calibration.seams.to_options()
         choice = flags.asked.choice.to_choice()
     kept = user_cache() if use_cache else NO_CACHE
@@ -167,7 +176,7 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     step = workpiece.file.hand_over_step()
     known = know_part(step)
     means = Means(lambda *_: found, partial(_write_moved, step.without_shapes(), known))
-    return OpenedPart(workpiece, workpiece.file.sha256, means)
+    return OpenedPart(workpiece, workpiece.file.sha256, means, tuple(read.items()))
 
 
 def _write_moved(
@@ -220,17 +229,19 @@ def run_job(
     """
     began = time.perf_counter()
     here, new = Path(), folder / name
-    inputs = JobInputs((part, opened.sha256), (taught, sha256_at(taught, here)), tuple(words), files_in(words, here))
     folder.mkdir()
-    with parsed(words, part, taught, new) as flags:
+    with (
+        noted_files([(part, opened.sha256), *opened.files]) as read,
+        parsed(words, part, taught, new) as flags,
+    ):
+        taught_sha256 = sha256_at(taught, here)
         arguments = file_arguments(
             flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
         )
+    inputs = JobInputs((part, opened.sha256), (taught, taught_sha256), tuple(words), files_read(read, taught))
     accept_unsure = flags.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
-    if sha256_at(taught, here) != inputs.taught[1] or files_in(words, here) != inputs.files:
-        raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
     (new / JOB_FILE).write_text(job_record(name, inputs, result, new), encoding="utf-8")
     _replace(new, out)
@@ -242,14 +253,17 @@ def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) ->
 
 
 def _replace(new: Path, out: Path) -> None:
-    from cad.batch.job_record import read_job_record
+    from cad.batch.job_record import is_torn, read_job_record
 
     record = read_job_record(out)
-    if record is None and out.is_dir() and any(out.iterdir()):
+    torn = record is None and is_torn(out)
+    if record is None and not torn and out.is_dir() and any(out.iterdir()):
         raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
-    old = () if record is None else (*record["files"], JOB_FILE)
+    if record is not None and "job" not in record:
+        raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
+    old = (REPORT,) if record is None else record["files"]  # a folder that is torn does not say what it holds
     try:
-        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
+        put_in_place(new, out, overwrite=record is not None or torn, head=JOB_FILE, leave_out=(*old, JOB_FILE))
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 

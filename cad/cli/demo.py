@@ -31,7 +31,7 @@ def demo(*, out: Path, force: bool, as_json: bool) -> int:
     check_writable(out, overwrite=force)
     with shown_progress(STARTING) as progress:
         written = run_in_child(
-            "cad.samples.parts:calibrate_sample",
+            "cad.cli.recorded:calibrate_demo",
             {"out": out, "overwrite": force},
             what="calibrating the sample",
             progress=progress,

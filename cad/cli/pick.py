@@ -6,6 +6,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,6 @@ from wpcal.cli.option_groups import option_names, takes
 from wpcal.cli.program_options import ProgramFlags
 
 if TYPE_CHECKING:
-    from cad.pick.moving import MovingChoice
     from cad.pick.part import PickPart
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
@@ -115,7 +115,7 @@ def pick(
     out = out or table_of(taught)
     options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
     program = reading.to_reading()
-    asked = chosen_by(moving)
+    asked = moving.to_choice()
     if str(part_step) != STDIN:
         require_step_file(part_step)
     require_table(out, part_step, is_asked=is_asked)
@@ -157,17 +157,6 @@ def pick(
     return 0
 
 
-def chosen_by(flags: FitBodiesFlags) -> MovingChoice | None:
-    """Return what the options of a command say of bodies; None if they say nothing."""
-    from cad.pick.moving import MovingChoice
-
-    options = flags.to_options()
-    if options is None:
-        return None
-    contacts = (options.keeps_contacts, options.contact_sigma_mm)
-    return MovingChoice(True, flags.tack_mm, flags.tack_mrad, *contacts, options.bending_mm)
-
-
 def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, use_cache: bool) -> PickPart:
     """Read the part and find its seams, with what a person says about its solids."""
     from cad.cli.kernel_work import run_on_part
@@ -196,16 +185,14 @@ def _first_part(
 
 def serve(server: PickServer, part_name: str, *, browser: bool) -> None:
     """Say where the page is, open it if there is a browser, and answer until Ctrl-C."""
-    click.echo(f"The picker of {part_name} is at {server.url} until Ctrl-C")
-    if not server.is_local:
-        click.echo(qr_code(server.url), nl=False)
-        click.echo(NETWORK_WARNING, err=True)
-    if not browser:
-        return server.run()
-    with opening_file(server.url) as page:
-        click.launch(str(page))
+    with server.ended_by_signals(), opening_file(server.url) if browser else nullcontext() as page:
+        click.echo(f"The picker of {part_name} is at {server.url} until Ctrl-C")
+        if not server.is_local:
+            click.echo(qr_code(server.url), nl=False)
+            click.echo(NETWORK_WARNING, err=True)
+        if page is not None:
+            click.launch(str(page))
         server.run()
-    return None
 
 
 def table_of(taught: Path | None) -> Path:

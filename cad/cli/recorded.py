@@ -13,20 +13,24 @@ import click
 from click.core import ParameterSource
 
 from cad.batch.compare import compare_claim
-from cad.batch.job_record import JOB_FILE, JobInputs, files_in, job_record, sha256_at
+from cad.batch.inputs_now import FoundInputs
+from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
-from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, REPORT, OpenedPart, parsed, result_of
+from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
+from wpcal.core.input_file import noted_files, sha256_of
 from wpcal.core.progress import Progress, no_progress
+from wpcal.results.folder import JOB_FILE, SEAMS_FILE
 
-REPORT = "report.html"
 
-
-def asked_inputs(context: click.Context, part: Path, taught: Path, taught_sha256: str) -> JobInputs:
+def asked_inputs(
+    context: click.Context, part: Path, taught: Path, taught_sha256: str, noted: Mapping[str, str]
+) -> JobInputs:
     """Return what a command depends on; the hash of the part is added when the part is read.
 
     Parameters
@@ -37,17 +41,25 @@ def asked_inputs(context: click.Context, part: Path, taught: Path, taught_sha256
         As they were typed.
     taught_sha256 : str
         Of the taught points, unless they are a folder.
+    noted : mapping
+        The files that were read with the options (`wpcal.core.input_file.noted_files`).
     """
-    words = given_words(context)
     sha256 = sha256_at(str(taught), Path()) if taught.is_dir() else taught_sha256
-    return JobInputs((str(part), ""), (str(taught), sha256), words, files_in(words, Path()))
+    return JobInputs((str(part), ""), (str(taught), sha256), given_words(context), files_read(noted, str(taught)))
 
 
-def recording(words: Sequence[str], taught_sha256: str) -> Means:
-    """Return the means that write ``job.json`` for a request that `wpcal calibrate` would take as these words."""
+def recording(words: Sequence[str], taught_sha256: str, noted: Mapping[str, str]) -> Means:
+    """Return the means that write ``job.json`` for a request that `wpcal calibrate` would take as these words.
+
+    Parameters
+    ----------
+    words : sequence of str
+    taught_sha256, noted
+        As of `asked_inputs`. Decisions that are written into the folder with its seams have no hash yet.
+    """
     with calibrate.make_context("calibrate", list(words)) as context:
         given = context.params
-        inputs = asked_inputs(context, given["part_step"], given["taught"], taught_sha256)
+        inputs = asked_inputs(context, given["part_step"], given["taught"], taught_sha256, noted)
         seal = partial(_seal, name=None, inputs=inputs, accept_unsure=given["accept_unsure"])
     return replace(USUAL_MEANS, seal=seal)
 
@@ -86,14 +98,28 @@ def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: A
     return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
 
 
+def calibrate_demo(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:
+    """Do the work of `wpcal demo`: its inputs are in the folder of its results."""
+    part, taught = SAMPLE_INPUTS
+    means = recording((part, taught, "--out", str(out)), "", {})
+    return calibrate_sample(out=out, overwrite=overwrite, means=means, progress=progress)
+
+
 def _seal(
     found: WorkpieceCalibration, folder: Path, *, name: str | None, inputs: JobInputs, accept_unsure: bool
 ) -> None:
-    """Write ``job.json``. A part without a hash gets that of the bytes that were read."""
+    """Write ``job.json``. Inputs without a hash get that of the bytes that were read, decisions that of seams.json."""
     if not inputs.part[1]:
         inputs = replace(inputs, part=(inputs.part[0], found.workpiece.file.sha256))
+    if not inputs.taught[1]:
+        inputs = replace(inputs, taught=(inputs.taught[0], found.taught.sha256 or ""))
+    inputs = replace(inputs, files=tuple((file, sha256 or _decided_sha256(folder)) for file, sha256 in inputs.files))
     result = {**result_of(found), "exit_code": exit_code(found.result, accept_unsure=accept_unsure)}
     (folder / JOB_FILE).write_text(job_record(name, inputs, result, folder), encoding="utf-8")
+
+
+def _decided_sha256(folder: Path) -> str:
+    return sha256_of((folder / SEAMS_FILE).read_bytes())
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,17 +131,16 @@ class Claim:
     folder : Path
     record : dict
         Its ``job.json``.
-    part, taught : Path
+    now : FoundInputs
         Files with the hashes of the record.
-    words : tuple of str
-        Its options; files that they name are absolute.
+    is_asked : bool
+        Whether the folder holds the record. Otherwise it is a guess.
     """
 
     folder: Path
     record: dict[str, Any]
-    part: Path
-    taught: Path
-    words: tuple[str, ...]
+    now: FoundInputs
+    is_asked: bool = True
 
 
 def check_claim(
@@ -127,32 +152,26 @@ def check_claim(
     progress: Progress = no_progress,
 ) -> list[dict[str, str]]:
     """Do the request of a folder once more, and return what differs as records of `wpcal.results.diff.Difference`."""
+    now = claim.now
     with TemporaryDirectory() as temporary:
         new = Path(temporary, "new")
-        wants_page = REPORT in claim.record["files"]
+        wants_page = REPORT in claim.record["files"] or (claim.folder / REPORT).exists()
         name, inputs = claim.record.get("job"), JobInputs.from_record(claim.record["inputs"])
-        with parsed(claim.words, str(claim.part), str(claim.taught), new) as flags:
+        with noted_files() as noted, parsed(now.words, str(now.part), str(now.taught), new) as flags:
             arguments = file_arguments(
-                flags.asked, flags.holder, flags.output, part_step=claim.part, taught=claim.taught, out=new
+                flags.asked, flags.holder, flags.output, part_step=now.part, taught=now.taught, out=new
             )
             accept_unsure = flags.output.accept_unsure
+        read = set(noted.values())
+        inputs = replace(inputs, files=tuple(file for file in inputs.files if file[1] in read))
         seal = partial(_seal, name=name, inputs=inputs, accept_unsure=accept_unsure)
-        means = replace(means, seal=seal, wants_page=lambda _: wants_page)
+        means = replace(means, wants_page=lambda _: wants_page)
+        means = replace(means, seal=seal) if claim.is_asked else means
         calibrate_files(step, **arguments, means=means, cache=cache, progress=progress)
         return [asdict(each) for each in compare_claim(claim.folder, new, claim.record)]
 
 
-def check_job(
-    opened: OpenedPart,
-    *,
-    folder: Path,
-    claim_folder: Path,
-    record: Mapping[str, Any],
-    part: Path,
-    taught: Path,
-    words: Sequence[str],
-) -> list[dict[str, str]]:
-    """Check one folder of a batch in its process; parameters as of `Claim`, `folder` is for unfinished work."""
+def check_job(opened: OpenedPart, *, folder: Path, claim: Claim) -> list[dict[str, str]]:
+    """Check one folder of a batch in its process; `folder` is for unfinished work."""
     del folder
-    claim = Claim(claim_folder, dict(record), part, taught, tuple(words))
     return check_claim(step=opened.workpiece, claim=claim, means=opened.means)

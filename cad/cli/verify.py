@@ -48,6 +48,7 @@ class Checked:
     version: str | None = None
     differences: list[dict[str, str]] = field(default_factory=list)
     error: str | None = None
+    unchecked: list[str] = field(default_factory=list)
 
     def differs(self, differences: list[dict[str, str]]) -> None:
         """Note what differs; nothing if the list is empty."""
@@ -117,16 +118,21 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
 
 
 def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
+    import os
+
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.errors import WpcalError
+    from wpcal.results.folder import JOB_FILE
 
     checked = Checked(folder.name)
-    claim = _claim_of(folder, inputs, checked)
+    has_request = os.path.lexists(folder / JOB_FILE)
+    claim = _claim_of(folder, inputs, checked) if has_request else _guessed(folder, inputs)
+    found: list[dict[str, str]] = []
     if claim is not None:
         try:
             found = run_on_part(
                 "cad.cli.recorded:check_claim",
-                claim.part,
+                claim.now.part,
                 {"claim": claim},
                 what=f"checking {folder}",
                 use_cache=use_cache,
@@ -134,17 +140,57 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
             )
         except WpcalError as error:
             checked.fails(str(error))
-        else:
-            checked.differs(found)
+    if has_request:
+        checked.differs(found)
+    elif claim is None or found or checked.error is not None:
+        _check_agreement(folder, checked, found)
     return checked
+
+
+def _guessed(folder: Path, inputs: InputsNow) -> Claim | None:
+    """Return the claim of a folder without a request that nothing unusual was asked for; None without its inputs."""
+    from cad.batch.agreement import usual_inputs
+    from cad.cli.kernel_work import FROM_STDIN
+    from cad.cli.recorded import Claim
+    from wpcal import __version__
+    from wpcal.core.errors import InputError
+
+    asked = usual_inputs(folder)
+    if asked is None:
+        return None
+    try:
+        now = inputs.find(asked, name_of_stdin=FROM_STDIN)
+    except InputError:
+        return None
+    record = {"wpcal": __version__, "inputs": asked.to_record(), "files": {}}
+    return Claim(folder, record, now, is_asked=False)
+
+
+def _check_agreement(folder: Path, checked: Checked, unusual: list[dict[str, str]]) -> None:
+    """Check the files of a folder without a request against one another, and say what that leaves open."""
+    from cad.batch.agreement import disagreements
+    from wpcal.results.folder import JOB_FILE
+
+    differences = [each.to_record() for each in disagreements(folder)]
+    if differences:
+        checked.error = None
+        checked.differs(differences)
+        return
+    if unusual:
+        first = unusual[0]
+        other = f"the usual options give others (for {first['where']} {first['expected']} instead of {first['found']})"
+    else:
+        other = f"nothing says from what they were made ({checked.error or 'the part or the points are not found'})"
+    checked.fails(f"holds no {JOB_FILE}, as results of a script. Its files agree with one another; {other}")
 
 
 def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None:
     """Return what a folder claims; None if that is known to be wrong or cannot be checked, which is noted."""
-    from cad.batch.job_record import JOB_FILE, JobInputs, read_job_record
+    from cad.batch.job_record import JobInputs, read_job_record
     from cad.cli.kernel_work import FROM_STDIN
     from cad.cli.recorded import Claim
     from wpcal.core.errors import InputError
+    from wpcal.results.folder import JOB_FILE
 
     if not folder.is_dir():
         checked.differs([_difference(folder.name, "missing", "a folder")])
@@ -154,17 +200,14 @@ def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None
         if (folder / JOB_FILE).exists():
             checked.differs([_difference(JOB_FILE, "not a record of wpcal/job/1", "as it was written")])
         else:
-            checked.fails(
-                f"{folder}: holds no {JOB_FILE}, so nothing says from what it was made; wpcal calibrate and wpcal "
-                "batch write it"
-            )
+            checked.differs([_difference(JOB_FILE, "missing", "there")])
         return None
     checked.version = str(record["wpcal"])
+    known = {JOB_FILE, *record["files"]}
+    checked.unchecked = sorted(path.name for path in folder.iterdir() if path.name not in known)
     asked = JobInputs.from_record(record["inputs"])
     try:
-        return Claim(
-            folder, record, inputs.part(asked, name_of_stdin=FROM_STDIN), inputs.points(asked), inputs.words(asked)
-        )
+        return Claim(folder, record, inputs.find(asked, name_of_stdin=FROM_STDIN))
     except InputError as error:
         _not_found(folder, asked, error, checked)
         return None
@@ -225,21 +268,19 @@ def _add_task(
     from cad.cli.calibrate_jobs import option_columns
 
     of_part = {column.flag for column in option_columns().values() if column.shapes_part}
-    shaping = tuple(word for word in claim.words if word.partition("=")[0] in of_part)
-    group = (claim.part.name, claim.record["inputs"]["part"]["sha256"], shaping)
+    shaping = tuple(word for word in claim.now.words if word.partition("=")[0] in of_part)
+    group = (claim.now.part.name, claim.record["inputs"]["part"]["sha256"], shaping)
     if group not in requests:
         requests[group] = GroupRequest(
             "cad.cli.calibrate_jobs:open_part",
             "cad.cli.recorded:check_job",
-            {"part": str(claim.part.resolve()), "words": shaping, "use_cache": use_cache},
+            {"part": str(claim.now.part.resolve()), "words": shaping, "use_cache": use_cache},
             Path.cwd(),
             work / "out",
             USUAL_JOB_S,
             USUAL_JOB_GB,
         )
-    arguments: dict[str, Any] = {"claim_folder": claim.folder, "record": claim.record, "words": claim.words}
-    arguments |= {"part": claim.part.resolve(), "taught": claim.taught.resolve()}
-    tasks.append(Task(number, group, arguments))
+    tasks.append(Task(number, group, {"claim": claim}))
 
 
 def _run(
@@ -310,6 +351,8 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
             say(f"{each.name}: {one['where']} is {one['found']}, expected {one['expected']}{off}")
         if len(each.differences) > MOST_SHOWN:
             say(f"{each.name}: and {len(each.differences) - MOST_SHOWN} more")
+        if each.unchecked:
+            say(f"note: {each.name}: not checked: {', '.join(each.unchecked)}")
     counts = {state: sum(each.state is state for each in found) for state in State}
     if len(found) == 1:
         say(f"{out}: {found[0].state.value}")

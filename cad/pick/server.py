@@ -53,6 +53,8 @@ INTERNAL = "internal"
 """Code of a defect of wpcal: any exception that is not a `WpcalError`."""
 SECONDS_TO_END = 2
 """Time for requests in progress when the server is told to end."""
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Ctrl-C, and what a service manager or a closed terminal sends. Windows has no SIGHUP."""
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -101,56 +103,59 @@ class PickServer:
         self._socket, self.is_local = listening.socket, listening.is_local
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{listening.hosts[0]}/{token}/"
-        self._app = Guard(
+        guard = Guard(
             build_app(session, table, seams or SharedSeams(session), page, token=token),
             hosts=listening.hosts,
             token=token,
         )
+        self._server = uvicorn.Server(
+            uvicorn.Config(
+                guard,
+                lifespan="off",
+                ws="none",
+                http=ImpatientProtocol,
+                access_log=False,
+                server_header=False,
+                log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
+                timeout_graceful_shutdown=SECONDS_TO_END,
+            )
+        )
 
     def run(self) -> None:
-        """Answer requests until Ctrl-C. Another signal that asks the process to end is passed on when it has ended."""
-        config = uvicorn.Config(
-            self._app,
-            lifespan="off",
-            ws="none",
-            http=ImpatientProtocol,
-            access_log=False,
-            server_header=False,
-            log_level="error" if os.environ.get("WPCAL_DEBUG") else "critical",
-            timeout_graceful_shutdown=SECONDS_TO_END,
-        )
-        server = uvicorn.Server(config)
+        """Answer requests until Ctrl-C."""
         try:
-            with _ended_by_hangup(server):
-                server.run(sockets=[self._socket])
-        except KeyboardInterrupt as end:  # uvicorn ends by itself and then passes the signal on
-            if type(end) is not KeyboardInterrupt:
-                raise
+            self._server.run(sockets=[self._socket])
         finally:
             self._socket.close()
 
+    @contextmanager
+    def ended_by_signals(self) -> Iterator[None]:
+        """Let Ctrl-C, SIGTERM and a closed terminal end the server, also one that starts later within this context.
 
-@contextmanager
-def _ended_by_hangup(server: uvicorn.Server) -> Iterator[None]:
-    """Let a closed terminal end the server as Ctrl-C and SIGTERM do: uvicorn handles these two only."""
-    hangup = getattr(signal, "SIGHUP", None)
-    if hangup is None or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    handler, received = signal.getsignal(hangup), list[int]()
+        uvicorn handles the first two only, and only while it serves: before, a signal would interrupt its start at
+        any line. A signal other than Ctrl-C is passed on at the end of the context.
+        """
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        received = list[int]()
 
-    def end(number: int, _: FrameType | None) -> None:
-        received.append(number)
-        server.should_exit = True
+        def end(number: int, _: FrameType | None) -> None:
+            received.append(number)
+            self._server.should_exit = True
 
-    if handler is not signal.SIG_IGN:
-        signal.signal(hangup, end)
-    try:
-        yield
-    finally:
-        signal.signal(hangup, handler)
-    if received:
-        signal.raise_signal(hangup)
+        handlers = {number: signal.getsignal(number) for number in ENDING}
+        for number, handler in handlers.items():
+            if handler is not signal.SIG_IGN:
+                signal.signal(number, end)
+        try:
+            yield
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+        for number in received:
+            if number != signal.SIGINT:
+                signal.raise_signal(number)
 
 
 class Guard:

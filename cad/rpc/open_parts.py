@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
+from cad.cli.bodies_options import FitBodiesFlags
 from cad.pick.part import PickPart
 from cad.pick.session import PickSession
 from cad.rpc.warm_answers import WarmAnswers
@@ -80,14 +81,12 @@ class OpenPart:
         self._found.move_to_end(key)
         return self._found[key]
 
-    def session(
-        self, options: CalibrateOptions, nominal: Any = None, *, reading: ProgramReading | None = None
-    ) -> PickSession:
-        """Return what the picker knows of the part, with seams as the options say."""
+    def session(self, options: CalibrateOptions, moving: FitBodiesFlags) -> PickSession:
+        """Return what the picker knows of the part, with seams and bodies as the options say."""
         seams, with_seams = self.seams(options.seams, options.choice)
-        return PickSession(
-            self._pick_part(options.seams, seams, with_seams), options, nominal, reading or ProgramReading()
-        )
+        session = PickSession(self._pick_part(options.seams, seams, with_seams), options, groups=moving.groups())
+        session.choose(moving.to_choice() or session.moving)
+        return session
 
     def reader(self, reading: ProgramReading) -> PickSession:
         """Return what reads taught rows: it needs no seams."""

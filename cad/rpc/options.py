@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -56,7 +57,9 @@ def words_of(options: Iterable[click.Option], values: Mapping[str, Any]) -> list
     words = list[str]()
     for name, value in values.items():
         if name not in known:
-            raise InputError(f"options: {shown(name)} is unknown; known: {', '.join(known)}")
+            near = get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
+            raise InputError(f"options: {shown(name)} is unknown; {hint}")
         option = known[name]
         if option.multiple and value is not None and not isinstance(value, list):
             raise InputError(f"options: {name}: expected a list, got {shown(value)}")

@@ -22,17 +22,18 @@ from cad.rpc.open_parts import OpenPart
 from cad.rpc.options import OptionSet, name_of, words_of
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from cad.workpiece.means import USUAL_MEANS, Means
+from cad.workpiece.means import Means
 from cad.workpiece.seams import SeamChoice
 from wpcal.cli.program_options import ProgramFlags
 from wpcal.controllers.touch_run import TouchRun
 from wpcal.core.errors import InputError
-from wpcal.core.input_file import read_bytes
+from wpcal.core.input_file import noted_files, read_bytes
 from wpcal.core.progress import Progress
 from wpcal.core.records import check_writable, write_file
 from wpcal.core.transform import RigidTransform
 from wpcal.features import features_record
 from wpcal.pages.report import seam_columns
+from wpcal.results.folder import SEAMS_FILE
 from wpcal.results.next_steps import next_steps
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
@@ -227,7 +228,7 @@ def suggest(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str,
     """Return the features to touch next."""
     groups = _groups(params)
     options = groups["calibration"].to_options(_choice(groups["choice"], params))
-    return part.session(options).suggest(_rows(params["taught"]))
+    return part.session(options, groups["moving"]).suggest(_rows(params["taught"]))
 
 
 def touch_at(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
@@ -239,13 +240,17 @@ def touch_at(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str
 def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Write the result folder of a calibration, as `wpcal calibrate` does."""
     groups = _groups(params)
-    asked, output, out = _asked(part, groups, params), groups["output"], Path(params["out"])
-    holding, taught = groups["holder"].read(), asked.taught
+    with noted_files() as read:
+        asked, output, out = _asked(part, groups, params), groups["output"], Path(params["out"])
+        holding, taught = groups["holder"].read(), asked.taught
     check_writable(out, overwrite=output.force)
     if asked.rows is not None:
         taught = _write_table(asked.rows, params.get("table"), overwrite=output.force)
     command = _command(part, params, has_rows=asked.rows is not None)
-    means = USUAL_MEANS if params.get("decisions") else recording(shlex.split(command)[2:], taught.sha256 or "")
+    if params.get("decisions"):  # those of a file are with them in the seams.json that is written
+        read.pop(str(groups["choice"].seams_file), None)
+        read[str(out / SEAMS_FILE)] = ""
+    means = recording(shlex.split(command)[2:], taught.sha256 or "", read)
     written = calibrate_files(
         part.workpiece,
         taught,

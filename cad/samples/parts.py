@@ -18,6 +18,7 @@ from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
 from cad.step.new_file import Member, new_step_text
 from cad.workpiece.calibrate import WrittenCalibration, calibrate_files
+from cad.workpiece.means import USUAL_MEANS, Means
 from wpcal.core.arrays import FloatArray
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import to_json, write_file
@@ -29,6 +30,8 @@ TEACHING_SIGMA_MM = 0.1
 """Standard deviation per axis of the sample's taught points: a careful touch with a straight wire."""
 TEACHING_SEED = 2003
 
+SAMPLE_INPUTS = ("tee.step", "taught.csv")
+"""Names of the inputs of `wpcal demo` in its folder."""
 T_BASE_PART = RigidTransform.from_six_tuple([812.5, -240.25, 155.75, 0.02, -0.035, 0.6], target="base", source="part")
 """Pose of every sample in the robot's base: rotated and tilted, as a fitter would leave it."""
 
@@ -166,11 +169,14 @@ def _taught_csv(names: tuple[str, ...], p_base: FloatArray, *, digits: int) -> s
     return "\n".join(["name,x_mm,y_mm,z_mm,use", *rows, ""])
 
 
-def calibrate_sample(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:
+def calibrate_sample(
+    *, out: Path, overwrite: bool, means: Means = USUAL_MEANS, progress: Progress = no_progress
+) -> WrittenCalibration:
     """Write the T-joint and its taught points into a folder and calibrate it there, for ``wpcal demo``."""
     progress("making the sample part")
     write_sample(SAMPLES["tee"], out, overwrite=overwrite)
-    return calibrate_files(out / "tee.step", out / "taught.csv", out, overwrite=True, progress=progress)
+    part, taught = (out / name for name in SAMPLE_INPUTS)
+    return calibrate_files(part, taught, out, overwrite=True, means=means, progress=progress)
 
 
 def main(folder: str) -> None:

@@ -62,11 +62,14 @@ class AdviseOptions:
     tolerance_mm: float | None = None
 
 
+USUAL, USUAL_SEAMS = AdviseOptions(), SeamOptions()
+
+
 def advise_points(
     step: Any,
     *,
-    options: AdviseOptions,
-    seam_options: SeamOptions,
+    options: AdviseOptions = USUAL,
+    seam_options: SeamOptions = USUAL_SEAMS,
     choice: SeamChoice | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
@@ -76,8 +79,8 @@ def advise_points(
     Parameters
     ----------
     step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    options : AdviseOptions
-    seam_options : SeamOptions
+    options : AdviseOptions, optional
+    seam_options : SeamOptions, optional
     choice : SeamChoice, optional
         What a person decided about the seams.
     cache : AnswerCache
@@ -108,8 +111,8 @@ def advise_weldment(
     step: Any,
     *,
     bodies: BodiesOptions,
-    options: AdviseOptions,
-    seam_options: SeamOptions,
+    options: AdviseOptions = USUAL,
+    seam_options: SeamOptions = USUAL_SEAMS,
     choice: SeamChoice | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,

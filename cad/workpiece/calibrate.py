@@ -86,14 +86,11 @@ class WorkpieceCalibration:
         return self.result.T_base_part
 
     def moved_shapes(self) -> list[Any]:
-        """Return the part's shapes in `base` as build123d shapes. Shapes from a script keep their class."""
-        from build123d import Location
+        """Return the part's shapes in `base`, each body where it is; see `cad.workpiece.moved_shapes`."""
+        from cad.workpiece.moved_shapes import moved_shapes
 
-        from cad.kernel.geometry import to_location
-
-        T = Location(to_location(self.T_base_part))
-        shapes = self.workpiece.shapes or self.workpiece.file.step.build123d_shapes()
-        return [shape.moved(T) for shape in shapes]
+        T_part_moved = None if self.moved is None else self.moved.solid_motions(self.workpiece.graph)[0]
+        return moved_shapes(self.workpiece, self.T_base_part, T_part_moved)
 
     def seams_record(self) -> dict[str, Any]:
         """Return the record of ``seams.json``, frames in `base`."""

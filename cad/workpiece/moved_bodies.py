@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -139,7 +139,8 @@ class MovedWorkpiece:
         first, second = self.contacts.first.tolist(), self.contacts.second.tolist()
         pairs = {frozenset(pair) for pair in zip(first, second, strict=True)}
         what = f"{counted(len(pairs), 'pair')} of bodies {'is' if len(pairs) == 1 else 'are'} kept on each other"
-        return (Issue("contacts-kept", f"{what}, within {self.contact_sigma_mm:.2g} mm (standard deviation)"),)
+        told = f"{what}, within {self.contact_sigma_mm:.2g} mm (standard deviation)"
+        return (Issue("contacts-kept", f"{told}; {self.bodies.contacts_sentence()}"),)
 
     def gap_notes(self) -> tuple[Issue, ...]:
         """Return which accepted seams are wider than usual, and which overlap by more than errors explain."""
@@ -238,10 +239,20 @@ def fit_weldment(
     )
     motions = found.fit.motions
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, motions))
-    errors = tuple(meeting_errors(found.fit, meeting_points(seam)) for seam in moved)
+    errors = _errors_of_each(found, moved)
     observed_on = [(each, bodies_of(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None]
     result = _judged(rigid, found, moved, sigma, observed_on)
     return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm, choice.source)
+
+
+def _errors_of_each(found: MovedBodies, moved: Sequence[MovedSeam]) -> tuple[MeetingErrors, ...]:
+    """Return the errors at the frames of each seam, found for all seams at once."""
+    if not moved:
+        return ()
+    every = meeting_errors(found.fit, MeetingPoints.joined([meeting_points(seam) for seam in moved]))
+    ends = np.cumsum([len(seam.seam.frames) for seam in moved])[:-1]
+    columns = (np.split(getattr(every, field.name), ends) for field in fields(every))
+    return tuple(MeetingErrors(*each) for each in zip(*columns, strict=True))
 
 
 def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:

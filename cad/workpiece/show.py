@@ -63,12 +63,16 @@ def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *,
     Raises
     ------
     InputError
-        When `ocp_vscode` is not installed (``pip install wpcal[viewer]``).
+        When `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
     """
     try:
         import ocp_vscode
     except ImportError as error:
         raise InputError(f"cad.show needs ocp_vscode ({error}); pip install wpcal[viewer]") from None
+    if port is None:
+        ocp_vscode.find_and_set_port()
+        if ocp_vscode.get_port() is None:
+            raise InputError("cad.show found no open viewer: open the OCP CAD Viewer in VS Code, or give its port")
     drawn = drawn_of(found, seams)
     ocp_vscode.show(
         *(each.shape for each in drawn),

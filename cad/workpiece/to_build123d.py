@@ -75,6 +75,7 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
     -------
     build123d.Wire
         One edge per piece of the seam, mm. Where two pieces end up to 0.01 mm apart, they share a vertex of that size.
+        The edges are those of the model: if bodies moved, the seam is where its frames are.
 
     Raises
     ------

@@ -105,8 +105,8 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
     Parameters
     ----------
     step : path, build123d or CadQuery shape, iterable of these, or Workpiece
-        A STEP file, or shapes in mm: the label of a shape becomes the name of its solid. A CadQuery `Workplane` or
-        `Assembly` is taken, too. A part that is open already is returned as it is.
+        A STEP file, or shapes in mm: the label of a shape becomes the name of its solid, in an assembly that of each
+        part. A CadQuery `Workplane` or `Assembly` is taken, too. A part that is open already is returned as it is.
     cache : AnswerCache
         Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is kept.
 
@@ -146,13 +146,11 @@ def _megabytes(path: Path) -> str:
 
 
 def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
-    from cad.kernel.topology import SOLID, sub_shape_uses
-
     named: list[tuple[str, Any]] = []
     taken: set[str] = set()
     for shape in shapes:
-        for solid, _ in sub_shape_uses(shape.wrapped, SOLID):
-            base = getattr(shape, "label", "") or f"S{len(named) + 1}"
+        for label, solid in labelled_solids(shape):
+            base = label or f"S{len(named) + 1}"
             name, count = base, 1
             while name in taken:
                 count += 1
@@ -160,3 +158,13 @@ def _named_solids(shapes: Sequence[Any]) -> list[tuple[str, Any]]:
             taken.add(name)
             named.append((name, solid))
     return named
+
+
+def labelled_solids(shape: Any) -> list[tuple[str, Any]]:
+    """Return label and kernel shape of each solid of a build123d shape; in an assembly the label of its own part."""
+    from cad.kernel.topology import SOLID, sub_shape_uses
+
+    solids = [solid for solid, _ in sub_shape_uses(shape.wrapped, SOLID)]
+    own = getattr(shape, "label", "")
+    labels = [label or own for child in getattr(shape, "children", ()) for label, _ in labelled_solids(child)]
+    return list(zip(labels if len(labels) == len(solids) else [own] * len(solids), solids, strict=True))

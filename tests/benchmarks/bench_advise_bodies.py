@@ -88,7 +88,7 @@ def compared(part: PartWeldment, runs: int) -> dict[str, Compared]:
     """Compare the hand rule, a choice for a part that is one body, and one for moved bodies: as many touches each."""
     weldment = part.weldment
     places, seams = _places(part), _seam_points(part)
-    tacked = Tacked(weldment.bodies, part.graph.face_solid, seams)
+    tacked = Tacked(weldment.bodies, part.seams.graph.face_solid, seams)
     count = len(weldment.p)
     as_one = replace(tacked.model(), bodies=Bodies((), np.zeros((0, 3)), ()))
     still = replace(places, body=np.full(len(places.body), -1))
@@ -119,7 +119,7 @@ def _places(part: PartWeldment) -> Places:
     assert isinstance(targets, GraphTargets)
     found = []
     for b in range(len(part.weldment.bodies)):
-        face, p, n = face_candidates(targets.trimmed, np.flatnonzero(part.graph.face_solid == b))
+        face, p, n = face_candidates(targets.trimmed, np.flatnonzero(part.seams.graph.face_solid == b))
         size = float(np.ptp(p, axis=0).max())
         some = farthest_rows(np.concatenate([p, size * n], axis=1), PER_BODY)
         found.append((face[some], np.full(len(some), b), p[some], n[some]))

@@ -9,7 +9,7 @@ import pytest
 
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.workpiece import Workpiece, open_workpiece
-from tests.weldments import uprights
+from tests.weldments import contacts_of_uprights, uprights
 from wpcal.calibrate.bodies import Motions, fit_bodies
 from wpcal.calibrate.bodies.bodies import Contacts
 from wpcal.calibrate.bodies.contacts import find_contacts
@@ -44,21 +44,6 @@ def test_each_upright_lies_on_the_base_with_four_corners(part: tuple[Workpiece, 
 def test_faces_of_one_body_do_not_touch_each_other(part: tuple[Workpiece, PartBodies]) -> None:
     workpiece, bodies = part
     assert not len(find_contacts(workpiece.trimmed, np.zeros_like(bodies.face_body), gap_mm=0.5, sigma_mm=0.3))
-
-
-def contacts_of_uprights(sigma_mm: float) -> Contacts:
-    """Corners of the feet of the four uprights of `tests.weldments.uprights`, with the base."""
-    part = uprights(2)
-    p, second = [], []
-    for b in range(1, 5):
-        n = part.n[np.flatnonzero(part.body == b)[0]]
-        along = np.cross(n, [0.0, 0.0, 1.0])
-        foot = part.bodies.centroid_part[b] * [1.0, 1.0, 0.0]
-        p += [foot + s * 150.0 * along + t * 4.0 * n for s in (-1, 1) for t in (-1, 1)]
-        second += [b] * 4
-    k = len(p)
-    up = np.tile([0.0, 0.0, 1.0], (k, 1))
-    return Contacts(np.array(p), up, np.zeros(k, dtype=np.int64), np.array(second), np.full(k, sigma_mm))
 
 
 def test_a_kept_contact_gives_height_and_tilt_that_no_touch_sees() -> None:

@@ -121,12 +121,22 @@ def test_seams_are_those_of_the_command(client: RpcClient, tee: dict[str, Any], 
         assert {**ours, "frames": None} == {**theirs, "frames": None}
 
 
-def test_a_decision_is_carried_out(client: RpcClient, tee: dict[str, Any]) -> None:
+def test_a_decision_is_carried_out_and_saved_results_are_checked_with_it(
+    client: RpcClient, tee: dict[str, Any], rows: dict[str, Any], folder: Path
+) -> None:
     before = next(seam for seam in client.ask("seams", handle=tee["handle"])["seams"] if seam["accepted"])
     decision = {"candidate": before["candidate"], "edit": {"reverse": True, "name": "A1"}}
     after = client.ask("seams", handle=tee["handle"], decisions=[decision])["seams"]
     turned = next(seam for seam in after if seam["name"] == "A1")
     assert turned["frames"]["p"] == before["frames"]["p"][::-1]
+    client.ask("save", handle=tee["handle"], taught=rows, table="turned.csv", out="turned", decisions=[decision])
+    out = folder / "turned"
+    files = json.loads((out / "job.json").read_text())["inputs"]["files"]
+    assert [each["file"] for each in files] == [str(Path("turned", "seams.json"))]
+    assert run_here("verify", out).returncode == 0
+    text = (out / "seams.json").read_text()
+    (out / "seams.json").write_text(text.replace('"reverse": true', '"reverse": false'))
+    assert run_here("verify", out).returncode != 0
 
 
 def test_a_fit_is_that_of_the_command_and_so_is_the_folder(
@@ -159,6 +169,11 @@ def test_bodies_and_the_suggestion_are_answered(client: RpcClient, tee: dict[str
     assert [body["name"] for body in fit["record"]["bodies"]["bodies"]] == tee["solids"]
     none = {"columns": rows["columns"], "rows": []}
     assert len(client.ask("suggest", handle=tee["handle"], taught=none)["features"]) == 4
+    moved = client.ask("suggest", handle=tee["handle"], taught=none, options={"bodies": True})
+    assert moved["features"] == [touch["name"] for touch in moved["touches"]]
+    assert {touch["body"] for touch in moved["touches"]} == set(tee["solids"])
+    bad = client.refused("suggest", handle=tee["handle"], taught=none, options={"tack_mm": 1})
+    assert bad["message"] == "--tack-mm and --tack-mrad are for --bodies"
     touched = client.ask("touch_at", handle=tee["handle"], p_mm=[100, 20, 10], normal=[0, 0, 1])
     assert (touched["kind"], touched["p_mm"]) == ("plane", [100, 20, 10])
 

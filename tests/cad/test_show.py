@@ -79,6 +79,9 @@ def test_what_the_viewer_is_given(found: WorkpieceCalibration, monkeypatch: pyte
     [(shapes, named)] = given
     assert len(shapes) == len(named["names"]) == len(named["colors"]) == len(named["alphas"])
     assert named["port"] == 3940
+    fake.find_and_set_port, fake.get_port = lambda: None, lambda: None
+    with pytest.raises(InputError, match="no open viewer"):
+        cad.show(found)
     monkeypatch.setitem(sys.modules, "ocp_vscode", None)
     with pytest.raises(InputError, match=r"pip install wpcal\[viewer\]"):
         cad.show(found)
@@ -92,7 +95,7 @@ def test_the_message_of_the_viewer_has_every_object(
     answers: list[Any] = []
     real = ocp_vscode.show
     monkeypatch.setattr(ocp_vscode, "show", lambda *shapes, **named: answers.append(real(*shapes, **named)))
-    cad.show(found)
+    cad.show(found, port=3939)
     told = dict(_told(answers[0][0]))
     for each in drawn_of(found):
         assert told[each.name] == each.color, each.name

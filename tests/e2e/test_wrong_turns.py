@@ -48,7 +48,7 @@ TURNS = [
     ("calibrate tee.step table.xlsx -o new", "is a spreadsheet (or another ZIP archive): save the sheet as CSV"),
     ("calibrate tee.step excel.csv -o new", "is a spreadsheet (or another ZIP archive): save the sheet as CSV"),
     ("calibrate tee.step xyz.csv -o new", "write x_mm instead of x: the unit is part of the name"),
-    ("calibrate tee.step empty.csv -o new", "expected a header line and one row per point"),
+    ("calibrate tee.step empty.csv -o new", "expected a header line and rows"),
     ("calibrate tee.step header.csv -o new", "has a header and no rows"),
     ("calibrate tee.step template.csv -o new", "template.csv, line 2, column x_mm: the cell is empty"),
     ("calibrate tee.step tauhgt.csv -o new", "did you mean taught.csv?"),

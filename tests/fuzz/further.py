@@ -21,7 +21,7 @@ from starlette.requests import Request
 from starlette.routing import Route
 
 from cad.batch.job_list import read_jobs, words_of
-from cad.batch.job_record import JOB_FILE, JobInputs, is_made_of, read_job_record
+from cad.batch.job_record import JobInputs, is_made_of, read_job_record
 from cad.batch.summary import JSONL, NUMBERS, seconds_of
 from cad.batch.summary_check import check_summary, read_summary
 from cad.cli.calibrate_jobs import option_columns
@@ -51,7 +51,7 @@ from wpcal.planning.cell.cell_check import check_cell, check_record
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.results.diff import compare_folders
-from wpcal.results.folder import read_finished, read_result_folder
+from wpcal.results.folder import JOB_FILE, read_finished, read_result_folder
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.seam import SeamOptions, detect_seams
 from wpcal.seam.edit import read_edits
@@ -151,7 +151,7 @@ def finished_job(data: bytes, path: Path) -> object:
         JobInputs.from_record(record["inputs"])
     with suppress(InputError):
         list(check_summary(path.parent, read_summary(path.parent)))
-    if not seconds and not (record is not None and is_made_of(record, inputs, path.parent)):
+    if not seconds and not (record is not None and is_made_of(record, inputs, path.parent, beside=path.parent)):
         raise InputError("the job is done again")
     return list(seconds.values()), None if record is None else record["result"]["exit_code"]
 

@@ -16,15 +16,18 @@ OUR_PACKAGES = ("wpcal", "cad")
 
 SECTIONS: Mapping[str, Sequence[str]] = {
     "Begin": ("demo",),
-    "Look at the part": ("features", "seams", "bodies", "torches", "advise", "sheet"),
-    "Teach": ("pick", "taught", "match"),
-    "Calibrate": ("calibrate", "batch", "report", "welds", "export", "audit", "diff", "verify"),
-    "Without a part": ("fit", "study"),
+    "Look at the part": ("features", "seams", "bodies", "torches"),
+    "Choose and teach points": ("advise", "sheet", "touches", "pick", "taught", "match"),
+    "Calibrate": ("calibrate", "report"),
+    "Weld data, programs and plans": ("welds", "export", "cell", "place", "plan", "bases"),
+    "Batches and records": ("batch", "drift", "verify", "diff", "audit"),
     "A better robot": ("identify", "tcp", "correct"),
-    "Plan welds": ("cell", "place", "plan", "bases"),
+    "Without a part": ("fit", "study"),
     "For other programs": ("rpc",),
 }
-"""The help lists the commands in this order; those of other packages come last."""
+"""The help lists wpcal's own commands in this order."""
+FROM_OTHERS = "From other packages"
+"""The last heading of the help: commands that other packages bring."""
 
 WHOLE_SENTENCE = 1000
 """Letters: the first sentence of a command's help is wrapped and never cut."""
@@ -48,9 +51,15 @@ class CommandsByEntryPoint(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all installed commands in the order of the work."""
+        return [name for names in self.by_section().values() for name in names]
+
+    def by_section(self) -> dict[str, list[str]]:
+        """Return the names of all installed commands by the headings of the help; none is empty."""
         installed = _installed()
-        ours = [name for names in SECTIONS.values() for name in names if name in installed]
-        return [*ours, *sorted(set(installed) - set(ours))]
+        sections = {title: [name for name in names if name in installed] for title, names in SECTIONS.items()}
+        ours = {name for names in sections.values() for name in names}
+        sections[FROM_OTHERS] = sorted(set(installed) - ours)
+        return {title: names for title, names in sections.items() if names}
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command."""
@@ -68,24 +77,34 @@ class CommandsByEntryPoint(click.Group):
         return found, command, rest if command is None else _with_new_names(command, rest)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands under the headings of `SECTIONS`."""
-        installed = self.list_commands(ctx)
-        ours = [name for names in SECTIONS.values() for name in names]
-        sections = {**SECTIONS, "From other packages": [name for name in installed if name not in ours]}
-        width = max(map(len, installed))
+        """Write the commands under their headings."""
+        sections = self.by_section()
+        width = max(len(name) for names in sections.values() for name in names)
         for title, names in sections.items():
-            rows = [
-                (name.ljust(width), command.get_short_help_str(WHOLE_SENTENCE))
-                for name in names
-                if name in installed and (command := self.get_command(ctx, name)) is not None
-            ]
-            if rows:
-                with formatter.section(title):
-                    formatter.write_dl(rows)
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), _summary(_installed()[name])) for name in names])
 
 
 def _installed() -> dict[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group=ENTRY_POINT_GROUP)}
+    """Return the commands by name. No other package replaces one of ours."""
+    found = sorted(entry_points(group=ENTRY_POINT_GROUP), key=_is_ours)
+    return {entry.name: entry for entry in found}
+
+
+def _is_ours(entry: EntryPoint) -> bool:
+    return entry.module.partition(".")[0] in OUR_PACKAGES
+
+
+def _summary(entry: EntryPoint) -> str:
+    """Return the first sentence of a command's help; of another package's command that is broken, what is wrong."""
+    from wpcal.core.errors import InputError
+
+    try:
+        return _loaded(entry).get_short_help_str(WHOLE_SENTENCE)
+    except InputError as error:
+        if _is_ours(entry):
+            raise
+        return str(error)
 
 
 def _unknown(name: str) -> str:
@@ -119,27 +138,39 @@ def _replaced(words: Sequence[str], renamed: Mapping[str, str]) -> Iterator[str]
 
 
 def _loaded(entry: EntryPoint) -> click.Command:
-    """Import a command. A package that hides ours, or that is not installed, is told by its name."""
+    """Import a command. A package that hides ours, that is not installed, or that is broken is told by its name."""
     from wpcal.core.errors import InputError
 
     try:
-        command: click.Command = entry.load()
+        command = entry.load()
     except ImportError as error:
         raise InputError(_why_not_loaded(entry, error)) from error
+    except Exception as error:
+        if _is_ours(entry):
+            raise
+        raise InputError(_why_not_loaded(entry, error)) from error
+    if not isinstance(command, click.Command):
+        raise InputError(_why_not_loaded(entry, TypeError(f"{entry.value} is not a click command")))
     return with_strict_numbers(command)
 
 
-def _why_not_loaded(entry: EntryPoint, error: ImportError) -> str:
+def _why_not_loaded(entry: EntryPoint, error: Exception) -> str:
     from importlib.util import find_spec
 
+    if not _is_ours(entry):
+        return f"the command {entry.name} of the package {_package(entry)} cannot be loaded: {error}; ask its authors"
     root = entry.module.partition(".")[0]
     ours = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
     found = find_spec(root)
     places = () if found is None else (found.submodule_search_locations or [found.origin or ""])
     place = next(iter(places), "")
-    if root in OUR_PACKAGES and os.path.dirname(os.path.abspath(place)) != ours:
+    if os.path.dirname(os.path.abspath(place)) != ours:
         return (
             f"another package is called {root} and hides the one of wpcal: {place}; take its folder from PYTHONPATH, "
             "or install wpcal in an environment of its own"
         )
     return f"the command {entry.name} cannot be loaded: {error}"
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.module.partition(".")[0] if entry.dist is None else entry.dist.name

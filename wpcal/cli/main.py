@@ -50,26 +50,35 @@ def run(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str] | None) -> int:
+    raised: list[KeyboardInterrupt] = []
     try:
         _require_unicode(sys.argv[1:] if arguments is None else arguments)
-        with stopped_like_interrupted():
+        with stopped_like_interrupted() as raised:
             code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return error.exit_code
     except click.Abort as abort:
-        stopped = abort.__cause__ if isinstance(abort.__cause__, Stopped) else None
-        code = EXIT_INTERRUPTED if stopped is None else EXIT_OF_SIGNAL + stopped.number
-        how = "interrupted" if stopped is None else f"ended by {stopped}"
-        notes = getattr(abort.__cause__, "__notes__", ())  # what a command says about what it did until then
-        return _fail(abort, "; ".join([how, *notes]), code, arguments)
+        return _fail(abort, *_told_of_end(abort.__cause__), arguments)
+    except KeyboardInterrupt as interruption:  # before or after the command itself
+        return _fail(interruption, *_told_of_end(interruption), arguments)
     except Exception as error:  # the outermost place: an unforeseen error is one line, too
-        return _fail(error, *_told(error), arguments)
+        told = _told(error) or (_told_of_end(raised[-1]) if raised else _told_of_fault(error))
+        return _fail(error, *told, arguments)
     return code if isinstance(code, int) else 0
 
 
-def _told(error: Exception) -> tuple[str, int]:
-    """Return what is said of an error, and the exit code."""
+def _told_of_end(interruption: BaseException | None) -> tuple[str, int]:
+    """Return what is said of an interruption, and the exit code."""
+    code, how = EXIT_INTERRUPTED, "interrupted"
+    if isinstance(interruption, Stopped):
+        code, how = EXIT_OF_SIGNAL + interruption.number, f"ended by {interruption}"
+    notes = getattr(interruption, "__notes__", ())  # what a command says about what it did until then
+    return "; ".join([how, *notes]), code
+
+
+def _told(error: Exception) -> tuple[str, int] | None:
+    """Return what is said of an error, and the exit code; None of an error that nobody foresaw."""
     from wpcal.core.errors import WpcalError
 
     if isinstance(error, click.MissingParameter) and error.ctx is not None:
@@ -79,10 +88,15 @@ def _told(error: Exception) -> tuple[str, int]:
         return error.format_message(), error.exit_code
     if isinstance(error, WpcalError):
         return str(error), error.exit_code
+    if isinstance(error, OSError) and error.filename is not None and not os.environ.get("WPCAL_DEBUG"):
+        return f"{error.filename}: {(error.strerror or str(error)).lower()}", WpcalError.exit_code
+    return None
+
+
+def _told_of_fault(error: Exception) -> tuple[str, int]:
+    """Return what is said of an error that nobody foresaw, and the exit code."""
     if os.environ.get("WPCAL_DEBUG"):
         raise error
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {(error.strerror or str(error)).lower()}", WpcalError.exit_code
     kind = type(error).__name__
     return f"internal error ({kind}: {error}); this is our fault: set WPCAL_DEBUG=1 to see where", EXIT_OUR_FAULT
 

@@ -10,7 +10,9 @@ import hashlib
 import os
 import stat
 import sys
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -27,6 +29,10 @@ NEAR_NAME = 0.75
 """Likeness (of `difflib`) from which a name is a slip of another one: hoper.step of hopper.step has 0.95."""
 STDIN = "-"
 """As the name of a file: standard input."""
+_NOTED: ContextVar[Callable[[Path, bytes], None] | None] = ContextVar("_NOTED", default=None)
+"""Notes files that are read."""
+_OWN = Path(__file__).parents[1]
+"""Files in it belong to the version of wpcal."""
 _KINDS = {
     stat.S_IFDIR: "is a folder",
     stat.S_IFIFO: "is a pipe",
@@ -34,6 +40,42 @@ _KINDS = {
     stat.S_IFCHR: "is a device",
     stat.S_IFBLK: "is a device",
 }
+
+
+@contextmanager
+def noted_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[dict[str, str]]:
+    """Note the files that are read as a whole while the block runs: SHA-256 by the name under which each is opened.
+
+    Results depend on them, also on those that a file names: the arms of a cell, both files of a run of touches. Files
+    of wpcal itself are not noted. What is noted of a file holds for all that is made of it: a file that is changed
+    between two readings is refused, also if it is changed back later.
+
+    Parameters
+    ----------
+    known : iterable of (str, str)
+        Names, and the SHA-256 that these files must have if they are read.
+
+    Raises
+    ------
+    InputError
+        At the end of the block, when a file had other contents when it was read once more.
+    """
+    noted: dict[str, str] = {}
+    expected, changed = {str(Path(name)): sha256 for name, sha256 in known}, set[str]()
+
+    def note(path: Path, data: bytes) -> None:
+        name, sha256 = str(path), sha256_of(data)
+        if sha256 != expected.setdefault(name, sha256):
+            changed.add(name)
+        noted.setdefault(name, sha256)
+
+    token = _NOTED.set(note)
+    try:
+        yield noted
+    finally:
+        _NOTED.reset(token)
+    if changed:
+        raise InputError(f"{min(changed)}: was changed while it was read; run this again")
 
 
 def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
@@ -55,8 +97,15 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
     InputError
         When it cannot be opened, is not a regular file, is larger than the limit, or its name is not UTF-8 text.
     """
+    data = _read(path, _limit_mb(most_mb), first, expected)
+    note = _NOTED.get()
+    if note is not None and first is None and _OWN not in path.parents:
+        note(path, data)
+    return data
+
+
+def _read(path: Path, most: float, first: int | None, expected: str) -> bytes:
     require_name(path)
-    most = _limit_mb(most_mb)
     try:
         if str(path) == STDIN:
             return _within(sys.stdin.buffer.read(int(most * BYTES_PER_MB) + 1), path, most)

@@ -149,7 +149,7 @@ class Table:
         self.require(names)
         values = np.empty((len(self), len(names)))
         slow = [j for j, name in enumerate(names) if not _all_plain(self.columns[name], values[:, j])]
-        decimal = self._decimal_sign(names) if slow else "."
+        decimal = self.decimal_sign(names) if slow else "."
         for j in slow if decimal == "." else range(len(names)):
             for i, cell in enumerate(self.columns[names[j]]):
                 try:
@@ -167,7 +167,8 @@ class Table:
         values[given] = Table(self.path, columns, tuple(self.lines[i] for i in given), self.separator).numbers(names)
         return frozen(values)
 
-    def _decimal_sign(self, names: Sequence[str]) -> str:
+    def decimal_sign(self, names: Sequence[str]) -> str:
+        """Return the decimal sign of columns of numbers: a point or a comma."""
         cells = (cell for name in names for cell in self.columns[name])
         return decimal_sign(cells, comma_separates=self.separator == ",")
 
@@ -212,15 +213,15 @@ def parse_table(raw: bytes, *, path: str) -> Table:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise FormatError(f"is not a UTF-8 text file (byte {error.start})", path=path) from None
+        raise FormatError(f"is not UTF-8 text (byte {error.start}): save it as CSV UTF-8", path=path) from None
     if not text.strip():
-        raise FormatError("the file is empty; expected a header line and one row per point", path=path)
+        raise FormatError("the file is empty; expected a header line and rows", path=path)
     if text.lstrip().startswith("ISO-10303-21"):
         raise FormatError("is a STEP file, expected a table with a header line; are two files swapped?", path=path)
     separator = _separator(text.lstrip().split("\n", 1)[0])
     lines, rows = _rows(text, separator, path)
     if not rows:
-        raise FormatError("all cells are empty; expected a header line and one row per point", path=path)
+        raise FormatError("all cells are empty; expected a header line and rows", path=path)
     lines, rows = _without_merged_cells(lines, _without_empty_columns(rows))
     header = _header(rows[0], path, lines[0])
     if len(rows) == 1:
@@ -288,6 +289,8 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], separator: str) -> 
     what = f"expected {len(header)} cells, got {len(row)}"
     if separator == "," and len(row) > len(header):
         what += "; a decimal comma needs ; between the cells, or write 1.5"
+    if len(row) < len(header):
+        what += f"; an empty cell needs its {'tab' if separator == SEPARATORS[1] else separator} too"
     return what
 
 

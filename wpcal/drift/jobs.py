@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -26,6 +27,8 @@ NEEDED = USED[:-1]
 MOST_CALIBRATION_MB = 16.0
 _DECODER = json.JSONDecoder()
 SUMMARY_FIELDS = ("job", "when", "verdict", "worst_seam_error_mm")
+READ_OF_SUMMARY = frozenset({"schema", *SUMMARY_FIELDS, "error"})
+READ_OF_POINT = ("name", "p_part_mm", "residual_mm")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +141,7 @@ def _summary(folder: Path) -> list[dict[str, Any]]:
         line = parse_json(text, path=where)
         if not isinstance(line, dict) or line.get("schema") != SUMMARY_SCHEMA:
             raise FormatError(f"{where}: is not a line of wpcal batch: expected the schema {SUMMARY_SCHEMA}")
+        line = {name: value for name, value in line.items() if name in READ_OF_SUMMARY}
         check_record(line, SUMMARY_SCHEMA, path=where)
         missing = [name for name in SUMMARY_FIELDS if name not in line]
         if missing:
@@ -154,6 +158,8 @@ def _read_job(folder: Path, line: dict[str, Any]) -> _Job:
     record = _used_fields(read_bytes(path, most_mb=MOST_CALIBRATION_MB), str(path))
     if record.get("schema") != CALIBRATION_SCHEMA:
         raise FormatError(f"{path}: is not a calibration: expected the schema {CALIBRATION_SCHEMA}")
+    with suppress(KeyError, TypeError):  # the whole is checked then: it says what is wrong
+        record["points"] = [{name: each[name] for name in READ_OF_POINT} for each in record["points"]]
     check_record(record, CALIBRATION_SCHEMA, path=str(path))
     try:
         part = record["inputs"]["part"]

@@ -25,6 +25,8 @@ from wpcal.seam.torch import TorchShape
 from wpcal.seam.torch_file import torch_of_seams
 
 CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
+JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
+"""The request for the results, which `wpcal verify` does again."""
 RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
 """The records of a result folder and what they are."""
 _WRONG_SPACE = {
@@ -166,7 +168,10 @@ def read_result_folder(folder: Path) -> ResultFolder:
 
 
 def files_of_run(folder: Path) -> tuple[str, ...]:
-    """Return the listed files of the calibration in a folder that are as it wrote them: the next run replaces them."""
+    """Return the files of the calibration in a folder that the next run replaces, or leaves out.
+
+    They are those that it lists and that are as it wrote them, and ``job.json``: the request for its results.
+    """
     try:
         record = read_record(folder, CALIBRATION_FILE)
     except InputError:
@@ -175,7 +180,15 @@ def files_of_run(folder: Path) -> tuple[str, ...]:
     if not isinstance(listed, dict):
         return ()
     own = [name for name in listed if holds_file(folder, name)]
-    return tuple(name for name in own if sha256_of(read_bytes(folder / name)) == listed[name])
+    ours = [name for name in own if sha256_of(read_bytes(folder / name)) == listed[name]]
+    return (*ours, *((JOB_FILE,) if _is_request(folder / JOB_FILE) else ()))
+
+
+def _is_request(path: Path) -> bool:
+    try:
+        return bool(read_json(path, schema=JOB_SCHEMA))
+    except InputError:
+        return False
 
 
 def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:

@@ -183,7 +183,11 @@ def _seen_sigma(calibration: Mapping[str, Any]) -> float | None:
 
 def _moved_contradiction(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
     wrong = _list(calibration["bodies"]["wrong_touches"])
-    steps = [f"Touch {wrong} again, and check that the row names the feature or the place that you touch."]
+    broken = calibration["bodies"].get("contacts", {}).get("broken", ())
+    pairs = _list([" and ".join(each["bodies"]) for each in broken])
+    steps = [f"Calibrate without --contacts: {pairs} do not stay on each other."] if pairs else []
+    if wrong:
+        steps.append(f"Touch {wrong} again, and check that the row names the feature or the place that you touch.")
     return [*steps, *_far(calibration)]
 
 

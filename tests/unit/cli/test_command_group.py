@@ -4,12 +4,14 @@ import io
 import json
 import re
 import sys
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 import pytest
 
 from tests.running import run_here
-from wpcal.cli.command_group import RENAMED, SECTIONS, CommandsByEntryPoint
+from wpcal.cli import command_group
+from wpcal.cli.command_group import ENTRY_POINT_GROUP, FROM_OTHERS, RENAMED, SECTIONS, CommandsByEntryPoint
 from wpcal.cli.main import wpcal
 
 TABLE = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
@@ -39,6 +41,47 @@ def test_the_help_lists_every_command_once_in_the_order_of_the_work() -> None:
     assert listed.index("features") < listed.index("pick") < listed.index("calibrate") < listed.index("plan")
     assert [title for title in SECTIONS if f"{title}:" in done.stdout] == list(SECTIONS)
     assert "..." not in done.stdout.partition("Begin:")[2]
+
+
+def test_every_command_of_wpcal_has_its_heading() -> None:
+    ours = {
+        entry.name for entry in entry_points(group=ENTRY_POINT_GROUP) if entry.module.startswith(("wpcal.", "cad."))
+    }
+    assert sorted(name for names in SECTIONS.values() for name in names) == sorted(ours)
+
+
+@pytest.fixture
+def two_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package with a good command and one that has the name of ours, and a package that is broken."""
+    (tmp_path / "acme_welds.py").write_text(
+        'import click\n\n\n@click.command\ndef acme():\n    """Paint the welds."""\n    click.echo(\'painted\')\n'
+    )
+    (tmp_path / "acme_broken.py").write_text("1 / 0\n")
+    (tmp_path / "acme_odd.py").write_text("odd = 3\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    words = {"paint": "acme_welds:acme", "fit": "acme_welds:acme", "broken": "acme_broken:acme", "odd": "acme_odd:odd"}
+    others = [EntryPoint(name, place, ENTRY_POINT_GROUP) for name, place in words.items()]
+    monkeypatch.setattr(command_group, "entry_points", lambda group: [*entry_points(group=group), *others])
+
+
+@pytest.mark.usefixtures("two_other_packages")
+def test_commands_of_other_packages_come_last_and_replace_none() -> None:
+    shown = " ".join(run_here("--help").stdout.partition(f"{FROM_OTHERS}:")[2].split())
+    assert shown == (
+        "broken the command broken of the package acme_broken cannot be loaded: division by zero; ask its authors "
+        "odd the command odd of the package acme_odd cannot be loaded: acme_odd:odd is not a click command; ask its "
+        "authors paint Paint the welds."
+    )
+    assert run_here("paint").stdout == "painted\n"
+    assert "PAIRS.csv" in run_here("fit", "--help").stdout
+
+
+@pytest.mark.usefixtures("two_other_packages")
+@pytest.mark.parametrize("name", ["broken", "odd"])
+def test_a_broken_command_of_another_package_is_one_line(name: str) -> None:
+    done = run_here(name)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert f"of the package acme_{name} cannot be loaded" in done.stderr
 
 
 def test_every_output_is_called_out() -> None:

@@ -39,7 +39,7 @@ def test_one_table_in_many_spellings(tmp_path, text):
         ("a,,2\n", 2, "x_mm", "empty"),
         ('a,"1,5",2\n', 2, "x_mm", "decimal sign"),
         ("a,1,5,2\n", 2, 3, "decimal comma"),
-        ("a,1\n", 2, 2, "expected 3 cells, got 2"),
+        ("a,1\n", 2, 2, "expected 3 cells, got 2; an empty cell needs its , too"),
     ],
 )
 def test_a_bad_cell_is_named_with_line_and_column(tmp_path, body, line, column, words):

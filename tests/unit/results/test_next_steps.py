@@ -108,6 +108,16 @@ def test_steps_of_bodies_that_moved(record, step):
     assert next_steps(record)[0].startswith(step)
 
 
+def test_contacts_that_do_not_hold_come_before_touches():
+    record = moved("contradiction")
+    record["bodies"]["contacts"] = {"broken": [{"bodies": ["base", "U3"]}]}
+    first, second, *_ = next_steps(record)
+    assert first == "Calibrate without --contacts: base and U3 do not stay on each other."
+    assert second.startswith("Touch T4 again")
+    record["bodies"]["wrong_touches"] = []
+    assert not any("Touch" in step for step in next_steps(record))
+
+
 def test_an_assumed_tack_tolerance_can_be_stated():
     assert any("--tack-mm" in step for step in next_steps(moved("error", tolerances="assumed")))
     assert not any("--tack-mm" in step for step in next_steps(moved("error")))

@@ -56,7 +56,7 @@ class Contacts:
     p_part : ndarray, shape (k, 3)
         In `part`, mm.
     normal_part : ndarray, shape (k, 3)
-        Unit normals of the contact.
+        Unit normals of the contact, out of the first body.
     first, second : ndarray of int, shape (k,)
         The two bodies.
     sigma_mm : ndarray, shape (k,)

@@ -123,20 +123,24 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
     -------
     MeetingErrors
     """
+    found = np.empty((4, len(points.p_part)))
+    pairs, pair = np.unique(np.stack([points.wall_body, points.base_body]), axis=1, return_inverse=True)
+    for number in range(pairs.shape[1]):  # points of two bodies depend on few of the unknowns
+        rows = np.flatnonzero(pair == number)
+        found[:, rows] = _errors_of_pair(fit, points.select(rows))
+    return MeetingErrors(*found)
+
+
+def _errors_of_pair(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
+    """Return the fields of `MeetingErrors` of points between the same two bodies, shape (4, n)."""
     J = meeting_jacobian(fit.motions, points)
+    used = np.flatnonzero(J.any(axis=(0, 1)))
+    J, own = J[:, :, used], np.ix_(used, used)
+    covariance, unseen = fit.covariance[own], fit.unseen[own]
     x = points.x @ fit.T_base_part.R.T
     across = J - x[:, :, None] * np.einsum("ni,nij->nj", x, J)[:, None, :]
-    return MeetingErrors(
-        *(
-            length_quantile(along @ C @ along.transpose(0, 2, 1), COVERAGE)
-            for along, C in (
-                (J, fit.covariance),
-                (across, fit.covariance),
-                (J, fit.covariance - fit.unseen),
-                (J, fit.unseen),
-            )
-        )
-    )
+    each = ((J, covariance), (across, covariance), (J, covariance - unseen), (J, unseen))
+    return np.stack([length_quantile(along @ C @ along.transpose(0, 2, 1), COVERAGE) for along, C in each])
 
 
 def joint_error(J: FloatArray, covariance: FloatArray) -> float:

@@ -22,7 +22,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import cholesky, null_space, solve_triangular
 from scipy.optimize import minimize
 from scipy.special import chdtrc, ndtri
 
@@ -183,10 +183,13 @@ def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
     if min(_seen_beside(kinds[0], kinds[1]), _seen_beside(kinds[1], kinds[0])) < LEAST_SEEN:
         kinds = [free.Z]
 
+    squares = [Z @ Z.T for Z in kinds]
+
     def twice_minus(logs: FloatArray) -> float:
-        V = np.eye(len(free.y)) + sum(math.exp(2.0 * log) * Z @ Z.T for log, Z in zip(logs, kinds, strict=True))
-        root = np.linalg.cholesky(V)
-        return 2.0 * float(np.log(np.diag(root)).sum()) + float(np.sum(np.linalg.solve(root, free.y) ** 2))
+        V = np.eye(len(free.y)) + sum(math.exp(2.0 * log) * ZZ for log, ZZ in zip(logs, squares, strict=True))
+        root = cholesky(V, lower=True)
+        solved = solve_triangular(root, free.y, lower=True)
+        return 2.0 * float(np.log(np.diag(root)).sum()) + float(np.sum(solved**2))
 
     held = min(min(LOOSE_MM / t.mm, 1e3 * LOOSE_RAD / t.mrad) for t in bodies.tolerances)
     bounds = [(-math.log(LARGEST_FACTOR), math.log(min(LARGEST_FACTOR, max(held, 1.0))))] * len(kinds)

@@ -11,6 +11,7 @@ from scipy.special import chdtrc
 
 from wpcal.calibrate.bodies.bending import MODES
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
+from wpcal.calibrate.bodies.contact_evidence import ContactEvidence, judge_contacts
 from wpcal.calibrate.bodies.evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
 from wpcal.calibrate.bodies.fit import BodiesFit, fit_bodies
 from wpcal.calibrate.bodies.problem import Whitened
@@ -20,7 +21,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 
-BOW_POINTS = 11
+BOW_POINTS = 13
 """Points along a body at which a record tells its bow: three on the shortest wave."""
 MOST_TOLD = 5
 """Bodies whose motions a sentence names; a table has all."""
@@ -59,6 +60,8 @@ class MovedBodies:
         Bodies that are farther away than their tolerances explain.
     doubtful : tuple of str
         Touches on them that are wrong unless the tolerances are too small.
+    contacts : ContactEvidence or None
+        Of kept contacts.
     """
 
     fit: BodiesFit
@@ -68,6 +71,7 @@ class MovedBodies:
     wrong: tuple[str, ...]
     far: tuple[str, ...] = ()
     doubtful: tuple[str, ...] = ()
+    contacts: ContactEvidence | None = None
 
     @property
     def untouched(self) -> tuple[str, ...]:
@@ -113,6 +117,25 @@ class MovedBodies:
             "agree, state a larger tolerance"
         )
 
+    def contacts_sentence(self) -> str:
+        """Say whether the touches agree with the kept contacts, and which pairs do not stay on each other."""
+        kept = self.contacts
+        if kept is None:
+            return ""
+        shown = "p < 0.001" if kept.p < 0.001 else f"p = {kept.p:.2g}"
+        if not kept.is_tested:
+            return "no touch tests this"
+        if not kept.broken:
+            return f"the touches agree ({shown})"
+        names = self.fit.motions.bodies.names
+        told = [
+            f"{names[each.first]} and {names[each.second]} ({abs(each.gap_mm):.1f} mm "
+            f"{'apart' if each.gap_mm > 0 else 'into each other'})"
+            for each in kept.broken[:MOST_TOLD]
+        ]
+        more = [f"{len(kept.broken) - MOST_TOLD} more"] if len(kept.broken) > MOST_TOLD else []
+        return f"the touches contradict these contacts ({shown}): {listed([*told, *more])}"
+
     def tolerances_sentence(self) -> str:
         """Say which tack tolerances the answer rests on."""
         values = sorted({(t.mm, t.mrad) for t in self.fit.motions.bodies.tolerances})
@@ -137,6 +160,7 @@ class MovedBodies:
             "motions_seen": self.evidence.seen,
             "wrong_touches": [*self.wrong, *self.doubtful],
             **({"far_bodies": list(self.far)} if self.far else {}),
+            **({} if self.contacts is None else {"contacts": self._contacts_record(self.contacts)}),
             "bodies": [
                 {
                     "name": name,
@@ -157,6 +181,19 @@ class MovedBodies:
                 for b, name in enumerate(motions.bodies.names)
             ],
         }
+
+    def _contacts_record(self, kept: ContactEvidence) -> dict[str, Any]:
+        names = self.fit.motions.bodies.names
+        broken = [
+            {
+                "bodies": [names[each.first], names[each.second]],
+                "gap_mm": each.gap_mm,
+                "expected_mm": each.expected_mm,
+                "p": each.p,
+            }
+            for each in kept.broken
+        ]
+        return {"gain": kept.gain, "p": kept.p, "is_tested": kept.is_tested, "broken": broken}
 
     def _bent(self) -> list[list[dict[str, Any]]]:
         """Return how each body bent: per direction, the bow along the body and its standard deviation."""
@@ -220,13 +257,16 @@ def fit_moved_bodies(
         fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts)
     source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED
     source = source if estimated is None else ToleranceSource.ESTIMATED
-    rows = wrong_rows(fit.whitened)
-    far = far_bodies(fit.whitened, body, rows)
-    wrong = [i for i in np.unique(fit.whitened.touch[rows]).tolist() if i >= 0]
+    kept, judged = None, fit.whitened
+    if contacts is not None and len(contacts):
+        kept, judged = judge_contacts(judged, contacts, wrong_rows(judged.without_contacts()))
+    rows = wrong_rows(judged)
+    far = far_bodies(judged, body, rows)
+    wrong = [i for i in np.unique(judged.touch[rows]).tolist() if i >= 0]
     names, doubtful = ([touches.names[i] for i in wrong if (body[i] in far) is is_far] for is_far in (False, True))
     counts = np.bincount(body[body >= 0], minlength=len(bodies))
     return MovedBodies(
-        fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful)
+        fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful), kept
     )
 
 

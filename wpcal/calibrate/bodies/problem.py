@@ -9,7 +9,7 @@ import numpy as np
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
 from wpcal.calibrate.bodies.motions import Motions, left_jacobian
 from wpcal.calibrate.touches.touches import Linearised, Touches
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
 from wpcal.core.transform import RigidTransform
 
@@ -44,7 +44,10 @@ class Whitened:
 
     def without_contacts(self) -> Whitened:
         """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
-        rows = self.touch >= 0
+        return self.select(self.touch >= 0)
+
+    def select(self, rows: BoolArray) -> Whitened:
+        """Return the model of some rows: a mask of shape (m,)."""
         return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows], self.bends)
 
     def with_free(self, body: int) -> Whitened:
@@ -93,6 +96,8 @@ class Problem:
     own : ndarray, shape (n, 3, 3)
         Covariances of the touches without the errors that they share.
     shared : ndarray, shape (n, 3, s)
+    scales : ndarray, shape (6 b + k,)
+        `Bodies.all_scales`.
     """
 
     touches: Touches
@@ -101,6 +106,7 @@ class Problem:
     body: IntArray
     bodies: Bodies
     contacts: Contacts
+    scales: FloatArray
     pivot: FloatArray
     length_mm: float
 
@@ -112,7 +118,7 @@ class Problem:
         shared = np.zeros((len(touches), 3, 0)) if touches.shared is None else touches.shared
         assert touches.covariances is not None  # of `fit_bodies`
         own = touches.covariances - shared @ shared.transpose(0, 2, 1)
-        return cls(touches, own, shared, body, bodies, contacts, pivot, max(reach, 1.0))
+        return cls(touches, own, shared, body, bodies, contacts, bodies.all_scales, pivot, max(reach, 1.0))
 
     @property
     def first(self) -> FloatArray:
@@ -151,7 +157,7 @@ class Problem:
 
     def _by_bodies(self, step: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what a step changes in the motions, shape (b, 6), and in the amplitudes of bending, shape (k,)."""
-        by, b = step[self.of_bodies] * self.bodies.all_scales, 6 * len(self.bodies)
+        by, b = step[self.of_bodies] * self.scales, 6 * len(self.bodies)
         return by[:b].reshape(-1, 6), by[b:]
 
     def moved(self, state: State, step: FloatArray) -> State:
@@ -193,7 +199,7 @@ class Problem:
         """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + k + s)."""
         at, T = state.at, state.motions.T_base_part
         whole = point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        by_bodies = T.R @ (state.motions.jacobian(self.body, at.contact_part) * self.bodies.all_scales)
+        by_bodies = T.R @ (state.motions.jacobian(self.body, at.contact_part) * self.scales)
         return np.asarray(-at.A @ np.concatenate([whole, by_bodies, self.shared], axis=2))
 
     def covariances(self, state: State) -> tuple[FloatArray, FloatArray]:
@@ -204,7 +210,7 @@ class Problem:
         bodies_part = inverse[:, 6:]
         S = np.zeros((kept, kept))
         S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        S[6:, 6:] = np.diag(self.bodies.all_scales)
+        S[6:, 6:] = np.diag(self.scales)
         return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
 
     def whitened(self, state: State) -> Whitened:
@@ -228,19 +234,23 @@ class Problem:
     def _scaled(self, motions: Motions) -> FloatArray:
         """Return u, shape (6 b + k,)."""
         own = np.concatenate([motions.omega, motions.v_mm], axis=1).ravel()
-        return np.concatenate([own, motions.bend_mm]) / self.bodies.all_scales
+        return np.concatenate([own, motions.bend_mm]) / self.scales
 
     def _gaps(self, motions: Motions) -> FloatArray:
         c = self.contacts
+        if len(c) == 0:
+            return np.zeros(0)
         apart = motions.apply(c.first, c.p_part) - motions.apply(c.second, c.p_part)
         return np.asarray(np.einsum("ki,ki->k", apart, c.normal_part) / c.sigma_mm)
 
     def _contact_jacobian(self, motions: Motions) -> FloatArray:
         """Derivative of the gaps by u, shape (contacts, 6 b + k)."""
         c = self.contacts
+        if len(c) == 0:
+            return np.zeros((0, len(self.scales)))
         apart = motions.jacobian(c.first, c.p_part) - motions.jacobian(c.second, c.p_part)
         by = np.einsum("ki,kij->kj", c.normal_part, apart) / c.sigma_mm[:, None]
-        return np.asarray(by * self.bodies.all_scales)
+        return np.asarray(by * self.scales)
 
 
 def touched_poses(touches: Touches, body: IntArray, motions: Motions) -> tuple[FloatArray, FloatArray]:

@@ -113,15 +113,9 @@ def judge_bodies(evidence: BodiesEvidence) -> Verdict:
 def _failure(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
     """Return why the fit is shown to be wrong, or None."""
     moved = evidence.moved
-    if moved.wrong:
-        kept = " and stay on each other" if (moved.fit.whitened.touch < 0).any() else ""
-        remedy = ", or calibrate without --contacts" if kept else ""
-        what = (
-            f"the other touches contradict {listed(moved.wrong)}, also if bodies moved{kept}: touch there again{remedy}"
-        )
-        return VerdictReason.CONTRADICTION, what
-    if moved.doubtful:
-        return VerdictReason.CONTRADICTION, moved.far_sentence()
+    contradiction = _contradiction(moved)
+    if contradiction:
+        return VerdictReason.CONTRADICTION, contradiction
     if evidence.sigma.source is SigmaSource.STATED and _contradicts(moved):
         if moved.far:
             return VerdictReason.STATED_ERROR, moved.far_sentence()
@@ -141,6 +135,21 @@ def _failure(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:
             )
             return VerdictReason.CHECK_CONTRADICTS, what
     return None
+
+
+def _contradiction(moved: MovedBodies) -> str:
+    """Say which touches, contacts or bodies contradict the others; empty if none does."""
+    contacts = moved.contacts
+    if moved.wrong:
+        holding = contacts is not None and not contacts.broken
+        kept = " and stay on each other" if holding else ""
+        remedy = ", or calibrate without --contacts" if holding else ""
+        return (
+            f"the other touches contradict {listed(moved.wrong)}, also if bodies moved{kept}: touch there again{remedy}"
+        )
+    if contacts is not None and contacts.broken:
+        return f"{moved.contacts_sentence()}: calibrate without --contacts, or allow a wider gap (--contacts MM)"
+    return moved.far_sentence() if moved.doubtful else ""
 
 
 def _doubt(evidence: BodiesEvidence) -> tuple[VerdictReason, str] | None:

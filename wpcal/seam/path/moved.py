@@ -12,14 +12,17 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.meeting import MovedFaces, meet_moved
 from wpcal.brep.nearest_on_edges import project_to_edges
+from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.discretise import run_lengths
 from wpcal.seam.path.frames import frames_from_normals
-from wpcal.seam.seam import Seam, SeamFrames
+from wpcal.seam.seam import Seam, SeamFrames, SeamPieces
 
 LEAST_SIN = 0.02
 """Faces nearer to parallel than 1 degree do not fix the place where they meet; the seam then goes with both bodies."""
+MOST_PAIRS = 200_000
+"""Frames and pieces that are compared at once: 50 MB."""
 
 
 class BodyMoves(Protocol):
@@ -72,6 +75,86 @@ class MovedSeam:
     gap_mm: FloatArray
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class StillSeams:
+    """Seams of a part before its bodies move, with all that does not depend on the motions: n frames of all seams.
+
+    Parameters
+    ----------
+    graph : BrepGraph
+    seams : tuple of Seam
+        In `part`.
+    start : ndarray of int, shape (seams + 1,)
+        The frames of seam i are ``start[i]:start[i + 1]``.
+    frames : SeamFrames
+        Of all seams.
+    piece : ndarray of int, shape (n,)
+        The piece of the own seam on whose edge each frame lies.
+    faces, bodies : ndarray of int, shape (2, n)
+        Wall and base at every frame, and their bodies; -1: no body.
+    edge_mm : ndarray, shape (n, 3)
+        Where the edge of the wall is.
+    met_mm : ndarray, shape (n, 3)
+        Where the faces of the model meet; NaN where they do not fix the place.
+    """
+
+    graph: BrepGraph
+    seams: tuple[Seam, ...]
+    start: IntArray
+    frames: SeamFrames
+    piece: IntArray
+    faces: IntArray
+    bodies: IntArray
+    edge_mm: FloatArray
+    met_mm: FloatArray
+
+    @classmethod
+    def of(cls, graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray) -> StillSeams:
+        """Prepare seams; `face_body`, of shape (F,), is the body of every face, -1: it does not move."""
+        start = np.concatenate([[0], np.cumsum([len(seam.frames) for seam in seams], dtype=np.int64)])
+        frames = SeamFrames.joined([seam.frames for seam in seams])
+        piece = _piece_of_each(graph, seams)
+        first = np.cumsum([0, *(len(seam.pieces) for seam in seams)])[:-1]
+        pieces = SeamPieces.joined([seam.pieces for seam in seams]).select(piece + np.repeat(first, np.diff(start)))
+        faces = np.stack([pieces.wall, pieces.base])
+        faces = np.where(faces >= 0, faces, faces[::-1])  # a missing face goes with the other
+        bodies = np.where(faces >= 0, face_body[faces], -1)
+        p, x = frames.p, frames.R[:, :, 0]
+        still = [MovedFaces(face, np.tile(np.eye(3), (len(p), 1, 1)), np.zeros((len(p), 3))) for face in faces]
+        met = meet_moved(graph, still[0], still[1], p, x, least_sin=LEAST_SIN)
+        edge, _ = project_to_edges(graph, pieces.edge, p)
+        return cls(graph, tuple(seams), start, frames, piece, faces, bodies, edge, met)
+
+    def moved(self, moves: BodyMoves) -> list[MovedSeam]:
+        """Return the seams where their moved faces meet: see `moved_seams`."""
+        graph, p, x = self.graph, self.frames.p, self.frames.R[:, :, 0]
+        now = [MovedFaces(face, *moves.moves_at(body, p)) for face, body in zip(self.faces, self.bodies, strict=True)]
+        with_each = [np.einsum("nij,nj->ni", each.R, p) + each.t for each in now]
+        x_each = [np.einsum("nij,nj->ni", each.R, x) for each in now]
+        met = meet_moved(graph, now[0], now[1], with_each[0], x_each[0], least_sin=LEAST_SIN)
+        is_met = np.asarray(np.isfinite(met + self.met_mm).all(axis=1))
+        met_still = np.where(is_met[:, None], self.met_mm, p)
+        met = np.where(is_met[:, None], met, (with_each[0] + with_each[1]) / 2.0)
+
+        n_still = [project_to_faces(graph, face, met_still).normal for face in self.faces]
+        n_now = [face.feet(graph, met)[1] for face in now]
+        x_still = np.where(is_met[:, None], _crossing(n_still, x), x)
+        x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), _unit(x_each[0] + x_each[1]))
+        turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x_still, *n_still).transpose(0, 2, 1)
+        # a point that the model has off its faces (root gap, bridge) keeps its place beside them
+        moved = met + np.einsum("nij,nj->ni", turn, p - met_still)
+        angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
+        frames = SeamFrames(self.frames.s_mm, moved, turn @ self.frames.R, angle, self.frames.frame)
+        columns = (*self.bodies, *n_now, x_each[0], is_met, _gaps(graph, self.edge_mm, now))
+        return [
+            _of_seam(seam, self.piece[own], frames.rows(own.start, own.stop), *(column[own] for column in columns))
+            for seam, own in zip(self.seams, self._own_frames(), strict=True)
+        ]
+
+    def _own_frames(self) -> list[slice]:
+        return [slice(*ends) for ends in zip(self.start[:-1].tolist(), self.start[1:].tolist(), strict=True)]
+
+
 def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, moves: BodyMoves) -> list[MovedSeam]:
     """Return seams where their moved faces meet.
 
@@ -91,42 +174,32 @@ def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, mo
     Returns
     -------
     list of MovedSeam
+
+    Notes
+    -----
+    All frames of all seams are moved at once. Where the same seams are moved again and again, `StillSeams` keeps what
+    the motions do not change.
     """
-    return [_moved_seam(graph, seam, face_body, moves) for seam in seams]
+    return StillSeams.of(graph, seams, face_body).moved(moves) if seams else []
 
 
-def _moved_seam(graph: BrepGraph, seam: Seam, face_body: IntArray, moves: BodyMoves) -> MovedSeam:
-    p, x, piece = seam.frames.p, seam.frames.R[:, :, 0], _piece_of_each(graph, seam)
-    faces = [seam.pieces.wall[piece], seam.pieces.base[piece]]
-    faces = [
-        np.where(own >= 0, own, other) for own, other in (faces, faces[::-1])
-    ]  # a missing face goes with the other
-    bodies = [np.where(face >= 0, face_body[face], -1) for face in faces]
-    still = [MovedFaces(face, np.tile(np.eye(3), (len(p), 1, 1)), np.zeros((len(p), 3))) for face in faces]
-    now = [MovedFaces(face, *moves.moves_at(body, p)) for face, body in zip(faces, bodies, strict=True)]
-    with_each = [np.einsum("nij,nj->ni", each.R, p) + each.t for each in now]
-    x_each = [np.einsum("nij,nj->ni", each.R, x) for each in now]
-
-    met_still = meet_moved(graph, still[0], still[1], p, x, least_sin=LEAST_SIN)
-    met = meet_moved(graph, now[0], now[1], with_each[0], x_each[0], least_sin=LEAST_SIN)
-    is_met = np.asarray(np.isfinite(met + met_still).all(axis=1))
-    met_still = np.where(is_met[:, None], met_still, p)
-    met = np.where(is_met[:, None], met, (with_each[0] + with_each[1]) / 2.0)
-
-    n_still = [face.feet(graph, met_still)[1] for face in still]
-    n_now = [face.feet(graph, met)[1] for face in now]
-    x_still = np.where(is_met[:, None], _crossing(n_still, x), x)
-    x_now = np.where(is_met[:, None], _crossing(n_now, x_each[0]), _unit(x_each[0] + x_each[1]))
-    turn = frames_from_normals(x_now, *n_now) @ frames_from_normals(x_still, *n_still).transpose(0, 2, 1)
-    # a point that the model has off its faces (root gap, bridge) keeps its place beside them
-    moved = met + np.einsum("nij,nj->ni", turn, p - met_still)
-    gap = _gaps(graph, seam, piece, now)
-    s = _lengths(seam.frames, moved)
-    angle = np.arccos(np.clip(np.einsum("ni,ni->n", *n_now), -1.0, 1.0))
-    frames = SeamFrames(s, moved, turn @ seam.frames.R, angle, seam.frames.frame)
+def _of_seam(
+    seam: Seam,
+    piece: IntArray,
+    frames: SeamFrames,
+    wall_body: IntArray,
+    base_body: IntArray,
+    n_wall: FloatArray,
+    n_base: FloatArray,
+    x_wall: FloatArray,
+    is_met: BoolArray,
+    gap: FloatArray,
+) -> MovedSeam:
+    """Return one seam from its moved frames, whose lengths are still those of the model."""
+    frames = replace(frames, s_mm=_lengths(seam.frames, frames.p))
     pieces = replace(seam.pieces, gap_mm=_gaps_of_pieces(piece, gap, len(seam.pieces)))
-    own = replace(seam, frames=frames, pieces=pieces, length_mm=float(s[-1]))
-    return MovedSeam(own, bodies[0], bodies[1], n_now[0], n_now[1], x_each[0], is_met, gap)
+    own = replace(seam, frames=frames, pieces=pieces, length_mm=float(frames.s_mm[-1]))
+    return MovedSeam(own, wall_body, base_body, n_wall, n_base, x_wall, is_met, gap)
 
 
 def _lengths(frames: SeamFrames, moved: FloatArray) -> FloatArray:
@@ -136,10 +209,9 @@ def _lengths(frames: SeamFrames, moved: FloatArray) -> FloatArray:
     return np.concatenate([frames.s_mm[:1], frames.s_mm[0] + np.cumsum(steps)])
 
 
-def _gaps(graph: BrepGraph, seam: Seam, piece: IntArray, now: Sequence[MovedFaces]) -> FloatArray:
+def _gaps(graph: BrepGraph, edge_mm: FloatArray, now: Sequence[MovedFaces]) -> FloatArray:
     """Return how far the moved edge of the wall is from the moved base at every frame, shape (n,)."""
-    edge, _ = project_to_edges(graph, seam.pieces.edge[piece], seam.frames.p)
-    p = np.einsum("nij,nj->ni", now[0].R, edge) + now[0].t
+    p = np.einsum("nij,nj->ni", now[0].R, edge_mm) + now[0].t
     foot, normal = now[1].feet(graph, p)
     return np.asarray(np.einsum("ni,ni->n", p - foot, normal))
 
@@ -161,15 +233,36 @@ def _unit(v: FloatArray) -> FloatArray:
     return np.asarray(v / np.where(length > 0.0, length, 1.0))
 
 
-def _piece_of_each(graph: BrepGraph, seam: Seam) -> IntArray:
-    """Return the piece of the seam on whose edge each frame lies, shape (n,)."""
-    pieces, p = seam.pieces, seam.frames.p
-    n, k = len(p), len(pieces)
-    each = np.tile(np.arange(k), n)
-    at = np.repeat(p, k, axis=0)
+def _piece_of_each(graph: BrepGraph, seams: Sequence[Seam]) -> IntArray:
+    """Return the piece of its seam on whose edge each frame lies, shape (n,) of all frames."""
+    found = [np.zeros(len(seam.frames), dtype=np.int64) for seam in seams]
+    several = [i for i, seam in enumerate(seams) if len(seam.pieces) > 1]
+    pairs = np.cumsum([len(seams[i].frames) * len(seams[i].pieces) for i in several])
+    for block in np.split(several, np.flatnonzero(np.diff(pairs // MOST_PAIRS)) + 1):
+        for i, piece in zip(block.tolist(), _nearest_pieces(graph, [seams[i] for i in block.tolist()]), strict=True):
+            found[i] = piece
+    return np.concatenate(found)
+
+
+def _nearest_pieces(graph: BrepGraph, seams: Sequence[Seam]) -> list[IntArray]:
+    """Return the same for each of a few seams: every frame is compared with all pieces of its own seam."""
+    if not seams:
+        return []
+    frames, count = (
+        [len(each) for each in column] for column in zip(*((s.frames, s.pieces) for s in seams), strict=True)
+    )
+    pieces = SeamPieces.joined([seam.pieces for seam in seams])
+    start = np.cumsum([0, *count])
+    each = np.concatenate(
+        [np.tile(np.arange(a, a + k), n) for a, k, n in zip(start[:-1].tolist(), count, frames, strict=True)]
+    )
+    at = np.concatenate([np.repeat(seam.frames.p, k, axis=0) for seam, k in zip(seams, count, strict=True)])
     foot, _ = project_to_edges(graph, pieces.edge[each], at)  # of the whole line or circle, also beyond its ends
     ends = [evaluate_edges(graph, pieces.edge, t)[0] for t in (pieces.t0, pieces.t1)]
     way = sum(np.linalg.norm(foot - end[each], axis=1) for end in ends)
-    length = run_lengths(graph, Runs(pieces, np.arange(k + 1)))
+    length = run_lengths(graph, Runs(pieces, np.arange(len(pieces) + 1)))
     away = np.linalg.norm(foot - at, axis=1) + np.maximum(way - length[each], 0.0)
-    return np.asarray(np.argmin(away.reshape(n, k), axis=1))
+    cuts = np.cumsum([n * k for n, k in zip(frames, count, strict=True)])[:-1]
+    return [
+        np.asarray(np.argmin(own.reshape(-1, k), axis=1)) for own, k in zip(np.split(away, cuts), count, strict=True)
+    ]

@@ -1,0 +1,99 @@
+"""Laws of kept contacts: touches that contradict them name the pair, and are not called wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.weldments import Weldment, contacts_of_uprights, uprights
+from wpcal.calibrate import Sigma, SigmaSource
+from wpcal.calibrate.bodies import Motions, fit_bodies
+from wpcal.calibrate.bodies.errors import MeetingPoints
+from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies
+from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.verdict import VerdictKind, VerdictReason
+from wpcal.core.issue import Issue
+
+SIGMA_MM, GAP_MM = 0.2, 0.25
+RUNS = 4
+
+
+def fitted(part: Weldment, touches: Touches, true: Motions) -> MovedBodies:
+    contacts = contacts_of_uprights(GAP_MM)
+    return fit_moved_bodies(
+        touches, part.body, part.bodies, true.T_base_part, sigma_mm=SIGMA_MM, estimate=False, contacts=contacts
+    )
+
+
+def held(part: Weldment, true: Motions) -> Motions:
+    """Return motions near given ones in which every upright stays on the base."""
+    touches = part.touched(true, 0.0, np.random.default_rng(0))
+    stiff = contacts_of_uprights(1e-3 * GAP_MM)
+    return fit_bodies(touches, part.body, part.bodies, true.T_base_part, sigma_mm=SIGMA_MM, contacts=stiff).motions
+
+
+def lifted(part: Weldment, true: Motions, body: int, by_mm: float) -> Motions:
+    v = true.v_mm.copy()
+    v[body, 2] += by_mm
+    return replace(true, v_mm=v)
+
+
+def test_the_pair_that_came_apart_is_named_with_its_gap_and_no_touch_is_called_wrong() -> None:
+    rng, part, wrong = np.random.default_rng(1), uprights(6), 0
+    for _ in range(RUNS):
+        true = lifted(part, held(part, part.drawn(rng)), 3, 3.0)
+        found = fitted(part, part.touched(true, SIGMA_MM, rng), true)
+        assert found.contacts is not None
+        assert [(each.first, each.second) for each in found.contacts.broken] == [(0, 3)]
+        assert abs(found.contacts.broken[0].gap_mm - 3.0) < 1.0
+        assert "base and U3 (" in found.contacts_sentence()
+        assert "mm apart)" in found.contacts_sentence()
+        wrong += bool(found.wrong)
+    assert wrong <= 1
+
+
+def test_contacts_that_hold_are_not_blamed_and_a_wrong_touch_is_named() -> None:
+    rng, part = np.random.default_rng(2), uprights(6)
+    for k in range(RUNS):
+        true = held(part, part.drawn(rng))
+        touches = part.touched(true, SIGMA_MM, rng)
+        row = 6 + 3 * k
+        off = np.zeros_like(touches.p_base)
+        off[row] = 8.0 * true.poses()[0][part.body[row]] @ part.n[row]
+        for is_off in (0.0, 1.0):
+            found = fitted(part, replace(touches, p_base=touches.p_base + is_off * off), true)
+            assert found.contacts is not None
+            assert found.contacts.broken == ()
+            assert (f"T{row}" in (*found.wrong, *found.doubtful)) == bool(is_off)
+        assert found.contacts_sentence().startswith("the touches agree (p = ")
+
+
+def test_touches_that_do_not_see_the_gap_say_so() -> None:
+    rng, part = np.random.default_rng(3), uprights(2)
+    true = part.drawn(rng)
+    found = fitted(part, part.touched(true, SIGMA_MM, rng), true)
+    assert found.contacts_sentence() == "no touch tests this"
+
+
+@pytest.mark.parametrize("apart_mm", [0.0, 3.0])
+def test_the_verdict_is_one_line_on_the_contacts(apart_mm: float) -> None:
+    rng, part = np.random.default_rng(4), uprights(6)
+    true = lifted(part, held(part, part.drawn(rng)), 2, apart_mm)
+    touches = part.touched(true, SIGMA_MM, rng)
+    found = fitted(part, touches, true)
+    points = MeetingPoints.on(part.body, found.fit.paired(touches, part.body).p_source)
+    none: tuple[Issue, ...] = ()
+    sigma = Sigma(SIGMA_MM, SigmaSource.STATED)
+    verdict = judge_bodies(
+        BodiesEvidence(found, touches.names, points, ["W1"] * len(part.body), sigma, 0.0, None, none, 5.0)
+    )
+    if apart_mm:
+        assert (verdict.kind, verdict.reason) == (VerdictKind.FAIL, VerdictReason.CONTRADICTION)
+        assert "contradict these contacts" in verdict.sentence
+        assert "base and U2" in verdict.sentence
+        assert "--contacts MM" in verdict.sentence
+    else:
+        assert verdict.kind is VerdictKind.PASS, verdict.sentence

@@ -1,0 +1,74 @@
+"""What the command line says after a signal that asks it to end."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import pytest
+
+from wpcal.cli import main
+from wpcal.cli.main import EXIT_INTERRUPTED, EXIT_OUR_FAULT
+
+CODES = {signal.SIGINT: EXIT_INTERRUPTED, signal.SIGTERM: 143, signal.SIGHUP: 129}
+
+
+@pytest.fixture
+def command(monkeypatch):
+    """Let a function be the whole command line, with the signals as a shell sets them."""
+
+    def become(act):
+        monkeypatch.setattr(main.wpcal, "main", lambda **_: act())
+        return main._run([])
+
+    kept = {number: signal.getsignal(number) for number in CODES}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield become
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize(("number", "code"), CODES.items())
+def test_an_error_that_an_interruption_caused_is_an_interruption(command, capsys, number, code):
+    """Python's import machinery answers an interruption between two of its lines so."""
+
+    def interrupted_import():
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt:
+            threading.RLock().release()
+
+    assert command(interrupted_import) == code
+    assert "internal error" not in capsys.readouterr().err
+
+
+def test_a_second_signal_does_not_disturb_the_end_of_the_first(command, capsys):
+    ended = []
+
+    def twice():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+            ended.append("all removed")
+
+    assert command(twice) == CODES[signal.SIGTERM]
+    assert ended == ["all removed"]
+    assert capsys.readouterr().err == "wpcal: ended by SIGTERM\n"
+
+
+def test_the_same_error_without_an_interruption_is_our_fault(command, capsys):
+    assert command(lambda: threading.RLock().release()) == EXIT_OUR_FAULT
+    assert "cannot release un-acquired lock" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("number", "code"), CODES.items())
+def test_an_interruption_beside_the_command_is_one_line(command, capsys, number, code):
+    assert command(lambda: signal.raise_signal(number)) == code
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_handlers_are_put_back(command):
+    before = {number: signal.getsignal(number) for number in CODES}
+    command(lambda: 0)
+    assert {number: signal.getsignal(number) for number in CODES} == before
