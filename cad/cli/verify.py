@@ -91,7 +91,8 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     file, the triangles and the page. If another version of wpcal wrote OUT, its hashes are checked, and its poses,
     residuals, bound and seam frames are compared to 1e-5 mm.
 
-    Inputs are looked for in the current folder and in those around OUT. They are accepted by their SHA-256.
+    Inputs are looked for in the current folder and in those around OUT. They are accepted by their SHA-256. Results
+    of a script have no job.json: they are compared with what the usual options give, and with one another.
 
     Ends with code 0 if OUT is as claimed, 1 if anything differs, and 2 if it cannot be checked.
     """

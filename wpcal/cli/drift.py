@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from wpcal.drift import PartDrift, PartJobs
 
 USUAL_FIRST, LEAST_FIRST = 25, 3
+MOST_NAMED = 5
+"""Jobs that one line names."""
 
 
 @click.command()
@@ -85,13 +87,20 @@ def _watched(
         jobs = found
     parts, left_out = [], []
     for each in jobs:
+        if each.on_others:
+            left_out.append(f"{each.file}: jobs without the points of most jobs: {_named(each.on_others)}")
         try:
             parts.append(watch_part(each, first=first))
         except InputError as error:
             left_out.append(str(error))
     if not parts:
-        raise InputError(left_out[0] if len(left_out) == 1 else "; ".join(left_out[:3]))
+        raise InputError("; ".join(left_out[:3]))
     return parts, left_out
+
+
+def _named(jobs: Sequence[str]) -> str:
+    more = f" and {len(jobs) - MOST_NAMED} more" if len(jobs) > MOST_NAMED else ""
+    return f"{', '.join(jobs[:MOST_NAMED])}{more}"
 
 
 def _show(record: dict[str, Any]) -> None:
@@ -113,4 +122,4 @@ def _show(record: dict[str, Any]) -> None:
     for line in record["left_out"]:
         say(f"left out: {line}")
     if record["failed"]:
-        say(f"left out: {len(record['failed'])} jobs that failed")
+        say(f"left out: jobs without a calibration: {_named([each['job'] for each in record['failed']])}")
