@@ -258,7 +258,7 @@ def test_what_cannot_be_read_is_one_line(tmp_path: Path) -> None:
         "away": "job: expected the name of a folder",
         "none": "no job has a calibration",
         "empty": "is not a folder of wpcal batch",
-        "absent": "is not a folder of wpcal batch",
+        "absent": "no such folder; expected the results of wpcal batch",
     }
     for name, expected in cases.items():
         done = run_here("drift", tmp_path / name, "-o", tmp_path / "page.html")
