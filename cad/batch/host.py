@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import select
 import signal
@@ -235,7 +236,7 @@ class Host:
             return Failure(f"needs more than its limit of {most:g} GB of memory; {NO_MEMORY} allows more")
         if kind == "error":
             message, number = value
-            if number and str(self._work) in message:  # files there are nobody's business
+            if number not in (0, errno.ENOENT) and str(self._work) in message:  # files there are nobody's business
                 message = f"{self._work.parent}: cannot be written: {os.strerror(number).lower()}"
             return Failure(message, number)
         return Failure(f"internal error ({value[0]}); this is our fault")

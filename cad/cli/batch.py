@@ -6,7 +6,7 @@ import os
 import shlex
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import option, takes
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cad.batch.job_list import Job
     from cad.batch.run import Task
     from cad.batch.summary import Summary
+    from wpcal.dask.cluster import Cluster
 
 USUAL_JOB_S, USUAL_JOB_GB = 600.0, 8.0
 """Limits of one job: those of the CAD kernel's process in the other commands."""
@@ -45,6 +46,11 @@ class BatchFlags:
         "--jobs",
         type=click.IntRange(min=1, max=MOST_AT_ONCE),
         help="So many processes at the same time.  [default: one per processor]",
+    )
+    dask: str | None = option(
+        "--dask",
+        metavar="tcp://HOST:PORT",
+        help=f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.",
     )
     resume: bool = option(
         RESUME,
@@ -100,10 +106,14 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> in
     from cad.batch.summary import Summary
     from cad.cli.calibrate_jobs import option_columns
     from wpcal.cli.progress import counted_progress
+    from wpcal.core.errors import InputError
     from wpcal.core.whole_folder import flush_all
 
+    if flags.dask is not None and flags.at_once is not None:
+        raise InputError("-j is about this machine; with --dask every worker runs as many jobs as it has threads")
     jobs = read_jobs(jobs_csv, option_columns())
-    _require_forks()
+    if flags.dask is None:
+        _require_forks()
     began = time.monotonic()
     with locked_output(out, overwrite=flags.resume) as (lock, work), ExitStack() as running:
         summary = Summary(out, work)
@@ -138,24 +148,44 @@ class _Batch:
 
     def run(self, lock: int, summary: Summary, progress: Any, running: ExitStack) -> None:
         """Run what is to be run; every job gets its line in the summary. The end of `running` ends the processes."""
+        tasks, requests = self._tasks(summary, progress)
+        if not tasks:
+            return
+
+        def done(task: Task, value: Any) -> None:
+            self._done(summary, progress, task, value)
+
+        if self._flags.dask is not None:
+            progress(f"connecting to {self._flags.dask}", 0, len(tasks))
+            self._run_on_dask(self._flags.dask, tasks, requests, done, running)
+            return
         from cad.batch.host import Host
         from cad.batch.run import run_tasks
         from cad.cli.calibrate_jobs import PRELOADED
 
-        tasks, requests = self._tasks(summary, progress)
-        if not tasks:
-            return
         progress("starting the CAD kernel", 0, len(tasks))
         self._began = time.monotonic()
         host = Host(self._work, lock, PRELOADED)
         running.callback(_end, host)
-        run_tasks(
-            tasks,
-            requests,
-            host,
-            at_once=self._flags.at_once or os.cpu_count() or 1,
-            done=lambda task, value: self._done(summary, progress, task, value),
-        )
+        run_tasks(tasks, requests, host, at_once=self._flags.at_once or os.cpu_count() or 1, done=done)
+
+    def _run_on_dask(
+        self,
+        address: str,
+        tasks: list[Task],
+        requests: dict[Any, Any],
+        done: Callable[[Task, Any], None],
+        running: ExitStack,
+    ) -> None:
+        from cad.batch.on_dask import run_on_dask
+        from cad.cli.calibrate_jobs import PRELOADED, files_of_options
+        from wpcal.dask.cluster import Cluster
+
+        cluster = Cluster(address)
+        running.callback(_end, cluster)
+        cluster.start()
+        self._began = time.monotonic()
+        run_on_dask(tasks, requests, cluster, PRELOADED, files_of_options=files_of_options, done=done)
 
     def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
@@ -282,9 +312,9 @@ def _finished_in_any_case(summary: Summary, plan: _Batch, again: str) -> Iterato
         raise
 
 
-def _end(host: Host) -> None:
+def _end(place: Host | Cluster) -> None:
     with _undisturbed():
-        host.end()
+        place.end()
 
 
 @contextmanager
@@ -302,6 +332,7 @@ def _again(jobs_csv: Path, out: Path, flags: BatchFlags, *, no_cache: bool) -> s
     """Return the command that continues a batch."""
     words = ["wpcal", "batch", str(jobs_csv), "-o", str(out)]
     words += [] if flags.at_once is None else ["-j", str(flags.at_once)]
+    words += [] if flags.dask is None else ["--dask", flags.dask]
     words += [] if flags.pages == "fail" else ["--report", flags.pages]
     words += [] if flags.job_s == USUAL_JOB_S else ["--job-seconds", f"{flags.job_s:g}"]
     words += [] if flags.job_gb == USUAL_JOB_GB else ["--job-gb", f"{flags.job_gb:g}"]

@@ -14,9 +14,9 @@ from click.core import ParameterSource
 
 from cad.batch.compare import compare_claim
 from cad.batch.inputs_now import FoundInputs
-from cad.batch.job_record import JobInputs, files_read, job_record, sha256_at
+from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
-from cad.cli.calibrate_jobs import NOT_OF_A_JOB, REPORT, OpenedPart, parsed, result_of
+from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
 from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files

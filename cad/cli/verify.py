@@ -98,12 +98,18 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     """
     import tempfile
 
-    from cad.batch.inputs_now import InputsNow
+    from cad.batch.inputs_now import OPTION, InputsNow
     from cad.batch.summary import JSONL
     from wpcal.core.errors import InputError
+    from wpcal.results.folder import CALIBRATION_FILE, JOB_FILE
 
     if not out.is_dir():
         raise InputError(f"{out}: no such folder; expected the results of wpcal calibrate or wpcal batch")
+    if not any((out / name).exists() for name in (JSONL, JOB_FILE, CALIBRATION_FILE)):
+        raise InputError(f"{out}: holds no results of wpcal calibrate or wpcal batch")
+    for path in given:
+        if not path.exists():
+            raise InputError(f"{OPTION} {path}: no such file or folder")
     whole = out.resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folders = (Path.cwd(), whole.parent, whole, whole.parent.parent)

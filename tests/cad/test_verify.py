@@ -156,6 +156,21 @@ def test_a_damaged_or_missing_request(changed: Path) -> None:
     assert run_here("verify", "changed").returncode == 1
 
 
+@pytest.mark.usefixtures("folder")
+def test_what_is_no_result_and_inputs_that_are_nowhere_are_one_line() -> None:
+    Path("empty").mkdir()
+    cases = {
+        ("absent",): "absent: no such folder",
+        ("tee.step",): "tee.step: no such folder",
+        ("empty",): "empty: holds no results of wpcal calibrate or wpcal batch",
+        ("out", "--inputs", "nowhere"): "--inputs nowhere: no such file or folder",
+    }
+    for words, expected in cases.items():
+        done = run_here("verify", *words)
+        assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+        assert expected in done.stderr
+
+
 def test_inputs_that_moved_or_changed(folder: Path, changed: Path) -> None:
     edit(changed / "job.json", lambda record: record["inputs"]["part"].update(sha256="0" * 64))
     done = run_here("verify", "changed")

@@ -185,6 +185,8 @@ class _Work:
         full = H.copy()
         full[:, :3, :3] += 2.0 * np.trace(cross, axis1=1, axis2=2)[:, None, None] * eye
         full[:, :3, :3] -= cross + cross.transpose(0, 2, 1)
+        if _surely_convex(full):
+            return full
         convex = np.linalg.eigvalsh(full)[:, 0] > LEAST_CURVATURE
         return np.asarray(np.where(convex[:, None, None], full, H + LEAST_CURVATURE * np.eye(6)), dtype=np.float64)
 
@@ -235,3 +237,12 @@ class _Work:
         self._evaluate_residuals()
         self.r /= self.unit[:, None, None]
         self._evaluate_squares()
+
+
+def _surely_convex(H: FloatArray) -> bool:
+    """Whether all matrices, shape (B, 6, 6), are positive definite by twice `LEAST_CURVATURE`; False is no proof."""
+    try:
+        np.linalg.cholesky(H - 2.0 * LEAST_CURVATURE * np.eye(6))
+    except np.linalg.LinAlgError:
+        return False
+    return True
