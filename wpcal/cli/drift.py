@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from wpcal.drift import PartDrift, PartJobs
 
 USUAL_FIRST, LEAST_FIRST = 25, 3
-MOST_NAMED = 5
-"""Jobs that one line names."""
 
 
 @click.command()
@@ -74,6 +72,7 @@ def _watched(
 ) -> tuple[list[PartDrift], list[str]]:
     """Return the parts with enough jobs, and a line about each of the others."""
     from wpcal.core.errors import InputError
+    from wpcal.core.wording import listed
     from wpcal.drift import watch_part
 
     if not jobs:
@@ -88,7 +87,7 @@ def _watched(
     parts, left_out = [], []
     for each in jobs:
         if each.on_others:
-            left_out.append(f"{each.file}: jobs without the points of most jobs: {_named(each.on_others)}")
+            left_out.append(f"{each.file}: jobs without the points of most jobs: {listed(each.on_others)}")
         try:
             parts.append(watch_part(each, first=first))
         except InputError as error:
@@ -98,13 +97,9 @@ def _watched(
     return parts, left_out
 
 
-def _named(jobs: Sequence[str]) -> str:
-    more = f" and {len(jobs) - MOST_NAMED} more" if len(jobs) > MOST_NAMED else ""
-    return f"{', '.join(jobs[:MOST_NAMED])}{more}"
-
-
 def _show(record: dict[str, Any]) -> None:
     from wpcal.cli.console import plain_console
+    from wpcal.core.wording import listed
 
     console = plain_console()
 
@@ -122,4 +117,4 @@ def _show(record: dict[str, Any]) -> None:
     for line in record["left_out"]:
         say(f"left out: {line}")
     if record["failed"]:
-        say(f"left out: jobs without a calibration: {_named([each['job'] for each in record['failed']])}")
+        say(f"left out: jobs without a calibration: {listed(each['job'] for each in record['failed'])}")

@@ -120,12 +120,9 @@ def read_drift_jobs(
     """
     found: dict[tuple[str, str], list[_Job]] = {}
     failed: list[FailedJob] = []
-    seen: set[Path] = set()
+    _require_folders(folders)
     count = 0
     for folder in folders:
-        if folder.resolve() in seen:
-            raise InputError(f"{folder}: is given twice")
-        seen.add(folder.resolve())
         for line in _summary(folder):
             if line["verdict"] == "ERROR":
                 failed.append(FailedJob(line["job"], str(folder), line.get("error") or "no reason is recorded"))
@@ -143,11 +140,20 @@ def read_drift_jobs(
     return [_arrays(part, jobs) for part, jobs in sorted(found.items())], failed
 
 
+def _require_folders(folders: Sequence[Path]) -> None:
+    seen: set[Path] = set()
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(f"{folder}: no such folder; expected the results of wpcal batch")
+        if not (folder / SUMMARY).is_file():
+            raise InputError(f"{folder}: is not a folder of wpcal batch: it has no {SUMMARY}")
+        if folder.resolve() in seen:
+            raise InputError(f"{folder}: is given twice")
+        seen.add(folder.resolve())
+
+
 def _summary(folder: Path) -> list[dict[str, Any]]:
-    path = folder / SUMMARY
-    if not path.is_file():
-        raise InputError(f"{folder}: is not a folder of wpcal batch: it has no {SUMMARY}")
-    lines = []
+    path, lines = folder / SUMMARY, list[dict[str, Any]]()
     for number, text in enumerate(read_bytes(path).splitlines(), start=1):
         where = f"{path}: line {number}"
         line = parse_json(text, path=where)

@@ -37,6 +37,8 @@ TITLE, TALL, LOW = 22.0, 128, 46
 """Height of a title; of a chart with its title; of its CUSUM."""
 ROOM = 190
 """Between the names of two jobs below a chart: a date and a time have 130."""
+MOST_CHARTED = 12
+"""Parts with charts, those with shifts first: 5000 jobs make less than 2 MB, on however many parts."""
 MOST_POINTS = 12
 """Charts of points; the table has all."""
 MOST_FAILED = 50
@@ -57,7 +59,9 @@ def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], le
     str
         A self-contained HTML file, the same for the same jobs.
     """
-    body = ["<h1>Drift</h1>", *(text for part in parts for text in _part(part))]
+    order = sorted(range(len(parts)), key=lambda k: (not parts[k].shifts, -len(parts[k].jobs.names)))
+    charted = set(order[:MOST_CHARTED])
+    body = ["<h1>Drift</h1>", *(text for k, part in enumerate(parts) for text in _part(part, has_charts=k in charted))]
     if left_out or failed:
         body.append("<h2>Left out</h2><ul>")
         body += [f"<li>{escaped(line)}</li>" for line in left_out]
@@ -78,13 +82,16 @@ def _wide(label: str, lines: Iterable[str]) -> Iterator[str]:
     yield "</div>"
 
 
-def _part(part: PartDrift) -> Iterator[str]:
+def _part(part: PartDrift, *, has_charts: bool) -> Iterator[str]:
     jobs = part.jobs
     order = "in the order of their times" if jobs.by_time else f"in the order of the lists: {UNORDERED}"
     yield f"<h2>{escaped(jobs.file)}</h2>"
     yield f"<p>{len(jobs.names)} jobs {order}, from {_job(part, 0)} to {_job(part, len(jobs.names) - 1)}.</p>"
     yield "<h3>Sudden shifts</h3>"
     yield from _wide("Sudden shifts", _shift_table(part)) if part.shifts else ("<p>None.</p>",)
+    if not has_charts:
+        yield f"<p>{_most_wrong(part)}Charts: wpcal drift --on-part {escaped(jobs.file)}.</p>"
+        return
     yield "<h3>Pose</h3>"
     yield (
         f"<p class=n>Of the middle of the touched points, from the median pose, along the axes of base. Broken lines: "
@@ -116,11 +123,14 @@ def _shift_table(part: PartDrift) -> Iterator[str]:
     yield "</table>"
 
 
+def _most_wrong(part: PartDrift) -> str:
+    worst = part.most_wrong
+    return "" if worst is None else f"Taught wrong most: {escaped(part.jobs.points[worst])}. "
+
+
 def _points(part: PartDrift) -> Iterator[str]:
     yield "<h3>Residuals by point</h3>"
-    worst = part.most_wrong
-    if worst is not None:
-        yield f"<p>Taught wrong most: {escaped(part.jobs.points[worst])}.</p>"
+    yield f"<p>{_most_wrong(part)}</p>"
     if part.jobs.left_out:
         yield f"<p class=n>Not in all jobs, so not shown: {escaped(', '.join(part.jobs.left_out))}.</p>"
     values = part.distance.values

@@ -151,6 +151,20 @@ def test_page_and_record_over_5000_jobs() -> None:
     assert "<script" not in page
 
 
+@pytest.mark.parametrize("jobs", [10, 420])
+def test_a_page_over_5000_jobs_on_many_parts_is_small_too(jobs: int) -> None:
+    """Parts with a shift have charts; of the others the page says how to see them."""
+    still, moved = (
+        watch_part(simulated_jobs(jobs, seed=1, points=20, planted=planted))
+        for planted in ((), (Planted("fixture", jobs // 2, 20.0),))
+    )
+    parts = [replace(still, jobs=replace(still.jobs, file=f"p{k}.step")) for k in range(5000 // jobs - 1)]
+    page = build_drift_page([*parts, replace(moved, jobs=replace(moved.jobs, file="moved.step"))], [], [])
+    assert len(page.encode()) < MOST_PAGE_MB * 1e6
+    assert "--on-part moved.step" not in page
+    assert ("--on-part p400.step" in page) == (jobs == 10)
+
+
 def test_several_folders_of_mixed_parts_are_sections_in_the_order_of_time(tmp_path: Path) -> None:
     late, early = simulated_jobs(30, seed=1), simulated_jobs(12, seed=2)
     write_batch(tmp_path / "b", replace(late, when=tuple(f"2026-04-{1 + row:02}" for row in range(30))), failed=2)
@@ -244,7 +258,7 @@ def test_what_cannot_be_read_is_one_line(tmp_path: Path) -> None:
         "away": "job: expected the name of a folder",
         "none": "no job has a calibration",
         "empty": "is not a folder of wpcal batch",
-        "absent": "is not a folder of wpcal batch",
+        "absent": "no such folder; expected the results of wpcal batch",
     }
     for name, expected in cases.items():
         done = run_here("drift", tmp_path / name, "-o", tmp_path / "page.html")
