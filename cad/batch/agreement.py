@@ -52,7 +52,7 @@ def disagreements(folder: Path) -> Iterator[Difference]:
     try:
         found = read_result_folder(folder)
     except WpcalError as error:
-        yield Difference(folder.name, str(error), "files of one calibration")
+        yield Difference("the folder", f"not from one calibration ({error})", "from one")
         return
     made = {"seams.csv": seams_csv(found.seams)}
     if holds_file(folder, REPORT):

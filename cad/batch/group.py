@@ -15,6 +15,7 @@ import shutil
 import signal
 import socket
 import sys
+import tempfile
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -83,6 +84,7 @@ def answer_jobs(channel: socket.socket, server: int) -> None:
         return
     request: GroupRequest = unpack(packet)
     os.chdir(request.folder)
+    tempfile.tempdir = str(request.work)  # removed also if this process is killed
     with limited(request.time_s, request.memory_gb):
         opened = _told(stream, lambda: _function(request.open_target)(**request.arguments))
         if opened is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import select
 import signal
@@ -23,7 +24,7 @@ from cad.kernel.child import CRASH_SIGNALS, child_environment
 from cad.kernel.frames import read_packet, write_packet
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
-from wpcal.core.errors import KernelError
+from wpcal.core.errors import InputError, KernelError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """Jobs run beside one another, so each of them computes with one thread; the order of its sums is then also fixed."""
@@ -90,17 +91,23 @@ class Host:
     Parameters
     ----------
     work : Path
-        Folder for unfinished work; the server removes it at the end.
+        Folder for unfinished work, which is made here; the server removes it at the end.
     lock : int
         Descriptor of the locked output folder: the server holds it until all processes have ended.
     modules : sequence of str
         Loaded once by the server.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be made.
     """
 
     def __init__(self, work: Path, lock: int, modules: Sequence[str]) -> None:
         ours, theirs = socket.socketpair()
         self._command, self._noise = ours, tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the server runs
         self._channels: dict[int, Channel] = {}
+        self._work = work
         self._requests: dict[int, GroupRequest] = {}
         with theirs:
             self._server = subprocess.Popen(
@@ -112,6 +119,11 @@ class Host:
                 pass_fds=(lock,),
                 start_new_session=True,  # Ctrl-C reaches the command only, which ends the server
             )
+        try:
+            work.mkdir()  # when there is a server, which removes it even if the command is killed
+        except OSError as error:
+            self.end()
+            raise InputError(f"{work.parent}: cannot be written: {(error.strerror or str(error)).lower()}") from error
 
     def open_group(self, group: int, request: GroupRequest) -> None:
         """Start the process of a group; an event tells when it is ready for jobs.
@@ -223,7 +235,10 @@ class Host:
             most = self._requests[group].memory_gb
             return Failure(f"needs more than its limit of {most:g} GB of memory; {NO_MEMORY} allows more")
         if kind == "error":
-            return Failure(*value)
+            message, number = value
+            if number not in (0, errno.ENOENT) and str(self._work) in message:  # files there are nobody's business
+                message = f"{self._work.parent}: cannot be written: {os.strerror(number).lower()}"
+            return Failure(message, number)
         return Failure(f"internal error ({value[0]}); this is our fault")
 
     def _death(self, group: int, status: int) -> Failure:

@@ -84,7 +84,7 @@ class InputsNow:
         name, sha256 = file
         other = None
         for path, is_meant in self._places(name):
-            if not (path.is_file() or (may_be_folder and path.is_dir())):
+            if not _is_there(path, may_be_folder=may_be_folder):
                 continue
             if path not in self.known:
                 self.known[path] = sha256_at(str(path), Path())
@@ -120,6 +120,13 @@ class InputsNow:
         return _copy(
             path, tree / os.path.normpath(f"{CURRENT}/{name}" if not os.path.isabs(name) else name).lstrip("/")
         )
+
+
+def _is_there(path: Path, *, may_be_folder: bool) -> bool:
+    try:
+        return path.is_file() or (may_be_folder and path.is_dir())
+    except (OSError, ValueError):  # the name is too long, or holds what no name can hold
+        return False
 
 
 def _copy(path: Path, copy: Path) -> Path:

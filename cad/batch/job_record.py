@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +15,13 @@ from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_o
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
+from wpcal.core.whole_folder import put_in_place
 from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 
+_BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"
 """Of each line of ``summary.jsonl``."""
+REPORT = "report.html"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +51,21 @@ class JobInputs:
             "options": list(self.words),
             "files": [_file_record(each) for each in self.files],
         }
+
+    def called(self, origins: Mapping[str, str]) -> JobInputs:
+        """Return the same inputs under the names that a list gives them.
+
+        Parameters
+        ----------
+        origins : mapping
+            Folders of copies, and what the list writes instead of each; both with the sign that ends them.
+        """
+        return JobInputs(
+            (original(self.part[0], origins), self.part[1]),
+            (original(self.taught[0], origins), self.taught[1]),
+            tuple(original(word, origins) for word in self.words),
+            tuple((str(Path(original(name, origins))), sha256) for name, sha256 in self.files),
+        )
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> JobInputs:
@@ -86,6 +106,30 @@ def sha256_at(name: str, folder: Path) -> str:
         return sha256_of(read_bytes(path, most_mb=MOST_STEP_MB))
     inside = sorted(each for each in path.iterdir() if each.is_file())
     return sha256_of("".join(f"{each.name} {sha256_of(read_bytes(each))}\n" for each in inside).encode())
+
+
+def names_in(words: Sequence[str], folder: Path) -> tuple[str, ...]:
+    """Return the files that options name, each once, in the order of the options."""
+    found: dict[str, None] = {}
+    for word in words:
+        value = word.partition("=")[2]
+        with suppress(OSError, ValueError):  # not the name of a file
+            if value and (folder / value).is_file():
+                found[value] = None
+    return tuple(found)
+
+
+def with_names(words: Sequence[str], names: Mapping[str, str]) -> tuple[str, ...]:
+    """Return options with other names of the files in them."""
+    parts = [word.partition("=") for word in words]
+    return tuple(f"{flag}{sign}{names.get(value, value)}" for flag, sign, value in parts)
+
+
+def original(text: str, origins: Mapping[str, str]) -> str:
+    """Return a text with the names of the list in place of those of copies; `origins` as in `JobInputs.called`."""
+    for place, origin in origins.items():
+        text = text.replace(place, origin)
+    return text
 
 
 def files_read(noted: Mapping[str, str], taught: str) -> tuple[tuple[str, str], ...]:
@@ -129,6 +173,19 @@ def read_job_record(folder: Path) -> dict[str, Any] | None:
     return record if all(name in record for name in required_fields(JOB_SCHEMA)) else None
 
 
+def is_torn(folder: Path) -> bool:
+    """Tell whether a folder holds a ``job.json`` of which only the beginning reached the disk, as after a power cut."""
+    if not holds_file(folder, JOB_FILE):
+        return False
+    data = (folder / JOB_FILE).read_bytes()
+    try:
+        json.loads(data)
+    except ValueError:
+        begun = data.rstrip(b"\0")  # what some file systems have in place of data that were not written
+        return begun[: len(_BEGIN)] == _BEGIN[: len(begun)]
+    return False
+
+
 def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, beside: Path) -> bool:
     """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal.
 
@@ -158,3 +215,24 @@ def is_still(name: str, sha256: str, folder: Path) -> bool:
         return sha256_at(name, folder) == sha256
     except InputError:
         return False
+
+
+def put_job_in_place(new: Path, out: Path) -> None:
+    """Let a folder with the results of a job appear as a whole. Results of an earlier run are replaced.
+
+    Raises
+    ------
+    InputError
+        When `out` is not the folder of a job, or cannot be written.
+    """
+    record = read_job_record(out)
+    torn = record is None and is_torn(out)
+    if record is None and not torn and out.is_dir() and any(out.iterdir()):
+        raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
+    if record is not None and "job" not in record:
+        raise InputError(f"{out}: holds other results, of wpcal calibrate; move the folder away")
+    old = (REPORT,) if record is None else record["files"]  # a folder that is torn does not say what it holds
+    try:
+        put_in_place(new, out, overwrite=record is not None or torn, head=JOB_FILE, leave_out=(*old, JOB_FILE))
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error

@@ -69,7 +69,9 @@ class _Group:
 
 @contextmanager
 def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
-    """Make the output folder, and hold its lock; yield its descriptor and a new folder for unfinished work.
+    """Make the output folder, and hold its lock; yield its descriptor and a folder for unfinished work.
+
+    The folder for unfinished work does not exist yet.
 
     Parameters
     ----------
@@ -99,7 +101,6 @@ def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
             raise InputError(
                 f"{out}: exists and is not empty; continue its batch with --resume, or choose another folder"
             )
-        work.mkdir()
         yield descriptor, work.resolve()
     finally:
         shutil.rmtree(work, ignore_errors=True)

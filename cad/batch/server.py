@@ -43,9 +43,9 @@ def main() -> None:
     groups = _serve(command, lock) if os.getppid() == parent else {}
     for process in groups:
         end_family(process)
-    for process in groups:
-        with suppress(ChildProcessError):
-            os.waitpid(process, 0)
+    with suppress(ChildProcessError):  # there are none any more
+        while True:
+            os.waitpid(-1, 0)
     shutil.rmtree(work, ignore_errors=True)
     os._exit(0)
 
@@ -53,14 +53,15 @@ def main() -> None:
 @contextmanager
 def _given_up_with(parent: int, work: str) -> Iterator[None]:
     """End this process when the command ends while it still loads modules: nothing has begun then."""
-    from cad.kernel.child_main import end_with_parent
+    from cad.kernel.child_main import adopt_orphans, end_with_parent
 
     def give_up(*_: object) -> None:
         shutil.rmtree(work, ignore_errors=True)
         os._exit(0)
 
+    adopt_orphans()  # a job whose group was killed may still write: its end is waited for
     signal.signal(signal.SIGUSR1, give_up)
-    end_with_parent(parent, signal.SIGUSR1)
+    end_with_parent(parent, signal.SIGUSR1, too_late=give_up)
     yield
     signal.signal(signal.SIGUSR1, signal.SIG_IGN)  # from now on the end of the socket tells it
 
@@ -106,17 +107,21 @@ def _serve(command: socket.socket, lock: int) -> dict[int, int]:
 
 def _report(command: socket.socket, groups: dict[int, int]) -> bool:
     """Tell the command which groups ended; False when nobody listens any more."""
-    while groups:
-        process, status = os.waitpid(-1, os.WNOHANG)
+    while True:
+        try:
+            process, status = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return True
         if not process:
             return True
+        if process not in groups:  # a job of a group that ended
+            continue
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process, signal.SIGKILL)  # its jobs
         try:
-            command.sendall(ENDED.pack(groups.pop(process, -1), status))
+            command.sendall(ENDED.pack(groups.pop(process), status))
         except OSError:
             return False
-    return True
 
 
 def _become_group(descriptor: int, server: int) -> None:

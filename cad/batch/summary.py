@@ -8,16 +8,20 @@ from __future__ import annotations
 
 import json
 import math
+import os
+from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from io import FileIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from cad.batch.job_list import Job
 from cad.batch.job_record import SUMMARY_SCHEMA
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import InputError
-from wpcal.core.records import write_file
+from wpcal.core.whole_folder import flush
 
 JSONL, CSV = "summary.jsonl", "summary.csv"
 FAILED = "ERROR"
@@ -76,13 +80,15 @@ class Summary:
     ----------
     out : Path
         The output folder.
+    work : Path
+        Folder for unfinished work, on the same file system; it need not exist.
     """
 
-    def __init__(self, out: Path) -> None:
-        self._out = out
-        self._places: dict[int, tuple[int, int]] = {}
+    def __init__(self, out: Path, work: Path) -> None:
+        self._out, self._work = out, work
+        self._numbers, self._places = array("q"), array("q")  # of a million jobs: 16 MB
         self._size = 0
-        self._file: BinaryIO | None = None
+        self._file: FileIO | None = None
         self.verdicts: Counter[str] = Counter()
 
     def add(self, number: int, verdict: str, line: str) -> None:
@@ -94,25 +100,33 @@ class Summary:
             When it cannot be written.
         """
         data = line.encode() + b"\n"
-        try:
+        with self._written(JSONL):
             if self._file is None:
-                self._file = (self._out / JSONL).open("w+b")
-            self._file.write(data)
-            self._file.flush()
-        except OSError as error:
-            what = (error.strerror or str(error)).lower()
-            raise InputError(f"{self._out / JSONL}: cannot be written: {what}") from error
-        self._places[number] = (self._size, len(data))
+                self._file = (self._out / JSONL).open("w+b", buffering=0)
+            self._append(self._file, data)
+        self._numbers.append(number)
+        self._places.append(self._size)
         self._size += len(data)
         self.verdicts[verdict] += 1
 
+    def _append(self, file: FileIO, data: bytes) -> None:
+        """Write a line, or nothing of it."""
+        try:
+            rest = memoryview(data)
+            while rest:  # a disk that is nearly full takes a part
+                rest = rest[file.write(rest) :]
+        except OSError:
+            with suppress(OSError):
+                file.truncate(self._size)
+            raise
+
     def lines(self) -> Iterator[bytes]:
         """Yield the lines in the order of the list."""
-        for number in sorted(self._places):
-            place, size = self._places[number]
+        ends = [*self._places[1:], self._size]
+        for row in sorted(range(len(self._numbers)), key=self._numbers.__getitem__):
             if self._file is not None:
-                self._file.seek(place)
-                yield self._file.read(size)
+                self._file.seek(self._places[row])
+                yield self._file.read(ends[row] - self._places[row])
 
     def finish(self) -> None:
         """Write both files in the order of the list.
@@ -125,11 +139,28 @@ class Summary:
         if self._file is None:
             return
         text = b"".join(self.lines())
-        rows = (csv_row(json.loads(line)) for line in text.splitlines())
-        write_file(self._out / CSV, csv_text([CSV_COLUMNS, *rows]), overwrite=True)
-        write_file(self._out / JSONL, text, overwrite=True)
         self._file.close()
         self._file = None
+        rows = (csv_row(json.loads(line)) for line in text.splitlines())
+        self._replace(CSV, csv_text([CSV_COLUMNS, *rows]).encode())
+        self._replace(JSONL, text)
+
+    def _replace(self, name: str, data: bytes) -> None:
+        """Write a file among the unfinished work, which is removed even if this process is killed, and rename it."""
+        with self._written(name):
+            self._work.mkdir(exist_ok=True)
+            new = self._work / name
+            new.write_bytes(data)
+            flush(new)
+            os.replace(new, self._out / name)
+
+    @contextmanager
+    def _written(self, name: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            what = (error.strerror or str(error)).lower()
+            raise InputError(f"{self._out / name}: cannot be written: {what}") from error
 
 
 def seconds_of(out: Path) -> dict[str, float]:

@@ -6,8 +6,8 @@ import os
 import shlex
 import signal
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,14 +16,16 @@ import click
 
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import option, takes
-from wpcal.cli.shared_help import JSON_HELP
+from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from collections import Counter
 
+    from cad.batch.host import Host
     from cad.batch.job_list import Job
     from cad.batch.run import Task
     from cad.batch.summary import Summary
+    from wpcal.dask.cluster import Cluster
 
 USUAL_JOB_S, USUAL_JOB_GB = 600.0, 8.0
 """Limits of one job: those of the CAD kernel's process in the other commands."""
@@ -31,6 +33,8 @@ MOST_AT_ONCE = 256
 MOST_SHOWN = 10
 """Failed jobs that the terminal lists; the summary lists all."""
 RESUME = "--resume"
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that ask a command to end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +46,11 @@ class BatchFlags:
         "--jobs",
         type=click.IntRange(min=1, max=MOST_AT_ONCE),
         help="So many processes at the same time.  [default: one per processor]",
+    )
+    dask: str | None = option(
+        "--dask",
+        metavar="tcp://HOST:PORT",
+        help=f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.",
     )
     resume: bool = option(
         RESUME,
@@ -97,17 +106,21 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> in
     from cad.batch.summary import Summary
     from cad.cli.calibrate_jobs import option_columns
     from wpcal.cli.progress import counted_progress
+    from wpcal.core.errors import InputError
     from wpcal.core.whole_folder import flush_all
 
+    if flags.dask is not None and flags.at_once is not None:
+        raise InputError("-j is about this machine; with --dask every worker runs as many jobs as it has threads")
     jobs = read_jobs(jobs_csv, option_columns())
-    _require_forks()
+    if flags.dask is None:
+        _require_forks()
     began = time.monotonic()
-    with locked_output(out, overwrite=flags.resume) as (lock, work):
-        summary = Summary(out)
+    with locked_output(out, overwrite=flags.resume) as (lock, work), ExitStack() as running:
+        summary = Summary(out, work)
         plan = _Batch(jobs, jobs_csv.resolve().parent, out.resolve(), work, flags, use_cache=not no_cache)
         with _finished_in_any_case(summary, plan, _again(jobs_csv, out, flags, no_cache=no_cache)):
             with counted_progress("reading the list") as progress:
-                plan.run(lock, summary, progress)
+                plan.run(lock, summary, progress, running)
             summary.finish()
             flush_all(out)
         seconds = time.monotonic() - began
@@ -133,30 +146,46 @@ class _Batch:
         self._began = time.monotonic()
         self.done = self.kept = self.bad = 0
 
-    def run(self, lock: int, summary: Summary, progress: Any) -> None:
-        """Run what is to be run; every job gets its line in the summary."""
+    def run(self, lock: int, summary: Summary, progress: Any, running: ExitStack) -> None:
+        """Run what is to be run; every job gets its line in the summary. The end of `running` ends the processes."""
+        tasks, requests = self._tasks(summary, progress)
+        if not tasks:
+            return
+
+        def done(task: Task, value: Any) -> None:
+            self._done(summary, progress, task, value)
+
+        if self._flags.dask is not None:
+            progress(f"connecting to {self._flags.dask}", 0, len(tasks))
+            self._run_on_dask(self._flags.dask, tasks, requests, done, running)
+            return
         from cad.batch.host import Host
         from cad.batch.run import run_tasks
         from cad.cli.calibrate_jobs import PRELOADED
 
-        tasks, requests = self._tasks(summary, progress)
-        if not tasks:
-            return
         progress("starting the CAD kernel", 0, len(tasks))
         self._began = time.monotonic()
         host = Host(self._work, lock, PRELOADED)
-        try:
-            at_once = self._flags.at_once or os.cpu_count() or 1
-            run_tasks(
-                tasks,
-                requests,
-                host,
-                at_once=at_once,
-                done=lambda task, value: self._done(summary, progress, task, value),
-            )
-        finally:
-            with _undisturbed():
-                host.end()
+        running.callback(_end, host)
+        run_tasks(tasks, requests, host, at_once=self._flags.at_once or os.cpu_count() or 1, done=done)
+
+    def _run_on_dask(
+        self,
+        address: str,
+        tasks: list[Task],
+        requests: dict[Any, Any],
+        done: Callable[[Task, Any], None],
+        running: ExitStack,
+    ) -> None:
+        from cad.batch.on_dask import run_on_dask
+        from cad.cli.calibrate_jobs import PRELOADED, files_of_options
+        from wpcal.dask.cluster import Cluster
+
+        cluster = Cluster(address)
+        running.callback(_end, cluster)
+        cluster.start()
+        self._began = time.monotonic()
+        run_on_dask(tasks, requests, cluster, PRELOADED, files_of_options=files_of_options, done=done)
 
     def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
@@ -283,20 +312,27 @@ def _finished_in_any_case(summary: Summary, plan: _Batch, again: str) -> Iterato
         raise
 
 
+def _end(place: Host | Cluster) -> None:
+    with _undisturbed():
+        place.end()
+
+
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Take no further Ctrl-C while things are put in order: that takes less than a second."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Heed no further signal while things are put in order: that takes less than a second."""
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in ENDING}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _again(jobs_csv: Path, out: Path, flags: BatchFlags, *, no_cache: bool) -> str:
     """Return the command that continues a batch."""
     words = ["wpcal", "batch", str(jobs_csv), "-o", str(out)]
     words += [] if flags.at_once is None else ["-j", str(flags.at_once)]
+    words += [] if flags.dask is None else ["--dask", flags.dask]
     words += [] if flags.pages == "fail" else ["--report", flags.pages]
     words += [] if flags.job_s == USUAL_JOB_S else ["--job-seconds", f"{flags.job_s:g}"]
     words += [] if flags.job_gb == USUAL_JOB_GB else ["--job-gb", f"{flags.job_gb:g}"]
@@ -325,11 +361,13 @@ def _show(plan: _Batch, summary: Summary, out: Path, seconds: float, *, as_json:
     console = plain_console()
     failed = [line for line in map(json.loads, lines) if line["verdict"] == FAILED]
     for line in failed[:MOST_SHOWN]:
-        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False)
+        console.print(f"{line['job']}: {line['error']}", highlight=False, markup=False, soft_wrap=True)
     if len(failed) > MOST_SHOWN:
         console.print(f"and {len(failed) - MOST_SHOWN} more that failed", highlight=False, markup=False)
     console.print(_counts(summary.verdicts, plan.kept, seconds, len(plan.jobs)), highlight=False, markup=False)
-    console.print(f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False)
+    console.print(
+        f"wrote a folder for each job, {JSONL} and summary.csv to {out}", highlight=False, markup=False, soft_wrap=True
+    )
 
 
 def _counts(verdicts: Counter[str], kept: int, seconds: float, jobs: int) -> str:

@@ -193,7 +193,7 @@ def calibrate(
     asked = CalibrationFlags(touching, calibration, moving, reading, choice)
     with noted_files() as read:
         arguments = file_arguments(asked, holder, output, part_step=part_step, taught=taught, out=out)
-    inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256, read)
+        inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256, read)
     written: WrittenCalibration = run_on_part(
         "cad.cli.recorded:calibrate_recorded",
         part_step,

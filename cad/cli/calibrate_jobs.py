@@ -6,18 +6,19 @@ A job runs `wpcal calibrate` with the options of its row, read by the same code,
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from cad.batch.job_list import OptionColumn
-from cad.batch.job_record import JobInputs, files_read, is_still, job_record, sha256_at
+from cad.batch.job_record import JobInputs, files_read, job_record, put_job_in_place, sha256_at
 from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
 from cad.cli.holder import HolderFlags
 from cad.cli.options import SeamChoiceFlags, SeamFlags
@@ -31,11 +32,11 @@ from wpcal.calibrate import CalibrationResult
 from wpcal.cli.calibration_tables import exit_code
 from wpcal.cli.number_options import with_strict_numbers
 from wpcal.cli.option_groups import group_of, option_names
-from wpcal.core.errors import InputError
+from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
-from wpcal.core.whole_folder import flush_later, put_in_place
+from wpcal.core.whole_folder import flush_later
 from wpcal.results.folder import JOB_FILE
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ PRELOADED = (
     "scipy.stats",
 )
 """What a calibration imports when it needs it: loaded once, before the first job."""
+NO_ORIGINS: Mapping[str, str] = MappingProxyType({})
 NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "help"})
 """Options of the command that are about one folder, the terminal, or the whole batch."""
 
@@ -197,6 +199,7 @@ def run_job(
     words: Sequence[str],
     out: Path,
     pages: str,
+    origins: Mapping[str, str] = NO_ORIGINS,
 ) -> dict[str, Any]:
     """Calibrate one part, and let the folder with its results appear as a whole.
 
@@ -213,6 +216,8 @@ def run_job(
         The folder of the results. If there are results of an earlier run, they are replaced.
     pages : str
         A value of `Pages`.
+    origins : mapping
+        If the files are copies: the folders of the copies, and what the list writes instead (`JobInputs.called`).
 
     Returns
     -------
@@ -226,9 +231,12 @@ def run_job(
     """
     began = time.perf_counter()
     here, new = Path(), folder / name
-    taught_sha256 = sha256_at(taught, here)
     folder.mkdir()
-    with noted_files() as read, parsed(words, part, taught, new) as flags:
+    with (
+        noted_files([(part, opened.sha256), *opened.files]) as read,
+        parsed(words, part, taught, new) as flags,
+    ):
+        taught_sha256 = sha256_at(taught, here)
         arguments = file_arguments(
             flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
         )
@@ -236,11 +244,9 @@ def run_job(
     accept_unsure = flags.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
-    if not all(is_still(*file, here) for file in (inputs.taught, *inputs.files, *opened.files)):
-        raise InputError(f"{taught}: it or a file of an option was changed while it was read; run this job again")
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
-    (new / JOB_FILE).write_text(job_record(name, inputs, result, new), encoding="utf-8")
-    _replace(new, out)
+    (new / JOB_FILE).write_text(job_record(name, inputs.called(origins), result, new), encoding="utf-8")
+    put_job_in_place(new, out)
     return {**result, "seconds": time.perf_counter() - began}
 
 
@@ -248,17 +254,11 @@ def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) ->
     return pages is Pages.ALL or (pages is Pages.FAIL and exit_code(result, accept_unsure=accept_unsure) != 0)
 
 
-def _replace(new: Path, out: Path) -> None:
-    from cad.batch.job_record import read_job_record
-
-    record = read_job_record(out)
-    if record is None and out.is_dir() and any(out.iterdir()):
-        raise InputError(f"{out}: is not the folder of a job, and holds files; move it away")
-    old = () if record is None else (*record["files"], JOB_FILE)
-    try:
-        put_in_place(new, out, overwrite=record is not None, head=JOB_FILE, leave_out=old)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written: {(error.strerror or str(error)).lower()}") from error
+def files_of_options(words: Sequence[str], part: str, taught: str) -> tuple[str, ...]:
+    """Return the files that options name, and those that these name. If an option cannot be used: what was read."""
+    with noted_files() as read, suppress(WpcalError), parsed(words, part, taught, Path()) as flags:
+        file_arguments(flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=Path())
+    return tuple(name for name, _ in files_read(read, taught))
 
 
 def result_of(written: WrittenCalibration | WorkpieceCalibration) -> dict[str, Any]:

@@ -55,6 +55,13 @@ class Checked:
         self.differences += differences
         self.state = State.DIFFERENT if self.differences else self.state
 
+    def takes(self, found: dict[str, list[Any]]) -> None:
+        """Note what `cad.cli.recorded.check_claim` found."""
+        self.differs(found["differences"])
+        self.unchecked += [
+            f"{name} (other bytes; only numbers of the records are compared)" for name in found["unchecked"]
+        ]
+
     def fails(self, error: str) -> None:
         """Note why it cannot be checked."""
         self.state, self.error = State.NOT_CHECKED, error
@@ -91,18 +98,25 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     file, the triangles and the page. If another version of wpcal wrote OUT, its hashes are checked, and its poses,
     residuals, bound and seam frames are compared to 1e-5 mm.
 
-    Inputs are looked for in the current folder and in those around OUT. They are accepted by their SHA-256.
+    Inputs are looked for in the current folder and in those around OUT. They are accepted by their SHA-256. Results
+    of a script have no job.json: they are compared with what the usual options give, and with one another.
 
     Ends with code 0 if OUT is as claimed, 1 if anything differs, and 2 if it cannot be checked.
     """
     import tempfile
 
-    from cad.batch.inputs_now import InputsNow
+    from cad.batch.inputs_now import OPTION, InputsNow
     from cad.batch.summary import JSONL
     from wpcal.core.errors import InputError
+    from wpcal.results.folder import CALIBRATION_FILE, JOB_FILE
 
     if not out.is_dir():
         raise InputError(f"{out}: no such folder; expected the results of wpcal calibrate or wpcal batch")
+    if not any((out / name).exists() for name in (JSONL, JOB_FILE, CALIBRATION_FILE)):
+        raise InputError(f"{out}: holds no results of wpcal calibrate or wpcal batch")
+    for path in given:
+        if not path.exists():
+            raise InputError(f"{OPTION} {path}: no such file or folder")
     whole = out.resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folders = (Path.cwd(), whole.parent, whole, whole.parent.parent)
@@ -127,7 +141,7 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
     checked = Checked(folder.name)
     has_request = os.path.lexists(folder / JOB_FILE)
     claim = _claim_of(folder, inputs, checked) if has_request else _guessed(folder, inputs)
-    found: list[dict[str, str]] = []
+    found: dict[str, list[Any]] = {"differences": [], "unchecked": []}
     if claim is not None:
         try:
             found = run_on_part(
@@ -141,9 +155,9 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
         except WpcalError as error:
             checked.fails(str(error))
     if has_request:
-        checked.differs(found)
-    elif claim is None or found or checked.error is not None:
-        _check_agreement(folder, checked, found)
+        checked.takes(found)
+    elif claim is None or found["differences"] or checked.error is not None:
+        _check_agreement(folder, checked, found["differences"])
     return checked
 
 
@@ -309,7 +323,7 @@ def _run(
         if isinstance(value, Failure):
             checked[task.number].fails(value.message)
         else:
-            checked[task.number].differs(value)
+            checked[task.number].takes(value)
 
     progress("starting the CAD kernel", 0, len(tasks))
     with locked_output(work / "out", overwrite=False) as (lock, unfinished):

@@ -13,7 +13,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from importlib import import_module
 from types import FrameType
@@ -23,6 +23,8 @@ _ALARM_GRACE_S = 30
 """The child ends itself this long after its time limit, in case its parent cannot."""
 _PR_SET_PDEATHSIG = 1
 """Linux: the system sends a signal when the parent ends."""
+_PR_SET_CHILD_SUBREAPER = 36
+"""Linux: the children of a child that ended become children of this process."""
 _OPEN_SO_EARLY = 64
 """More files than this process has open when it starts to watch its parent."""
 
@@ -64,12 +66,29 @@ def has_death_signal() -> bool:
     return sys.platform == "linux"
 
 
-def end_with_parent(parent: int, number: int = signal.SIGKILL) -> None:
-    """Let the system send this process a signal when its parent ends, also while the CAD kernel computes."""
+def end_with_parent(
+    parent: int, number: int = signal.SIGKILL, *, too_late: Callable[[], object] = lambda: os._exit(0)
+) -> None:
+    """Let the system send this process a signal when its parent ends, also while the CAD kernel computes.
+
+    Parameters
+    ----------
+    parent : int
+    number : int
+        The signal.
+    too_late : callable
+        Called if the parent has ended already.
+    """
     if has_death_signal():
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
         if os.getppid() != parent:  # it ended before the line above
-            os._exit(0)
+            too_late()
+
+
+def adopt_orphans() -> None:
+    """Let this process wait for the children of its children, too, where the system can do that."""
+    if has_death_signal():
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def end_at_end_of(pipe: int) -> None:

@@ -237,7 +237,7 @@ def seams_of(part: PickPart) -> dict[str, Any]:
     record = seams_record(part.seams)
     return {
         "seams": [{key: seam[key] for key in SHOWN if key in seam} for seam in record["seams"]],
-        "frames": [seam_columns(seam["frames"]) for seam in record["seams"]],
+        "frames": seam_columns([seam["frames"] for seam in record["seams"]]),
     }
 
 

@@ -96,7 +96,8 @@ def _groups(params: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_columns(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [{**seam, "frames": seam_columns(seam["frames"])} for seam in records]
+    columns = seam_columns([seam["frames"] for seam in records])
+    return [{**seam, "frames": own} for seam, own in zip(records, columns, strict=True)]
 
 
 def _choice(flags: SeamChoiceFlags, params: Mapping[str, Any]) -> SeamChoice:

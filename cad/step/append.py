@@ -94,8 +94,47 @@ class Assembly:
         return self.root.unit_mm
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """What a file says of its roots: all moves of a file have it in common.
+
+    Parameters
+    ----------
+    roots : tuple of Root
+        At least one.
+    names : tuple of str
+        Of their products; empty if a product has none.
+    T_part_axis : tuple of RigidTransform or None
+        Their own placements; None if a root has no usable one.
+    """
+
+    roots: tuple[Root, ...]
+    names: tuple[str, ...]
+    T_part_axis: tuple[RigidTransform | None, ...]
+
+    @classmethod
+    def of(cls, file: Part21File) -> Placed:
+        """Find the roots of a file.
+
+        Raises
+        ------
+        FormatError
+            When the file has no product with a shape.
+        """
+        roots = find_roots(file)
+        if not roots:
+            raise FormatError("no product with a shape is found in its text", path=file.name)
+        own = (None if root.axis is None else placement_of(file, root.axis, root.unit_mm) for root in roots)
+        return cls(roots, tuple(product_name(file, root) for root in roots), tuple(own))
+
+
 def append_placement(
-    file: Part21File, T_base_part: RigidTransform, *, name: str, moves: Mapping[int, RigidTransform] = NOT_MOVED
+    file: Part21File,
+    T_base_part: RigidTransform,
+    *,
+    name: str,
+    moves: Mapping[int, RigidTransform] = NOT_MOVED,
+    placed: Placed | None = None,
 ) -> tuple[EntityWriter, Assembly]:
     """Write the entities of an assembly that holds the file's roots moved by a transform.
 
@@ -107,6 +146,8 @@ def append_placement(
         Name of the new product.
     moves : mapping of int to RigidTransform, optional
         Motions within `part` of roots, by their ``PRODUCT_DEFINITION``.
+    placed : Placed, optional
+        What the file says of its roots, if it is known already.
 
     Returns
     -------
@@ -118,9 +159,8 @@ def append_placement(
     FormatError
         When the file has no product with a shape.
     """
-    roots = find_roots(file)
-    if not roots:
-        raise FormatError("no product with a shape is found in its text", path=file.name)
+    placed = placed or Placed.of(file)
+    roots = placed.roots
     writer = EntityWriter(int(file.ids[-1]) + 1)
     unit_mm = roots[0].unit_mm
     definition, shape = add_product(writer, file, roots[0], name)
@@ -128,14 +168,14 @@ def append_placement(
     still = RigidTransform.identity(target="part", source="part")
     pairs = [
         _add_placements(
-            writer, file, root, T_base_part @ moves.get(root.definition, still), origin=origin, unit_mm=unit_mm
+            writer, root, own, T_base_part @ moves.get(root.definition, still), origin=origin, unit_mm=unit_mm
         )
-        for root in roots
+        for root, own in zip(roots, placed.T_part_axis, strict=True)
     ]
     items = ",".join([origin, *(moved for _, moved in pairs)])
     representation = writer.add(f"SHAPE_REPRESENTATION({_string(name)},({items}),#{roots[0].context})")
     writer.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
-    names = [product_name(file, root) or name for root in roots]
+    names = [own or name for own in placed.names]
     assembly = Assembly(definition, representation, origin, roots[0], (name, *names))
     for number, (root, (child, moved)) in enumerate(zip(roots, pairs, strict=True), start=1):
         add_component(
@@ -208,14 +248,19 @@ def product_name(file: Part21File, root: Root) -> str:
 
 
 def _add_placements(
-    writer: EntityWriter, file: Part21File, root: Root, T_base_part: RigidTransform, *, origin: str, unit_mm: float
+    writer: EntityWriter,
+    root: Root,
+    T_part_axis: RigidTransform | None,
+    T_base_part: RigidTransform,
+    *,
+    origin: str,
+    unit_mm: float,
 ) -> tuple[str, str]:
     """References of the root's own placement A and of the moved placement T A, which is added.
 
     A reader moves the root by the second placement times the inverse of the first: (T A) A⁻¹ = T. For a root without a
     usable placement, A is the identity placement of the new product.
     """
-    T_part_axis = None if root.axis is None else placement_of(file, root.axis, root.unit_mm)
     if T_part_axis is None:
         return origin, writer.add_placement(T_base_part, unit_mm=unit_mm)
     return f"#{root.axis}", writer.add_placement(T_base_part @ T_part_axis, unit_mm=unit_mm)

@@ -23,6 +23,7 @@ from cad.kernel.call import KernelObject, kernel_call, step_settings
 from cad.kernel.geometry import location_matrix
 from cad.kernel.topology import EDGE, FACE, SHAPE_KINDS, SOLID, WIRE, NumberedShapes, sub_shapes
 from cad.kernel.xcaf import label_color, label_name, labels_of, new_document
+from cad.step.distorted import refuse_distorted
 from cad.step.materials import ProductMaterial, read_materials
 from cad.step.occurrences import LeafUse
 from cad.step.open_text import read_step_text
@@ -179,7 +180,7 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     Raises
     ------
     InputError
-        When the file cannot be read, is not a STEP file or has no face.
+        When the file cannot be read, is not a STEP file, has no face, or places a mirrored or scaled copy.
     FormatError
         When the text is broken or cut off.
     KernelError
@@ -192,6 +193,7 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     """
     path = Path(path)
     file = read_step_text(path, data=data)
+    refuse_distorted(file, str(path))
     with kernel_call(f"reading {path}"):
         document = read_document(path, file.text)
         tree = StepTree(document)

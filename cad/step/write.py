@@ -26,7 +26,7 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool
 from cad.kernel.call import KernelObject, kernel_call, step_settings
 from cad.kernel.geometry import to_location
 from cad.kernel.xcaf import label_name, labels_of, to_extended_string
-from cad.step.append import append_placement, with_entities
+from cad.step.append import Placed, append_placement, with_entities
 from cad.step.append_colors import with_solid_colors
 from cad.step.append_seams import SEAMS_NAME, SeamCurve, append_seams
 from cad.step.bake import bake_text
@@ -177,11 +177,14 @@ class KnownPart:
         The outline of the file, if that is enough to check a moved one.
     outlined : StepInventory, optional
         What the kernel finds in it.
+    placed : Placed, optional
+        Its roots.
     """
 
     before: StepInventory
     outline: Part21File | None = None
     outlined: StepInventory | None = None
+    placed: Placed | None = None
 
 
 def know_part(part: StepPart) -> KnownPart:
@@ -198,12 +201,13 @@ def know_part(part: StepPart) -> KnownPart:
         if write_moved_step(part, SOME_MOVE, path, known=KnownPart(before)):
             return KnownPart(before)
     try:
+        placed = Placed.of(part.source)
         file = index_part21(outline(part.source), name=part.file_name)
         with kernel_call(f"reading {part.file_name}"):
             outlined = take_inventory(read_document(Path(part.file_name), file.text))
     except FormatError:
         return KnownPart(before)
-    return KnownPart(before, file, outlined) if _is_enough(outlined, before) else KnownPart(before)
+    return KnownPart(before, file, outlined, placed) if _is_enough(outlined, before) else KnownPart(before)
 
 
 def _is_enough(outlined: StepInventory, before: StepInventory) -> bool:
@@ -234,7 +238,8 @@ class _Job:
     def appended(self, _before: StepInventory) -> tuple[bytes, Counter[str]]:
         """An assembly around the roots, appended to the text."""
         file, roots = self._with_own_motions()
-        writer, assembly = append_placement(file, self.T_base_part, name=self.name, moves=roots)
+        placed = None if self.own is not None else self.known.placed
+        writer, assembly = append_placement(file, self.T_base_part, name=self.name, moves=roots, placed=placed)
         if self.seams:
             append_seams(writer, file, assembly, self.T_base_part, self.seams)
         return with_entities(file, writer), Counter(assembly.names)

@@ -10,6 +10,7 @@ the files exceed the limit, those that were not used for the longest time are re
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import stat
@@ -39,6 +40,8 @@ SUFFIX, NEW_SUFFIX = ".answer", ".new"
 ABANDONED_S = 3600.0
 """A file that was begun so long ago belongs to a process that was ended."""
 _HEAD = b"wpcal answer 1\n"
+_NO_UNNAMED = (errno.EOPNOTSUPP, errno.EISDIR, errno.EINVAL, errno.ENOENT)
+"""Errors of a place where files cannot be without a name."""
 
 Answer = TypeVar("Answer")
 
@@ -99,15 +102,9 @@ class AnswerCache:
             return
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            descriptor, new = tempfile.mkstemp(suffix=NEW_SUFFIX, dir=folder)
-            try:
-                with os.fdopen(descriptor, "wb") as file:
-                    file.write(_head(key, packet) + packet)
-                os.replace(new, folder / f"{key}{SUFFIX}")
-            except BaseException:
-                with suppress(OSError):
-                    os.unlink(new)
-                raise
+            path, data = folder / f"{key}{SUFFIX}", _head(key, packet) + packet
+            if not _write_unnamed(path, data):
+                _write_renamed(path, data)
             _remove_oldest(folder, self.most_mb * BYTES_PER_MB)
 
 
@@ -160,6 +157,46 @@ def _usual_folder() -> Path | None:
         return home / "Library" / "Caches" / "wpcal"
     stated = Path(os.environ.get("XDG_CACHE_HOME", ""))
     return (stated if stated.is_absolute() else home / ".cache") / "wpcal"
+
+
+def _write_unnamed(path: Path, data: bytes) -> bool:
+    """Write a file that gets its name when it is whole: of a process that is killed nothing stays.
+
+    False if the system or the file system cannot.
+    """
+    if not hasattr(os, "O_TMPFILE"):
+        return False
+    try:
+        descriptor = os.open(path.parent, os.O_TMPFILE | os.O_WRONLY, 0o600)
+    except OSError as error:
+        if error.errno in _NO_UNNAMED:
+            return False
+        raise
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(data)
+        file.flush()
+        for _ in range(2):
+            try:
+                os.link(f"/proc/self/fd/{descriptor}", path, src_dir_fd=descriptor, follow_symlinks=True)
+            except FileExistsError:  # a damaged one, or another process was first
+                path.unlink(missing_ok=True)
+            except FileNotFoundError:  # a system without /proc
+                return False
+            else:
+                return True
+    return True
+
+
+def _write_renamed(path: Path, data: bytes) -> None:
+    descriptor, new = tempfile.mkstemp(suffix=NEW_SUFFIX, dir=path.parent)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        os.replace(new, path)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(new)
+        raise
 
 
 def _head(key: str, packet: bytes) -> bytes:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import sys
 from functools import cache
 from importlib.metadata import version
-from importlib.util import find_spec
-from pathlib import Path
 
-OUR_PACKAGES = ("wpcal", "cad")
+from wpcal.core.own_code import code_sha256, folders_of
+
 LIBRARIES = ("numpy", "scipy")
 """Libraries whose arithmetic may differ in the last digit from one version to the next."""
 KERNEL = "OCP"
@@ -29,7 +27,7 @@ def versions() -> tuple[str, ...]:
         size and time of change, and the kind of processor.
     """
     return (
-        _code_sha256(),
+        code_sha256(),
         sys.version,
         *(f"{name} {version(name)}" for name in LIBRARIES),
         *_kernel_files(),
@@ -37,22 +35,6 @@ def versions() -> tuple[str, ...]:
     )
 
 
-def _code_sha256() -> str:
-    """Hash the code itself: in a checkout it changes without a new version number."""
-    digest = hashlib.sha256()
-    for package in OUR_PACKAGES:
-        for folder in _folders_of(package):
-            for file in sorted(folder.rglob("*.py")):
-                digest.update(f"{package}/{file.relative_to(folder)}\0".encode())
-                digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()
-
-
 def _kernel_files() -> tuple[str, ...]:
-    found = (entry for folder in _folders_of(KERNEL) for entry in os.scandir(folder) if entry.is_file())
+    found = (entry for folder in folders_of(KERNEL) for entry in os.scandir(folder) if entry.is_file())
     return tuple(sorted(f"{entry.path} {entry.stat().st_size} {entry.stat().st_mtime_ns}" for entry in found))
-
-
-def _folders_of(package: str) -> list[Path]:
-    spec = find_spec(package)
-    return [] if spec is None else [Path(folder) for folder in spec.submodule_search_locations or ()]

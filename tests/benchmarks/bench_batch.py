@@ -29,11 +29,11 @@ JOBS = int(os.environ.get("WPCAL_BENCH_JOBS", "1000"))
 SINGLE_RUNS = 8
 
 
-def write_jobs(folder: Path, pairs: PointPairs) -> Path:
+def write_jobs(folder: Path, pairs: PointPairs, count: int) -> Path:
     """Write the taught points of every job, each with errors of its own, and their list."""
     rng = np.random.default_rng(1)
     rows = ["job,part,taught"]
-    for job in range(JOBS):
+    for job in range(count):
         p_base = np.round(pairs.p_target + rng.normal(0.0, NOISE_MM, pairs.p_target.shape), 2)
         lines = [f"{name},{x},{y},{z},{name}" for name, (x, y, z) in zip(pairs.names, p_base.tolist(), strict=True)]
         (folder / f"t{job}.csv").write_text("\n".join(["name,x_mm,y_mm,z_mm,feature", *lines]), encoding="utf-8")
@@ -61,7 +61,7 @@ def main() -> Table:
         environment = {**os.environ, FOLDER_VARIABLE: str(folder / "cache")}
         (folder / "part.step").write_bytes(new_step_text(steel_structure(1), "structure", pcurves=False))
         pairs, _ = touched(read_pick_part(folder / "part.step", options=SeamOptions(), choice=SeamChoice()))
-        jobs = write_jobs(folder, pairs)
+        jobs = write_jobs(folder, pairs, JOBS)
         several = run("batch", jobs, "-o", folder / "out", "-j", "2", environment=environment)
         done = sum(1 for _ in (folder / "out").glob("*/calibration.json"))
         if done != JOBS:

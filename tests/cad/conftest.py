@@ -14,6 +14,7 @@ from tests.running import kernel_work_here
 if TYPE_CHECKING:
     from cad.pick.part import PickPart
     from cad.workpiece.workpiece import Workpiece
+    from tests.cad.batch_faults import Reference
 
 HERE = Path(__file__).resolve().parent
 SHARED_STEP = HERE.parents[2] / "shared" / "step"
@@ -88,3 +89,11 @@ def wpcal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
         return Done(int(ended.value.code or 0), said.out, said.err)
 
     return call
+
+
+@pytest.fixture(scope="session")
+def reference(tmp_path_factory: pytest.TempPathFactory) -> Reference:
+    """A batch that nobody disturbs, for the tests of those that are disturbed."""
+    from tests.cad.batch_faults import undisturbed
+
+    return undisturbed(tmp_path_factory.mktemp("undisturbed"))

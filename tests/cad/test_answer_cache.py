@@ -22,6 +22,7 @@ from cad.workpiece.seams import SeamChoice
 from cad.workpiece.step_file import StepFile
 from cad.workpiece.workpiece import open_workpiece
 from tests.running import FINISHED, kernel_work_here, run_here
+from wpcal.core import own_code
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
 
@@ -143,7 +144,7 @@ def test_the_code_and_its_libraries_are_in_every_key(tmp_path: Path, monkeypatch
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(versions, "OUR_PACKAGES", ("our_code",))
+    monkeypatch.setattr(own_code, "OUR_PACKAGES", ("our_code",))
     monkeypatch.setattr(versions, "KERNEL", "our_kernel")
     found = [versions.versions.__wrapped__()]
 

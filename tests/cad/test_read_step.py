@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -248,3 +249,52 @@ def test_numbers_of_thousands_of_digits_are_refused(data: str, says: str, tmp_pa
     path.write_text(f"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n")
     with pytest.raises(FormatError, match=f"line 5: {says}"):
         list(read_step_text(path).instances("SHAPE_DEFINITION_REPRESENTATION"))
+
+
+def with_copy(text: str, y: float, scale: str, *, is_complex: bool = False) -> str:
+    """Return the text of a single part in which an operator places its shape; `y` is that of the second axis."""
+    axis, ref = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\((#\d+),(#\d+)\)", text).groups()
+    context = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\([^;]*,(#\d+)\);", text)[1]
+    simple = f"CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',#90001,#90002,#90004,{scale},#90003)"
+    parts = (
+        f"(CARTESIAN_TRANSFORMATION_OPERATOR(#90001,#90002,#90004,{scale})CARTESIAN_TRANSFORMATION_OPERATOR_3D(#90003)"
+        "FUNCTIONALLY_DEFINED_TRANSFORMATION('','')GEOMETRIC_REPRESENTATION_ITEM()REPRESENTATION_ITEM(''))"
+    )
+    added = [
+        "#90001=DIRECTION('',(1.,0.,0.));",
+        f"#90002=DIRECTION('',(0.,{y},0.));",
+        "#90003=DIRECTION('',(0.,0.,1.));",
+        "#90004=CARTESIAN_POINT('',(0.,0.,50.));",
+        f"#90005=ADVANCED_BREP_SHAPE_REPRESENTATION('',({axis},{ref}),{context});",
+        f"#90006=REPRESENTATION_MAP({axis},#90005);",
+        f"#90007={parts if is_complex else simple};",
+        "#90008=MAPPED_ITEM('',#90006,#90007);",
+    ]
+    placed = text.replace(f"({axis},{ref})", f"({axis},{ref},#90008)", 1)
+    begin, end, rest = placed.rpartition("ENDSEC;")
+    return begin + "\n".join(added) + "\n" + end + rest
+
+
+@pytest.mark.parametrize(
+    ("y", "scale", "is_complex", "says"),
+    [
+        (-1.0, "1.", False, "#90008 places a copy of a shape mirrored, which"),
+        (1.0, "1.5", False, "#90008 places a copy of a shape scaled by 1.5, which"),
+        (-1.0, "$", True, "#90008 places a copy of a shape mirrored, which"),
+        (1.0, "1.", False, ""),
+    ],
+)
+def test_a_copy_that_the_kernel_reads_wrongly_is_refused(
+    tmp_path: Path, y: float, scale: str, is_complex: bool, says: str
+) -> None:
+    from step_samples import box, write_part
+
+    path = write_part(tmp_path / "part.step", box())
+    path.write_text(with_copy(" ".join(path.read_text().split("\n")), y, scale, is_complex=is_complex))
+    if says:
+        with pytest.raises(InputError, match=says):
+            read_step(path)
+        return
+    _, copy = read_step(path).solids  # a copy that is only moved is where the operator has it
+    places = vertex_points(copy.shape)
+    assert np.allclose(sorted_rows(places), sorted_rows(np.add(BOX, (0, 0, 50.0))), rtol=0, atol=WRITER_ATOL_MM)

@@ -156,6 +156,21 @@ def test_a_damaged_or_missing_request(changed: Path) -> None:
     assert run_here("verify", "changed").returncode == 1
 
 
+@pytest.mark.usefixtures("folder")
+def test_what_is_no_result_and_inputs_that_are_nowhere_are_one_line() -> None:
+    Path("empty").mkdir()
+    cases = {
+        ("absent",): "absent: no such folder",
+        ("tee.step",): "tee.step: no such folder",
+        ("empty",): "empty: holds no results of wpcal calibrate or wpcal batch",
+        ("out", "--inputs", "nowhere"): "--inputs nowhere: no such file or folder",
+    }
+    for words, expected in cases.items():
+        done = run_here("verify", *words)
+        assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+        assert expected in done.stderr
+
+
 def test_inputs_that_moved_or_changed(folder: Path, changed: Path) -> None:
     edit(changed / "job.json", lambda record: record["inputs"]["part"].update(sha256="0" * 64))
     done = run_here("verify", "changed")
@@ -187,3 +202,8 @@ def test_results_of_another_version_are_compared_by_numbers(folder: Path, change
         claim_again(changed, name)
     found = compare_claim(changed, folder / "again", json.loads((changed / "job.json").read_text()))
     assert "frame 0 p_mm" in found[0].where
+    shutil.copy(folder / "out" / "seams.json", changed)
+    claim_again(changed, "seams.json")
+    done = run_here("verify", "changed", "--json")
+    (checked,) = json.loads(done.stdout)["checked"]
+    assert (done.returncode, [each.split()[0] for each in checked["unchecked"]]) == (0, ["seams.csv"])

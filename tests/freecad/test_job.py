@@ -70,8 +70,8 @@ def test_options_undo_and_a_saved_document_keep_what_was_made(job: tuple[WindowR
     run, _ = job
     assert run.facts["verdict for 0.2 mm"] == "UNSURE"
     assert run.facts["tolerance again"] == "0.4"
-    assert "without their own motions" in run.facts["plates"]
-    assert "motions" not in run.facts["plates again"]
+    assert "has each plate where it is" in run.facts["plates"]
+    assert "plate" not in run.facts["plates again"]
     assert run.facts["undone"] == 4  # calibrate, two tolerances, coordinate systems
     assert run.facts["redone"]
     kept = run.facts["kept"]

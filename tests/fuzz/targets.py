@@ -19,6 +19,7 @@ from cad.step.part21 import index_part21
 from cad.step.products import components_of, find_roots
 from cad.workpiece.bodies import read_bodies
 from tests.fuzz.audited import audited_targets
+from tests.fuzz.batches import batch_targets
 from tests.fuzz.further import CELL, further_targets
 from tests.fuzz.rpc_lines import rpc_targets
 from tests.fuzz.target import FIXTURES, Target, of_path, seed
@@ -174,6 +175,7 @@ def targets() -> dict[str, Target]:
     found |= further_targets()
     found |= audited_targets()
     found |= rpc_targets()
+    found |= batch_targets()
     return found
 
 

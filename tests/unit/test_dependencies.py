@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 BOUNDED = re.compile(r"[\w-]+>=[\d.]+,<[\d.]+")
-COMES_WITH = {"mpl_toolkits": "matplotlib", "anyio": "starlette", "h11": "uvicorn"}
+COMES_WITH = {"mpl_toolkits": "matplotlib", "anyio": "starlette", "h11": "uvicorn", "dask": "distributed"}
 """Part of another package, or used only through it."""
 NEEDED_OUTSIDE = ("README.md", "CONTRIBUTING.md", "LICENSE", "CHANGELOG.md", "Makefile", "docs/images/report.png")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -14,7 +14,7 @@ from wpcal.advise.candidates import easiest_places, fills_a_plane
 from wpcal.advise.design import Design, farthest_rows, least_swap
 from wpcal.calibrate.criteria import Criterion
 from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariances
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, error_95
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, largest_error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
@@ -33,6 +33,8 @@ FINALISTS = 24
 """Best sets of the search whose error is then predicted for the criterion asked for, over all seam points."""
 CLEAR_SWAP = 4.0
 """An exchange of names is seen in the residuals if it leaves this many times the sum of squares of teaching errors."""
+ROUND_OFF = 1e-4
+"""The search looks quantiles up in a table, which is far more exact than this share."""
 SWAP_PRICE = 1.25
 """A set whose names can be exchanged unseen is advised only if every other set has an error larger by this factor. On a
 frame whose only free corners are those of a box, the others have 1.6 times the error."""
@@ -222,7 +224,27 @@ def advise_set(
     best = choice.best(points, held, no_progress)
     if not fills_a_plane(choice.places.p[list(held)]):
         return best
-    return min(*choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
+    return min(choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
+
+
+def require_seams(seams: Sequence[Seam]) -> None:
+    """Refuse a part without a seam where the error counts.
+
+    Parameters
+    ----------
+    seams : sequence of Seam
+
+    Raises
+    ------
+    GeometryError
+        When no seam has a frame.
+    """
+    if not any(len(seam.frames) for seam in seams):
+        raise GeometryError(
+            "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "
+            "solid as seams",
+            code=ErrorCode.NO_SEAM,
+        )
 
 
 def _begun(
@@ -236,12 +258,7 @@ def _begun(
 ) -> _Choice:
     """Check what is asked, and lay out the search."""
     _require_usable(points, sigma_mm, have, criterion)
-    if not any(len(seam.frames) for seam in seams):
-        raise GeometryError(
-            "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "
-            "solid as seams",
-            code=ErrorCode.NO_SEAM,
-        )
+    require_seams(seams)
     return _Choice.over(easiest_places(candidates, have, points), seams, sigma_mm, criterion, seed)
 
 
@@ -296,34 +313,58 @@ class _Choice:
         rows, errors = self.design.best_sets(n, held=held, rng=rng, progress=progress)
         if len(rows) == 0:
             raise GeometryError("the features to choose from lie on one line: no set of them fixes the part")
-        affordable = rows[errors <= SWAP_PRICE * errors[0]]
-        clear = list(islice((row for row in affordable if self._is_clear(row)), FINALISTS))
+        affordable = np.flatnonzero(errors <= SWAP_PRICE * errors[0])
+        clear = islice((k for k in affordable.tolist() if self._is_clear(rows[k])), FINALISTS)
         progress(f"predicting the error of the best sets of {n} points")
-        return min(self.predicted(np.array(clear or rows[:FINALISTS])), key=lambda s: s.error_95_mm)
+        if self.criterion is Criterion.MINIMAX:
+            finalists = list(clear)
+            return self.predicted(rows[finalists] if finalists else rows[:FINALISTS])
+        bounds = (1.0 - ROUND_OFF) * self.sigma_mm * errors
+        return self._least(rows, bounds, clear) or self.predicted(rows[:FINALISTS])
+
+    def _least(self, rows: IntArray, bounds: FloatArray, finalists: Iterable[int]) -> AdvisedSet | None:
+        """Return the set of least error by least squares.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m, n)
+        bounds : ndarray, shape (m,)
+            Ascending; no set has a smaller error along all seams than at the points by which the search judged it.
+        finalists : iterable of int
+            Rows of `rows`, ascending.
+        """
+        best, least = None, (0, math.inf)
+        for k in finalists:
+            if bounds[k] > least[1]:
+                break
+            error = largest_error_95(self.seam_points, isotropic_covariance(self.places.p[rows[k]], self.sigma_mm))
+            if error[1] < least[1]:
+                best, least = k, error
+        return None if best is None else self._advised(rows[best], *least)
 
     def _is_clear(self, row: IntArray) -> bool:
         """Whether every exchange of names would be seen in the residuals."""
         return least_swap(self.places.p[row])[0] >= self._clear_squares(len(row))
 
-    def predicted(self, sets: IntArray) -> list[AdvisedSet]:
-        """Predict the errors of sets along all seams; `sets` has the shape (m, n)."""
+    def predicted(self, sets: IntArray) -> AdvisedSet:
+        """Predict the errors of sets along all seams, and return the best; `sets` has the shape (m, n)."""
         p = self.places.p[sets]
         if self.criterion is Criterion.MINIMAX:
             covariances = minimax_covariances(p, self.sigma_mm, seed=self.seed)
         else:
             covariances = np.array([isotropic_covariance(each, self.sigma_mm) for each in p])
-        return [self._advised(rows, covariance) for rows, covariance in zip(sets, covariances, strict=True)]
+        errors = [largest_error_95(self.seam_points, covariance) for covariance in covariances]
+        best = min(range(len(sets)), key=lambda row: errors[row][1])
+        return self._advised(sets[best], *errors[best])
 
-    def _advised(self, rows: IntArray, covariance: FloatArray) -> AdvisedSet:
+    def _advised(self, rows: IntArray, worst: int, error_mm: float) -> AdvisedSet:
         p = self.places.p[rows]
-        errors = error_95(self.seam_points, covariance)
-        worst = int(np.argmax(errors))
         squares, order = least_swap(p)
         features = tuple(self.places.features[row][0] for row in rows)
         swap = tuple(features[k].name for k, other in enumerate(order) if k != other)
         return AdvisedSet(
             features,
-            float(errors[worst]),
+            error_mm,
             self.seam_names[worst],
             math.sqrt(squares / len(p)),
             swap,

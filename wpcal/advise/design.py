@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations, islice, permutations
 from typing import Protocol
 
@@ -252,7 +253,7 @@ def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
         mm. Up to `MOST_PERMUTED` points all orders are tried; of more, only exchanges of two points.
     """
     n = len(p)
-    orders = np.array([order for order in _orders(n) if order != tuple(range(n))])
+    orders = _other_orders(n)
     q = p[orders]
     source = np.broadcast_to(p, q.shape)
     R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / n))
@@ -260,6 +261,14 @@ def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
     squares = np.einsum("mni,mni->m", left, left)
     k = int(np.argmin(squares))
     return float(squares[k]), tuple(int(v) for v in orders[k])
+
+
+@lru_cache(maxsize=32)
+def _other_orders(n: int) -> IntArray:
+    """Return the orders of n points that are tried besides their own, shape (m, n)."""
+    orders = np.array([order for order in _orders(n) if order != tuple(range(n))])
+    orders.flags.writeable = False
+    return orders
 
 
 def _orders(n: int) -> Iterator[tuple[int, ...]]:

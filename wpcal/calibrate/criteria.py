@@ -10,7 +10,7 @@ import numpy as np
 
 from wpcal.calibrate.residual_evidence import ResidualEvidence
 from wpcal.calibrate.suspect import Diagnosis
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
+from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95, largest_error_95
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
@@ -103,6 +103,17 @@ class CriterionFit:
         moved = self.T.apply(points_part)
         return error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
 
+    def largest_error_95(self, points_part: FloatArray) -> tuple[int, float]:
+        """Return the row of the point with the largest `error_95_mm`, and that error, mm.
+
+        Parameters
+        ----------
+        points_part : ndarray, shape (k, 3)
+            Part frame, mm.
+        """
+        moved = self.T.apply(points_part)
+        return largest_error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
+
 
 class FitProblem(Protocol):
     """Observations of one kind (points or touches) with all that is needed to fit them by any criterion."""
@@ -177,7 +188,7 @@ class FitSummary:
             Part frame, mm.
         """
         d = problem.distances_mm(fit.T)
-        error = float(fit.error_95_mm(seam_points).max()) + POSTURE_FACTOR * problem.teaching.tcp_bias_mm
+        error = fit.largest_error_95(seam_points)[1] + POSTURE_FACTOR * problem.teaching.tcp_bias_mm
         return cls(len(d), float(d.max()), float(np.sqrt(np.mean(d**2))), error)
 
     def to_record(self) -> dict[str, Any]:

@@ -35,7 +35,7 @@ from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import TeachingError
 from wpcal.calibrate.verdict import VerdictEvidence, bias_advice, judge_fit, verdict_issues
 from wpcal.core.arrays import FloatArray, as_points
-from wpcal.core.errors import FrameError, InputError
+from wpcal.core.errors import FrameError, GeometryError, InputError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
@@ -253,4 +253,8 @@ def _assess(
     wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:
         return comparison, found, None
-    return comparison, found, compare_without(problem, wrong, fit.criterion, seam_points=seam_points, known=(fit,))
+    try:
+        without = compare_without(problem, wrong, fit.criterion, seam_points=seam_points, known=(fit,))
+    except GeometryError:  # too few are left: two of four
+        without = None
+    return comparison, found, without

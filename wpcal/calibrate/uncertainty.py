@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,9 @@ JOINT_SAMPLES = 8192
 
 DIRECTIONS = 128
 """A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
+
+ROUGH_NODES, ROUGH = 65, 1e-2
+"""Lines between so many nodes are far closer to the quantile than this share of it."""
 
 EXCESS_POINTS = 512
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
@@ -212,6 +216,55 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
     return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
 
 
+def largest_error_95(
+    points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf
+) -> tuple[int, float]:
+    """Return the row of the point with the largest `error_95`, the first of equal ones, and that error, mm.
+
+    Only the points that may have the largest error take the slow quantile.
+
+    Parameters
+    ----------
+    points_base : array_like, shape (k, 3)
+        Base frame, mm.
+    covariance : ndarray, shape (6, 6)
+        Of ξ, about the base's origin.
+    degrees_of_freedom : float
+        Infinite if the teaching error is stated.
+    """
+    J = point_jacobian(as_points(points_base, name="points"))
+    nodes, quantiles = _rough_quantiles(degrees_of_freedom)
+    rows_of_J = J.reshape(-1, 6)
+    rough = ((rows_of_J @ covariance) * rows_of_J).sum(axis=1).reshape(-1, 3).sum(axis=1)
+    near = np.flatnonzero(~(rough * quantiles.max() < (1.0 - ROUGH) * rough.max() * quantiles.min()))
+    trace, m = _satterthwaite(J[near] @ covariance @ J[near].transpose(0, 2, 1))
+    rough = trace * np.interp(m, nodes, quantiles)
+    rows = np.flatnonzero(~(rough < (1.0 - ROUGH) * rough.max()))
+    errors = np.sqrt(np.maximum(trace[rows], 0.0) * _square_quantile(m[rows], COVERAGE, degrees_of_freedom))
+    worst = int(np.argmax(errors))
+    return int(near[rows[worst]]), float(errors[worst])
+
+
+@lru_cache(maxsize=64)
+def _rough_quantiles(degrees_of_freedom: float) -> tuple[FloatArray, FloatArray]:
+    """Return degrees of freedom m of a squared length, and its quantile there, between which lines are drawn."""
+    nodes = np.linspace(1.0, 3.0, ROUGH_NODES)
+    return frozen(nodes), frozen(_square_quantile(nodes, COVERAGE, degrees_of_freedom))
+
+
+def _satterthwaite(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the traces of n covariances, and the degrees of freedom m of their squared lengths, 1 to 3, shape (n,)."""
+    trace = np.trace(covariances, axis1=1, axis2=2)
+    square = np.einsum("kij,kij->k", covariances, covariances)
+    return trace, np.divide(trace**2, square, out=np.ones_like(trace), where=square > 0)
+
+
+def _square_quantile(m: FloatArray, level: float, degrees_of_freedom: float) -> FloatArray:
+    """Return the quantile of a squared length over its mean, shape (n,)."""
+    quantile = chdtri(m, 1.0 - level) / m if math.isinf(degrees_of_freedom) else fdtri(m, degrees_of_freedom, level)
+    return np.asarray(quantile, dtype=np.float64)
+
+
 def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom: float = math.inf) -> FloatArray:
     """Length that Gaussian vectors stay below with a given probability, by Satterthwaite's approximation.
 
@@ -229,11 +282,8 @@ def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom
     ndarray, shape (k,)
         mm.
     """
-    trace = np.trace(covariances, axis1=1, axis2=2)
-    square = np.einsum("kij,kij->k", covariances, covariances)
-    m = np.divide(trace**2, square, out=np.ones_like(trace), where=square > 0)
-    quantile = chdtri(m, 1.0 - level) / m if math.isinf(degrees_of_freedom) else fdtri(m, degrees_of_freedom, level)
-    return frozen(np.sqrt(np.maximum(trace, 0.0) * quantile))
+    trace, m = _satterthwaite(covariances)
+    return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))
 
 
 def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
@@ -258,14 +308,42 @@ def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_f
     """
     points = as_points(points_base, name="points")
     centre = points.mean(axis=0)
-    rng = np.random.default_rng(0)
-    directions = rng.standard_normal((3, DIRECTIONS))
-    far = points[np.unique(np.argmax((points - centre) @ directions, axis=0))] - centre
+    draws = _joint_draws(degrees_of_freedom)
+    far = points[np.unique(np.argmax((points - centre) @ draws.directions, axis=0))] - centre
     shift = translation_adjoint(-centre)
     values, vectors = np.linalg.eigh(shift @ covariance @ shift.T)
-    xi = rng.standard_normal((JOINT_SAMPLES, 6)) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
-    moved = np.cross(xi[:, None, :3], far) + xi[:, None, 3:]
-    largest = np.linalg.norm(moved, axis=2).max(axis=1)
-    if not math.isinf(degrees_of_freedom):
-        largest = largest / np.sqrt(rng.chisquare(degrees_of_freedom, JOINT_SAMPLES) / degrees_of_freedom)
-    return frozen(np.sort(largest))
+    xi = draws.normal * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    wx, wy, wz, vx, vy, vz = np.ascontiguousarray(xi.T)
+    largest = np.zeros(JOINT_SAMPLES)
+    for x, y, z in far.tolist():
+        moved_x, moved_y, moved_z = wy * z - wz * y + vx, wz * x - wx * z + vy, wx * y - wy * x + vz
+        np.maximum(largest, moved_x * moved_x + moved_y * moved_y + moved_z * moved_z, out=largest)
+    return frozen(np.sort(np.sqrt(largest) / draws.scale))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _JointDraws:
+    """The random numbers of `joint_errors`.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (3, DIRECTIONS)
+    normal : ndarray, shape (JOINT_SAMPLES, 6)
+    scale : ndarray, shape (JOINT_SAMPLES,), or float
+        By which the simulated errors are divided, because their scale is estimated.
+    """
+
+    directions: FloatArray
+    normal: FloatArray
+    scale: FloatArray | float
+
+
+@lru_cache(maxsize=8)
+def _joint_draws(degrees_of_freedom: float) -> _JointDraws:
+    rng = np.random.default_rng(0)
+    directions = rng.standard_normal((3, DIRECTIONS))
+    normal = rng.standard_normal((JOINT_SAMPLES, 6))
+    if math.isinf(degrees_of_freedom):
+        return _JointDraws(frozen(directions), frozen(normal), 1.0)
+    chi_squares = rng.chisquare(degrees_of_freedom, JOINT_SAMPLES)
+    return _JointDraws(frozen(directions), frozen(normal), frozen(np.sqrt(chi_squares / degrees_of_freedom)))

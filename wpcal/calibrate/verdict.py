@@ -184,7 +184,7 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
     least_mm = float(np.quantile(errors, 1.0 - COVERAGE)) - bias_mm
     seam = ""
     if evidence.seam_names:
-        seam = evidence.seam_names[int(np.argmax(fit.error_95_mm(evidence.points_part)))]
+        seam = evidence.seam_names[fit.largest_error_95(evidence.points_part)[0]]
     failed = _failure(evidence, seam, least_mm, error_mm)
     if failed is not None:
         return Verdict(VerdictKind.FAIL, failed[1], seam, failed[0], error_mm)

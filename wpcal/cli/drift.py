@@ -72,6 +72,7 @@ def _watched(
 ) -> tuple[list[PartDrift], list[str]]:
     """Return the parts with enough jobs, and a line about each of the others."""
     from wpcal.core.errors import InputError
+    from wpcal.core.wording import listed
     from wpcal.drift import watch_part
 
     if not jobs:
@@ -85,17 +86,20 @@ def _watched(
         jobs = found
     parts, left_out = [], []
     for each in jobs:
+        if each.on_others:
+            left_out.append(f"{each.file}: jobs without the points of most jobs: {listed(each.on_others)}")
         try:
             parts.append(watch_part(each, first=first))
         except InputError as error:
             left_out.append(str(error))
     if not parts:
-        raise InputError(left_out[0] if len(left_out) == 1 else "; ".join(left_out[:3]))
+        raise InputError("; ".join(left_out[:3]))
     return parts, left_out
 
 
 def _show(record: dict[str, Any]) -> None:
     from wpcal.cli.console import plain_console
+    from wpcal.core.wording import listed
 
     console = plain_console()
 
@@ -113,4 +117,4 @@ def _show(record: dict[str, Any]) -> None:
     for line in record["left_out"]:
         say(f"left out: {line}")
     if record["failed"]:
-        say(f"left out: {len(record['failed'])} jobs that failed")
+        say(f"left out: jobs without a calibration: {listed(each['job'] for each in record['failed'])}")

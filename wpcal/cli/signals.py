@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 NAMES = ("SIGTERM", "SIGHUP")
 """What a shell, a service manager or a closed terminal sends. Windows has the first only."""
+
+SOON_S = 2.0
+"""To remove what was begun takes less than this."""
 
 
 class Stopped(KeyboardInterrupt):
@@ -30,6 +35,8 @@ class Stopped(KeyboardInterrupt):
 def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
     """Let these signals raise `Stopped`, unless the caller of this process ignores them (`nohup`).
 
+    A signal that comes soon after another one changes nothing: what was begun is being removed.
+
     Yields what was raised so far, of Ctrl-C, too. An interruption comes at any line, also within Python's import
     machinery, which may answer it with an error of its own: such an error is an interruption, not a fault.
     """
@@ -38,7 +45,13 @@ def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
         yield raised
         return
 
+    last_s = -math.inf
+
     def stop(number: int, _: FrameType | None) -> None:
+        nonlocal last_s
+        before_s, last_s = last_s, time.monotonic()
+        if last_s - before_s < SOON_S:
+            return
         raised.append(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
         raise raised[-1]
 

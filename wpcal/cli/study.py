@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import BOUND_HELP, FORCE_HELP, JSON_HELP
+from wpcal.cli.shared_help import BOUND_HELP, DASK_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from wpcal.core.arrays import FloatArray
     from wpcal.study import ErrorStudy
+    from wpcal.study.teaching_error import Chunk
 
 BAR_WIDTH = 40
 
@@ -37,6 +41,7 @@ BAR_WIDTH = 40
     help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
+@click.option("--dask", metavar="tcp://HOST:PORT", help=f"{DASK_HELP}: they fit, and the numbers are the same.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the distribution.")
@@ -48,6 +53,7 @@ def study(
     place: str,
     criterion: str,
     seed: int,
+    dask: str | None,
     output: Path | None,
     force: bool,
     as_json: bool,
@@ -66,7 +72,7 @@ def study(
     pairs, _ = read_pairs(pairs_csv)
     if output is not None:
         require_new(output, overwrite=force)
-    with counted_progress("trials") as progress:
+    with counted_progress("trials") as progress, _fitted_on(dask) as fitted:
         result = run_error_study(
             pairs.p_source,
             fit_least_squares(pairs),
@@ -76,6 +82,7 @@ def study(
             criterion=Criterion(criterion),
             seed=seed,
             progress=lambda done: progress("trials", done, trials),
+            fitted=fitted,
         )
     record = to_json(result.to_record())
     if output is not None:
@@ -85,6 +92,28 @@ def study(
     else:
         _show(result)
     return 0
+
+
+@contextmanager
+def _fitted_on(address: str | None) -> Iterator[Callable[[Iterator[Chunk]], Iterator[tuple[int, FloatArray]]] | None]:
+    """Yield what fits chunks of trials on the workers of a scheduler; None if there is no address."""
+    if address is None:
+        yield None
+        return
+    from wpcal.core.errors import InputError
+    from wpcal.dask.cluster import Call, CallFailed, Cluster
+    from wpcal.study.teaching_error import Chunk
+
+    with Cluster(address) as cluster:
+
+        def fitted(chunks: Iterator[Chunk]) -> Iterator[tuple[int, FloatArray]]:
+            calls = (Call(chunk.start, Chunk.errors_mm, (chunk,)) for chunk in chunks)
+            for start, value in cluster.results(lambda _: next(calls, None)):
+                if isinstance(value, CallFailed):
+                    raise InputError(value.message)
+                yield start, value
+
+        yield fitted
 
 
 def _show(result: ErrorStudy) -> None:

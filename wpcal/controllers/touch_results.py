@@ -49,6 +49,12 @@ def read_touch_results(
     return chosen[0].read_touches([_read(each) for each in _files(path, chosen[0])], plan, setup or TouchSetup())
 
 
+def files_beside(path: Path) -> list[Path]:
+    """Return the files in the folder of a file that are read together with it, whichever controller wrote it."""
+    known = [each for each in controllers() if each.touch_results_reader is not None]
+    return sorted({other for each in known for other in _files(path, each)} - {path})
+
+
 def _files(path: Path, controller: Controller) -> list[Path]:
     """Return the files to read: those of a folder, or the named one with those that belong to it."""
     if path.is_dir():

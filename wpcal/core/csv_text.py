@@ -25,10 +25,11 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     rows : iterable of iterable
         Numbers, or texts; a text that is a number counts as one.
     """
-    return "".join(f"{','.join(map(_quoted, row))}\n" for row in rows)
+    return "".join(f"{','.join(map(cell_text, row))}\n" for row in rows)
 
 
-def _quoted(cell: object) -> str:
+def cell_text(cell: object) -> str:
+    """Return a number or a text as a cell of a CSV file."""
     text = "" if cell is None else str(cell)
     if isinstance(cell, str) and _FORMULA.match(cell) and not _NUMBER.fullmatch(cell):
         text = f"'{cell}"

@@ -10,7 +10,7 @@ import hashlib
 import os
 import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -29,8 +29,8 @@ NEAR_NAME = 0.75
 """Likeness (of `difflib`) from which a name is a slip of another one: hoper.step of hopper.step has 0.95."""
 STDIN = "-"
 """As the name of a file: standard input."""
-_NOTED: ContextVar[dict[str, str] | None] = ContextVar("_NOTED", default=None)
-"""Where files are noted that are read."""
+_NOTED: ContextVar[Callable[[Path, bytes], None] | None] = ContextVar("_NOTED", default=None)
+"""Notes files that are read."""
 _OWN = Path(__file__).parents[1]
 """Files in it belong to the version of wpcal."""
 _KINDS = {
@@ -43,18 +43,39 @@ _KINDS = {
 
 
 @contextmanager
-def noted_files() -> Iterator[dict[str, str]]:
+def noted_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[dict[str, str]]:
     """Note the files that are read as a whole while the block runs: SHA-256 by the name under which each is opened.
 
     Results depend on them, also on those that a file names: the arms of a cell, both files of a run of touches. Files
-    of wpcal itself are not noted.
+    of wpcal itself are not noted. What is noted of a file holds for all that is made of it: a file that is changed
+    between two readings is refused, also if it is changed back later.
+
+    Parameters
+    ----------
+    known : iterable of (str, str)
+        Names, and the SHA-256 that these files must have if they are read.
+
+    Raises
+    ------
+    InputError
+        At the end of the block, when a file had other contents when it was read once more.
     """
     noted: dict[str, str] = {}
-    token = _NOTED.set(noted)
+    expected, changed = {str(Path(name)): sha256 for name, sha256 in known}, set[str]()
+
+    def note(path: Path, data: bytes) -> None:
+        name, sha256 = str(path), sha256_of(data)
+        if sha256 != expected.setdefault(name, sha256):
+            changed.add(name)
+        noted.setdefault(name, sha256)
+
+    token = _NOTED.set(note)
     try:
         yield noted
     finally:
         _NOTED.reset(token)
+    if changed:
+        raise InputError(f"{min(changed)}: was changed while it was read; run this again")
 
 
 def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
@@ -77,9 +98,9 @@ def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None
         When it cannot be opened, is not a regular file, is larger than the limit, or its name is not UTF-8 text.
     """
     data = _read(path, _limit_mb(most_mb), first, expected)
-    noted = _NOTED.get()
-    if noted is not None and first is None and _OWN not in path.parents:
-        noted.setdefault(str(path), sha256_of(data))
+    note = _NOTED.get()
+    if note is not None and first is None and _OWN not in path.parents:
+        note(path, data)
     return data
 
 

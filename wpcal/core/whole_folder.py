@@ -52,6 +52,17 @@ def flush_later() -> None:
     _flushes = False
 
 
+@contextmanager
+def flushed_later() -> Iterator[None]:
+    """Do as `flush_later` says while a block runs."""
+    global _flushes  # noqa: PLW0603 - as in `flush_later`
+    before, _flushes = _flushes, False
+    try:
+        yield
+    finally:
+        _flushes = before
+
+
 def flush_all(folder: Path) -> None:
     """Let the system write everything of the file system of a folder to the disk."""
     library = ctypes.CDLL(None) if os.name == "posix" else None

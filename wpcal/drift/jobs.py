@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ USED = ("schema", "inputs", "T_base_part", "points", "suspect")
 """Fields of a calibration that are read."""
 NEEDED = USED[:-1]
 MOST_CALIBRATION_MB = 16.0
+MOST = 0.8
+"""Points in this share of the jobs are the usual ones: a few jobs on others must not hide how these change."""
 _DECODER = json.JSONDecoder()
 SUMMARY_FIELDS = ("job", "when", "verdict", "worst_seam_error_mm")
 READ_OF_SUMMARY = frozenset({"schema", *SUMMARY_FIELDS, "error"})
@@ -55,6 +58,8 @@ class PartJobs:
         In how many jobs the calibration names the point as wrong.
     left_out : tuple of str
         Points that are not in all jobs.
+    on_others : tuple of str
+        Jobs that are left out, because they lack points that most jobs have.
     """
 
     file: str
@@ -69,6 +74,7 @@ class PartJobs:
     seam_error_mm: FloatArray
     suspected: FloatArray
     left_out: tuple[str, ...] = ()
+    on_others: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,28 +120,40 @@ def read_drift_jobs(
     """
     found: dict[tuple[str, str], list[_Job]] = {}
     failed: list[FailedJob] = []
-    seen: set[Path] = set()
+    _require_folders(folders)
     count = 0
     for folder in folders:
-        if folder.resolve() in seen:
-            raise InputError(f"{folder}: is given twice")
-        seen.add(folder.resolve())
         for line in _summary(folder):
             if line["verdict"] == "ERROR":
                 failed.append(FailedJob(line["job"], str(folder), line.get("error") or "no reason is recorded"))
                 continue
-            job = _read_job(folder, line)
+            try:
+                job = _read_job(folder, line)
+            except InputError:
+                if (folder / line["job"] / CALIBRATION).exists():
+                    raise
+                failed.append(FailedJob(line["job"], str(folder), f"its {CALIBRATION} is not there any more"))
+                continue
             found.setdefault(job.part, []).append(job)
             count += 1
             advance(count)
     return [_arrays(part, jobs) for part, jobs in sorted(found.items())], failed
 
 
+def _require_folders(folders: Sequence[Path]) -> None:
+    seen: set[Path] = set()
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(f"{folder}: no such folder; expected the results of wpcal batch")
+        if not (folder / SUMMARY).is_file():
+            raise InputError(f"{folder}: is not a folder of wpcal batch: it has no {SUMMARY}")
+        if folder.resolve() in seen:
+            raise InputError(f"{folder}: is given twice")
+        seen.add(folder.resolve())
+
+
 def _summary(folder: Path) -> list[dict[str, Any]]:
-    path = folder / SUMMARY
-    if not path.is_file():
-        raise InputError(f"{folder}: is not a folder of wpcal batch: it has no {SUMMARY}")
-    lines = []
+    path, lines = folder / SUMMARY, list[dict[str, Any]]()
     for number, text in enumerate(read_bytes(path).splitlines(), start=1):
         where = f"{path}: line {number}"
         line = parse_json(text, path=where)
@@ -204,6 +222,7 @@ def _arrays(part: tuple[str, str], jobs: list[_Job]) -> PartJobs:
     if by_time:
         order = sorted(range(len(jobs)), key=lambda row: times[row])  # type: ignore[arg-type,return-value]
         jobs = [jobs[row] for row in order]
+    jobs, on_others = _on_usual_points(jobs)
     common = set(jobs[0].points).intersection(*(job.points for job in jobs))
     points = tuple(name for name in jobs[0].points if name in common)
     others = dict.fromkeys(name for job in jobs for name in job.points if name not in common)
@@ -223,7 +242,18 @@ def _arrays(part: tuple[str, str], jobs: list[_Job]) -> PartJobs:
         seam_error_mm=np.array([job.seam_error_mm for job in jobs], dtype=float),
         suspected=np.array([suspects.count(name) for name in points], dtype=float),
         left_out=tuple(others),
+        on_others=on_others,
     )
+
+
+def _on_usual_points(jobs: list[_Job]) -> tuple[list[_Job], tuple[str, ...]]:
+    """Return the jobs on the points of most jobs, and the names of the others; all jobs if there is no majority."""
+    counts = Counter(name for job in jobs for name in job.points)
+    usual = {name for name, count in counts.items() if count >= MOST * len(jobs)}
+    kept = [job for job in jobs if usual <= job.points.keys()]
+    if not usual or len(kept) < MOST * len(jobs):
+        return jobs, ()
+    return kept, tuple(job.name for job in jobs if not usual <= job.points.keys())
 
 
 def _time(text: str) -> datetime | None:

@@ -39,6 +39,10 @@ RULES = (
 """The rates are those of normally distributed errors without any change, simulated."""
 
 
+UNORDERED = "not all have a date with a time, or only some have a time zone"
+"""Why jobs are in the order of their lists."""
+
+
 def drift_record(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> dict[str, Any]:
     """Return the record.
 

@@ -9,6 +9,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.core.wording import counted
 from wpcal.drift.causes import Likely, Pattern, find_pattern, likely_cause
 from wpcal.drift.control import FIRST_JOBS, ROUND_OFF, Charts, control_charts, moving_range_sigma
 from wpcal.drift.jobs import PartJobs
@@ -92,7 +93,8 @@ def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
     """
     if len(jobs.names) < LEAST_JOBS:
         raise InputError(
-            f"{jobs.file}: {len(jobs.names)} jobs with a calibration; drift needs at least {LEAST_JOBS} of one part"
+            f"{jobs.file}: {counted(len(jobs.names), 'job')} with a calibration; drift needs at least {LEAST_JOBS} of "
+            "one part"
         )
     pose = pose_channels(jobs.T_base_part, jobs.places)
     in_part = np.einsum("nji,npj->npi", jobs.T_base_part[:, :3, :3], jobs.residuals)

@@ -209,6 +209,9 @@ def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceF
     InputError
         If there is none. The message gives the nearest names.
     """
+    exact = next((feature for feature in features if feature.name == name), None)
+    if exact is not None:
+        return exact
     by_name = {feature.name.lower(): feature for feature in features}
     found = by_name.get(name.strip().lower())
     if found is None:

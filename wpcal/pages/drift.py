@@ -2,34 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.drift.control import CUSUM_H, CUSUM_K, LIMIT_SIGMAS, Charts
 from wpcal.drift.jobs import FailedJob
-from wpcal.drift.record import RULES, shift_sentence
+from wpcal.drift.record import RULES, UNORDERED, shift_sentence
 from wpcal.drift.watch import POSE_CHANNELS, PartDrift
 from wpcal.pages.html import build_still_page, escaped
 
 STYLE = """
-:root{color-scheme:light dark;--ink:#1d2429;--soft:#5d6871;--line:#0b62a8;--limit:#a14800;--bad:#c01818;--rule:#ccd3d8}
-@media(prefers-color-scheme:dark){:root{--ink:#e4e8eb;--soft:#a2adb5;--line:#6cb6f5;--limit:#f0a050;--bad:#ff7b72;--rule:#414a51}}
-body{font:15px/1.45 system-ui,sans-serif;color:var(--ink);margin:1.5rem auto;max-width:66rem;padding:0 1rem}
+:root{color-scheme:light dark;--ink:#17202a;--soft:#5b6673;--line:#1d5fa8;--limit:#a84a14;--bad:#b3202e}
+:root{--rule:#dde2e8;--paper:#fff}
+@media(prefers-color-scheme:dark){
+:root{--ink:#e7ebef;--soft:#9aa5b1;--line:#79b1ee;--limit:#ee9a5f;--bad:#f06a74;--rule:#2f3944;--paper:#171d24}}
+body{font:15px/1.5 Inter,Segoe UI,Helvetica Neue,Arial,DejaVu Sans,sans-serif;margin:1.5rem auto;max-width:66rem}
+body{color:var(--ink);background:var(--paper);padding:0 1rem}
 h1{font-size:1.5rem}h2{font-size:1.25rem;margin-top:2.2rem}h3{font-size:1rem;margin:1.4rem 0 .3rem}
 table{border-collapse:collapse}td,th{text-align:right;padding:.15rem .7rem;border-bottom:1px solid var(--rule)}
 td:first-child,th:first-child,td.t,th.t{text-align:left}
-svg{width:100%;height:auto;display:block}text{font:11px system-ui,sans-serif;fill:var(--soft)}
+svg{width:100%;height:auto;display:block}text{font-size:11px;fill:var(--soft)}
 .v{fill:none;stroke:var(--line);stroke-width:1.2}.c{stroke:var(--soft);stroke-width:.7}
 .l{stroke:var(--limit);stroke-width:.8;stroke-dasharray:5 4}.s{stroke:var(--bad);stroke-width:1;stroke-dasharray:2 2}
-.o{fill:none;stroke:var(--bad);stroke-width:5;stroke-linecap:round}.n{color:var(--soft)}
+.o{fill:none;stroke:var(--bad);stroke-width:5;stroke-linecap:round}.n{color:var(--soft)}.d{white-space:nowrap}
+.w{overflow-x:auto}.w:focus-visible{outline:2px solid var(--line)}
+@media(max-width:44rem){.w svg{width:40rem}text{font-size:15px}}
 """
 LEFT, WIDTH, RIGHT = 62, 860, 8
 COLUMNS = 430
 """More jobs than this are drawn as the range of their values in each column."""
 TITLE, TALL, LOW = 22.0, 128, 46
 """Height of a title; of a chart with its title; of its CUSUM."""
+ROOM = 190
+"""Between the names of two jobs below a chart: a date and a time have 130."""
+MOST_CHARTED = 12
+"""Parts with charts, those with shifts first: 5000 jobs make less than 2 MB, on however many parts."""
 MOST_POINTS = 12
 """Charts of points; the table has all."""
 MOST_FAILED = 50
@@ -50,7 +59,9 @@ def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], le
     str
         A self-contained HTML file, the same for the same jobs.
     """
-    body = ["<h1>Drift</h1>", *(text for part in parts for text in _part(part))]
+    order = sorted(range(len(parts)), key=lambda k: (not parts[k].shifts, -len(parts[k].jobs.names)))
+    charted = set(order[:MOST_CHARTED])
+    body = ["<h1>Drift</h1>", *(text for k, part in enumerate(parts) for text in _part(part, has_charts=k in charted))]
     if left_out or failed:
         body.append("<h2>Left out</h2><ul>")
         body += [f"<li>{escaped(line)}</li>" for line in left_out]
@@ -58,32 +69,44 @@ def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], le
         if len(failed) > MOST_FAILED:
             body.append(f"<li>{len(failed) - MOST_FAILED} more jobs failed; drift.json lists them</li>")
         body.append("</ul>")
-    body.append("<h2>Rules</h2><table><tr><th>rule<th class=t>alarm<th class=t>false alarms</tr>")
-    body += [
-        f"<tr><td>{rule['name']}<td class=t>{rule['rule']}<td class=t>{rule['false_alarm']}</tr>" for rule in RULES
-    ]
-    body.append("</table>")
+    rows = [f"<tr><td>{rule['name']}<td class=t>{rule['rule']}<td class=t>{rule['false_alarm']}</tr>" for rule in RULES]
+    head = "<tr><th>rule<th class=t>alarm<th class=t>false alarms</tr>"
+    body += ["<h2>Rules</h2>", *_wide("Rules", ["<table>", head, *rows, "</table>"])]
     return build_still_page(title="Drift", style=STYLE, body="\n".join(body))
 
 
-def _part(part: PartDrift) -> Iterator[str]:
+def _wide(label: str, lines: Iterable[str]) -> Iterator[str]:
+    """Yield lines in a box that scrolls sideways, also with the keyboard, where the window is narrow."""
+    yield f'<div class=w tabindex=0 role=region aria-label="{escaped(label)}">'
+    yield from lines
+    yield "</div>"
+
+
+def _part(part: PartDrift, *, has_charts: bool) -> Iterator[str]:
     jobs = part.jobs
-    order = "in the order of their times" if jobs.by_time else "in the order of the lists: not all have a time"
+    order = "in the order of their times" if jobs.by_time else f"in the order of the lists: {UNORDERED}"
     yield f"<h2>{escaped(jobs.file)}</h2>"
     yield f"<p>{len(jobs.names)} jobs {order}, from {_job(part, 0)} to {_job(part, len(jobs.names) - 1)}.</p>"
-    yield from _shift_table(part)
+    yield "<h3>Sudden shifts</h3>"
+    yield from _wide("Sudden shifts", _shift_table(part)) if part.shifts else ("<p>None.</p>",)
+    if not has_charts:
+        yield f"<p>{_most_wrong(part)}Charts: wpcal drift --on-part {escaped(jobs.file)}.</p>"
+        return
     yield "<h3>Pose</h3>"
     yield (
         f"<p class=n>Of the middle of the touched points, from the median pose, along the axes of base. Broken lines: "
         f"{LIMIT_SIGMAS:g} sigma around the mean of the first {part.first} jobs. Below each chart: CUSUM with "
         f"k = {CUSUM_K:g} and h = {CUSUM_H:g} sigma. Vertical lines: sudden shifts.</p>"
     )
-    for column, (name, unit) in enumerate(POSE_CHANNELS):
-        yield _chart(part, part.pose, column, f"{name}, {unit}", has_cusum=True)
+    charts = [
+        _chart(part, part.pose, k, f"{name}, {unit}", has_cusum=True) for k, (name, unit) in enumerate(POSE_CHANNELS)
+    ]
+    yield from _wide("Pose", [*charts, _jobs_below(part)])
     yield from _points(part)
     if part.seam is not None:
         yield "<h3>Largest predicted error of a seam</h3>"
-        yield _chart(part, part.seam, 0, "95 % error, mm", has_cusum=False)
+        chart = _chart(part, part.seam, 0, "95 % error, mm", has_cusum=False)
+        yield from _wide("Seam error", [chart, _jobs_below(part)])
 
 
 def _job(part: PartDrift, row: int) -> str:
@@ -92,38 +115,38 @@ def _job(part: PartDrift, row: int) -> str:
 
 
 def _shift_table(part: PartDrift) -> Iterator[str]:
-    yield "<h3>Sudden shifts</h3>"
-    if not part.shifts:
-        yield "<p>None.</p>"
-        return
     heads = "".join(f"<th>{name}, {unit}" for name, unit in POSE_CHANNELS)
     yield f"<table><tr><th>first job after it<th class=t>likely cause{heads}</tr>"
     for shift in part.shifts:
         moves = "".join(f"<td>{value:+.3f}" for value in shift.move)
-        yield f"<tr><td>{_job(part, shift.at)}<td class=t>{escaped(shift_sentence(part, shift))}{moves}</tr>"
+        yield f"<tr><td class=d>{_job(part, shift.at)}<td class=t>{escaped(shift_sentence(part, shift))}{moves}</tr>"
     yield "</table>"
+
+
+def _most_wrong(part: PartDrift) -> str:
+    worst = part.most_wrong
+    return "" if worst is None else f"Taught wrong most: {escaped(part.jobs.points[worst])}. "
 
 
 def _points(part: PartDrift) -> Iterator[str]:
     yield "<h3>Residuals by point</h3>"
-    worst = part.most_wrong
-    if worst is not None:
-        yield f"<p>Taught wrong most: {escaped(part.jobs.points[worst])}.</p>"
+    yield f"<p>{_most_wrong(part)}</p>"
     if part.jobs.left_out:
         yield f"<p class=n>Not in all jobs, so not shown: {escaped(', '.join(part.jobs.left_out))}.</p>"
     values = part.distance.values
     rms = np.sqrt((values**2).mean(axis=0))
     order = np.argsort(-rms, kind="stable")
     heads = ("point", "rms, mm", "largest, mm", "jobs with the largest residual here", "jobs that name it as wrong")
-    yield f"<table><tr>{''.join(f'<th>{head}' for head in heads)}</tr>"
-    for column in order:
-        yield (
-            f"<tr><td>{escaped(part.jobs.points[column])}<td>{rms[column]:.3f}<td>{values[:, column].max():.3f}"
-            f"<td>{part.largest[column]:.0f}<td>{part.jobs.suspected[column]:.0f}</tr>"
-        )
-    yield "</table>"
-    for column in order[:MOST_POINTS]:
-        yield _chart(part, part.distance, int(column), f"{part.jobs.points[column]}, mm", has_cusum=False)
+    rows = [
+        f"<tr><td>{escaped(part.jobs.points[column])}<td>{rms[column]:.3f}<td>{values[:, column].max():.3f}"
+        f"<td>{part.largest[column]:.0f}<td>{part.jobs.suspected[column]:.0f}</tr>"
+        for column in order
+    ]
+    head = f"<tr>{''.join(f'<th>{head}' for head in heads)}</tr>"
+    yield from _wide("Residuals by point", ["<table>", head, *rows, "</table>"])
+    shown = order[:MOST_POINTS].tolist()
+    charts = [_chart(part, part.distance, k, f"{part.jobs.points[k]}, mm", has_cusum=False) for k in shown]
+    yield from _wide("Charts of points", [*charts, _jobs_below(part)])
 
 
 def _chart(part: PartDrift, charts: Charts, column: int, title: str, *, has_cusum: bool) -> str:
@@ -153,6 +176,20 @@ def _chart(part: PartDrift, charts: Charts, column: int, title: str, *, has_cusu
     lines.append(f'<text x="{LEFT + 4}" y="13">{label}</text>')
     box = f"0 0 {LEFT + WIDTH + RIGHT} {height}"
     return f'<svg viewBox="{box}" role="img" aria-label="{label}">{"".join(lines)}</svg>'
+
+
+def _jobs_below(part: PartDrift) -> str:
+    """Return the line below charts: the first and the last job, and those after shifts where there is room."""
+    n = len(part.jobs.names)
+    places = [(0, "start"), (n - 1, "end"), *((shift.at, "middle") for shift in part.shifts)]
+    lines, taken = [], list[float]()
+    for row, anchor in places:
+        label = part.jobs.when[row] or part.jobs.names[row]
+        x = {"start": LEFT, "end": LEFT + WIDTH}.get(anchor, _across(row - 0.5, n))
+        if all(abs(x - other) > ROOM for other in taken):
+            lines.append(f'<text x="{x:.0f}" y="14" text-anchor="{anchor}">{escaped(label)}</text>')
+            taken.append(x)
+    return f'<svg viewBox="0 0 {LEFT + WIDTH + RIGHT} 20" aria-hidden="true">{"".join(lines)}</svg>'
 
 
 class _Scale:

@@ -13,9 +13,11 @@ import html
 import json
 import zlib
 from collections.abc import Mapping
+from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
+from wpcal.core.records import to_compact_json
 from wpcal.pages.packing import pack_glb
 from wpcal.printable import printable
 
@@ -123,9 +125,10 @@ def escaped(text: str) -> str:
 
 def json_blob(value: Any) -> bytes:
     """Return JSON values as one of the page's blobs, which its script reads with ``readJsonBlob(name)``."""
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).encode("utf-8")
+    return to_compact_json(value).encode("ascii")
 
 
+@cache
 def _bundle(name: str) -> str:
     text = (files("wpcal.pages") / "bundles" / name).read_text(encoding="utf-8")
     if "</script" in text.lower() or "</style" in text.lower():
@@ -148,6 +151,7 @@ def _policy(scripts: list[str], styles: list[str], *, connects: bool) -> str:
     return "; ".join(parts)
 
 
+@lru_cache(maxsize=16)
 def _hash_source(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
@@ -159,6 +163,15 @@ def _json_in_html(data: Mapping[str, Any]) -> str:
 
 
 def _blob(name: str, raw: bytes) -> str:
-    kind, packed = ("glb", pack_glb(raw)) if raw.startswith(b"glTF") else ("raw", raw)
-    text = base64.b64encode(zlib.compress(packed, COMPRESSION)).decode("ascii")
+    kind, text = ("glb", _packed_glb(raw)) if raw.startswith(b"glTF") else ("raw", _deflated(raw))
     return f'<script type="text/plain" id="blob-{html.escape(name)}" data-kind="{kind}">{text}</script>'
+
+
+@lru_cache(maxsize=1)
+def _packed_glb(raw: bytes) -> str:
+    """Return a GLB file as a page holds it: many pages of one part hold the same."""
+    return _deflated(pack_glb(raw))
+
+
+def _deflated(raw: bytes) -> str:
+    return base64.b64encode(zlib.compress(raw, COMPRESSION)).decode("ascii")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ def build_report(
     """
     try:
         heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
-        columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
+        columns = seam_columns([seam["frames"] for seam in seams["seams"]])
         T_base_part = RigidTransform.from_matrix(calibration["T_base_part"], target="base", source="part")
         title = f"{calibration['verdict']} {calibration.get('inputs', {}).get('part', {}).get('file', 'calibration')}"
     except (KeyError, TypeError, AttributeError) as error:
@@ -76,26 +77,31 @@ def build_report(
     return build_page(title=title, entry="report", body=BODY, data=data, blobs=blobs)
 
 
-def seam_columns(frames: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the frames of a seam as columns, rounded to what a page can show."""
-    moved = {name: _rounded(frames, key, ERROR_DIGITS) for name, key in OF_BODIES.items() if key in (frames or [{}])[0]}
-    return {
-        **moved,
-        "s": _rounded(frames, "s_mm", PLACE_DIGITS),
-        "p": _rounded(frames, "p_mm", PLACE_DIGITS),
-        "R": _rounded(frames, "R", TURN_DIGITS),
-        "u95": _rounded(frames, "u95_mm", ERROR_DIGITS),
-        "slope": _rounded(frames, "slope_deg", ANGLE_DIGITS),
-        "rotation": _optional(frames, "rotation_deg", lambda value: round(value, ANGLE_DIGITS)),
-        "position": _optional(frames, "position", str),
+def seam_columns(seams: Sequence[list[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the frames of each seam as columns, rounded to what a page can show."""
+    found: list[dict[str, Any]] = [{} for _ in seams]
+    for name, key in OF_BODIES.items():
+        for columns, seam, values in zip(found, seams, _rounded(seams, key, ERROR_DIGITS), strict=True):
+            if key in (seam or [{}])[0]:
+                columns[name] = values
+    shown = {
+        "s": _rounded(seams, "s_mm", PLACE_DIGITS),
+        "p": _rounded(seams, "p_mm", PLACE_DIGITS),
+        "R": _rounded(seams, "R", TURN_DIGITS),
+        "u95": _rounded(seams, "u95_mm", ERROR_DIGITS),
+        "slope": _rounded(seams, "slope_deg", ANGLE_DIGITS),
+        "rotation": [_optional(seam, "rotation_deg", lambda value: round(value, ANGLE_DIGITS)) for seam in seams],
+        "position": [_optional(seam, "position", str) for seam in seams],
     }
+    return [{**first, **{name: values[row] for name, values in shown.items()}} for row, first in enumerate(found)]
 
 
-def _rounded(frames: list[dict[str, Any]], key: str, digits: int) -> Any:
-    """Return a column of numbers, or None where the file has none."""
-    if not frames or key not in frames[0]:
-        return None
-    return np.round(np.array([frame[key] for frame in frames], dtype=np.float64), digits).tolist()
+def _rounded(seams: Sequence[list[dict[str, Any]]], key: str, digits: int) -> list[Any]:
+    """Return a column of numbers of each seam, or None where the file has none."""
+    having = [bool(seam) and key in seam[0] for seam in seams]
+    values = [frame[key] for seam, has_key in zip(seams, having, strict=True) if has_key for frame in seam]
+    rounded = iter(np.round(np.array(values, dtype=np.float64), digits).tolist())
+    return [list(islice(rounded, len(seam))) if has_key else None for seam, has_key in zip(seams, having, strict=True)]
 
 
 def _optional(frames: list[dict[str, Any]], key: str, shown: Callable[[Any], Any]) -> Any:

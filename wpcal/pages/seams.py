@@ -37,7 +37,7 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
     """
     plain = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
     data = {"file": file_name, "record": {**seams, "seams": plain}}
-    columns = [seam_columns(seam["frames"]) for seam in seams["seams"]]
+    columns = seam_columns([seam["frames"] for seam in seams["seams"]])
     blobs = {"frames": json_blob(columns)}
     if part_glb is not None:
         blobs["part"] = part_glb

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
-from wpcal.core.csv_text import csv_text
+from wpcal.core.csv_text import cell_text, csv_text
 from wpcal.core.errors import FormatError
 from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
@@ -167,35 +167,32 @@ def seams_csv(record: dict[str, Any]) -> str:
     record : dict
         A result of `seams_record`.
     """
-    rows: list[list[Any]] = [[*SEAMS_CSV_COLUMNS]]
+    row = f"{','.join(SEAMS_CSV_COLUMNS.values())}\n"
+    texts = [csv_text([SEAMS_CSV_COLUMNS])]
     for seam in record["seams"]:
-        for number, frame in enumerate(seam["frames"]):
-            rows.append([value(seam, number, frame) for value in SEAMS_CSV_COLUMNS.values()])
-    return csv_text(rows)
+        name, accepted = cell_text(seam["name"]), "yes" if seam["accepted"] else "no"
+        texts += [
+            row % (name, number, frame["s_mm"], *frame["p_mm"], *frame["q_xyzw"], accepted)
+            for number, frame in enumerate(seam["frames"])
+        ]
+    return "".join(texts)
 
 
-def _place(value: float) -> str:
-    return f"{value:.9g}"
-
-
-def _turn(value: float) -> str:
-    return f"{value:.12g}"
-
-
-SEAMS_CSV_COLUMNS: dict[str, Callable[[dict[str, Any], int, dict[str, Any]], object]] = {
-    "seam": lambda seam, _, __: seam["name"],
-    "point": lambda _, number, __: number,
-    "s_mm": lambda _, __, frame: _place(frame["s_mm"]),
-    "x_mm": lambda _, __, frame: _place(frame["p_mm"][0]),
-    "y_mm": lambda _, __, frame: _place(frame["p_mm"][1]),
-    "z_mm": lambda _, __, frame: _place(frame["p_mm"][2]),
-    "qx": lambda _, __, frame: _turn(frame["q_xyzw"][0]),
-    "qy": lambda _, __, frame: _turn(frame["q_xyzw"][1]),
-    "qz": lambda _, __, frame: _turn(frame["q_xyzw"][2]),
-    "qw": lambda _, __, frame: _turn(frame["q_xyzw"][3]),
-    "accepted": lambda seam, _, __: "yes" if seam["accepted"] else "no",
+_PLACE, _TURN = "%.9g", "%.12g"
+SEAMS_CSV_COLUMNS = {
+    "seam": "%s",
+    "point": "%d",
+    "s_mm": _PLACE,
+    "x_mm": _PLACE,
+    "y_mm": _PLACE,
+    "z_mm": _PLACE,
+    "qx": _TURN,
+    "qy": _TURN,
+    "qz": _TURN,
+    "qw": _TURN,
+    "accepted": "%s",
 }
-"""The columns of ``seams.csv`` in order: each one as a function of the seam, the number of the point and the frame."""
+"""The columns of ``seams.csv`` in order, and how each is written. `seams_csv` fills them in this order."""
 
 
 def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:

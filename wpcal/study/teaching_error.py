@@ -6,7 +6,7 @@ calibrated again, and the largest displacement of a reference point is the error
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -106,6 +106,7 @@ def run_error_study(
     criterion: Criterion = Criterion.MINIMAX,
     seed: int = 0,
     progress: Callable[[int], None] | None = None,
+    fitted: Callable[[Iterator[Chunk]], Iterator[tuple[int, FloatArray]]] | None = None,
 ) -> ErrorStudy:
     """Simulate calibrations with errors of the taught points.
 
@@ -124,6 +125,9 @@ def run_error_study(
     seed : int
     progress : callable, optional
         Called with the number of trials done after each chunk.
+    fitted : callable, optional
+        Takes the chunks, and yields the first trial and the errors (trials,) in mm of each, in any order. By default
+        they are fitted here, one after another.
 
     Returns
     -------
@@ -143,14 +147,57 @@ def run_error_study(
     rng = np.random.default_rng(seed)
     true = centred(T_base_part.apply(p_part))  # the place in the cell shifts model and answer alike
     p = p_part - p_part.mean(axis=0)
-    errors = np.empty(trials)
-    for start in range(0, trials, CHUNK):
-        count = min(CHUNK, trials - start)
-        taught = true + bound_mm * unit_errors(rng, (count, len(p), 3), place)
-        errors[start : start + count] = _recalibrate(p, taught, true, criterion)
+    errors, done = np.empty(trials), 0
+    chunks = (
+        Chunk(
+            start,
+            p,
+            true,
+            true + bound_mm * unit_errors(rng, (min(CHUNK, trials - start), len(p), 3), place),
+            criterion,
+        )
+        for start in range(0, trials, CHUNK)
+    )
+    for start, found in (fitted or _fitted_here)(chunks):
+        errors[start : start + len(found)] = found
+        done += len(found)
         if progress is not None:
-            progress(start + count)
+            progress(done)
     return ErrorStudy(frozen(errors), bound_mm, place, criterion, seed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chunk:
+    """Trials that are fitted together.
+
+    Parameters
+    ----------
+    start : int
+        Number of the first one.
+    p : ndarray, shape (n, 3)
+        Model points about their centroid, mm.
+    true : ndarray, shape (n, 3)
+        Taught points without errors, about their centroid, mm.
+    taught : ndarray, shape (trials, n, 3)
+        Taught points with errors, mm.
+    criterion : Criterion
+    """
+
+    start: int
+    p: FloatArray
+    true: FloatArray
+    taught: FloatArray
+    criterion: Criterion
+
+    def errors_mm(self) -> FloatArray:
+        """Fit every trial; return the largest displacement of a reference point, shape (trials,), mm."""
+        R, t = fit_trials(self.p, self.taught, self.criterion)
+        return np.asarray(distances(self.p, self.true, R, t).max(axis=1))
+
+
+def _fitted_here(chunks: Iterator[Chunk]) -> Iterator[tuple[int, FloatArray]]:
+    for chunk in chunks:
+        yield chunk.start, chunk.errors_mm()
 
 
 def unit_errors(rng: np.random.Generator, shape: tuple[int, int, int], place: ErrorPlace) -> FloatArray:
@@ -186,8 +233,3 @@ def fit_trials(p: FloatArray, q: FloatArray, criterion: Criterion) -> tuple[Floa
         return R, np.asarray(t)
     state = solve_interior_point(source, q, R, t)
     return state.R, state.t
-
-
-def _recalibrate(p: FloatArray, taught: FloatArray, true: FloatArray, criterion: Criterion) -> FloatArray:
-    R, t = fit_trials(p, taught, criterion)
-    return np.asarray(distances(p, true, R, t).max(axis=1))

@@ -10,11 +10,13 @@ from pathlib import Path
 import FreeCAD
 import Part
 from freecad.wpcal_wb.document import kinds, picks
-from freecad.wpcal_wb.document.calibration import fit_params
+from freecad.wpcal_wb.document.calibration import fit_params, keep_fit, pose_of
 from freecad.wpcal_wb.document.kinds import Kind
 from freecad.wpcal_wb.document.pasted import pasted_points
+from freecad.wpcal_wb.document.placed import placed_part
 from freecad.wpcal_wb.document.seams import SeamModel, ask_seams
 from freecad.wpcal_wb.document.session import session_of, stop_sessions
+from freecad.wpcal_wb.document.shown import Shown
 from freecad.wpcal_wb.document.taught import TaughtModel
 
 TEE = Path(os.environ["WPCAL_TEST_ROOT"]) / "fixtures/tee"
@@ -114,6 +116,27 @@ class JobTest(unittest.TestCase):
         for number, value in enumerate(ours):
             self.assertAlmostEqual(value, of_command[number], delta=ROUND_OFF_MM)
         self.assertEqual(fit["record"]["verdict"], golden["verdict"])
+
+    def test_plates_that_moved_are_shown_where_they_are(self) -> None:
+        taught = TaughtModel(self.session)
+        read = self.session.ask("read_taught", {"path": str(TEE / "taught.csv")}).wait()
+        taught.write(read["columns"], read["rows"], "Read")
+        fit = self.session.ask("calibrate", fit_params(self.document, {"bodies": True})).wait()
+        with kinds.transaction(self.document, "Place"):
+            keep_fit(self.session, fit, Shown(at_pose=True))
+        self.document.recompute()
+        T_base_part, seen = pose_of(fit["T_base_part"]), 0
+        found = [vertex.Point for vertex in Part.getShape(placed_part(self.document)).Vertexes]
+        for body in fit["record"]["bodies"]["bodies"]:
+            T_base_moved = T_base_part.multiply(pose_of(body["T_part_moved"]))
+            for feature in self.session.opened["features"]:
+                if feature["kind"] == "vertex" and [feature["solid"]] == body["solids"]:
+                    place = T_base_moved.multVec(FreeCAD.Vector(*feature["p_mm"]))
+                    self.assertLess(min(place.distanceToPoint(each) for each in found), ROUND_OFF_MM)
+                    seen += 1
+        self.assertGreater(len(fit["record"]["bodies"]["bodies"]), 1)
+        self.assertEqual(seen, sum(one["kind"] == "vertex" for one in self.session.opened["features"]))
+        self.document.undo()
 
     def test_clicks_become_rows_that_wpcal_reads(self) -> None:
         taught = TaughtModel(self.session)

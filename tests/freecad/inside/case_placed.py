@@ -6,6 +6,7 @@ import FreeCAD
 import Part
 from freecad.wpcal_wb.document.export import frame_of, part_objects
 from freecad.wpcal_wb.document.kinds import transaction
+from freecad.wpcal_wb.document.moved_solids import moved_solids
 from freecad.wpcal_wb.document.placed import MOST_FRAMES, NamedFrame, add_frames, place_part, placed_part, remove_placed
 
 NEAR_MM = 1e-4
@@ -76,6 +77,48 @@ class PlacedPart(unittest.TestCase):
         again = self.place(boxes[:1])
         self.assertEqual(again, first)
         self.assertEqual([obj.LinkedObject for obj in again.Group if obj.TypeId == "App::Link"], boxes[:1])
+
+    def features(self, **solids):
+        """Return features as wpcal names them, of solids by their names."""
+        return [
+            {"kind": "vertex", "solid": name, "p_mm": list(vertex.Point)}
+            for name, solid in solids.items()
+            for vertex in solid.Vertexes
+        ]
+
+    def body(self, name, move):
+        A = move.toMatrix().A
+        return {"solids": [name], "T_part_moved": [list(A[row : row + 4]) for row in (0, 4, 8, 12)]}
+
+    def test_each_object_is_where_its_solids_moved(self):
+        """Two boxes that touch, and one object of two solids: all moved differently."""
+        boxes = [self.box("A", (5, 6, 7)), self.box("B", (15, 6, 7))]
+        both = self.document.addObject("Part::Feature", "Both")
+        both.Shape = Part.makeCompound([Part.makeBox(3, 4, 5), Part.makeBox(3, 4, 5, FreeCAD.Vector(3, 0, 0))])
+        self.document.recompute()
+        objects = [*boxes, both]
+        solids = [boxes[0].Shape, boxes[1].Shape, *both.Shape.Solids]
+        moves = [
+            FreeCAD.Placement(FreeCAD.Vector(k, 1, 0.5), FreeCAD.Rotation(FreeCAD.Vector(0, 1, 1), k)) for k in range(4)
+        ]
+        names = ["A", "B", "Both", "Both#2"]
+        features = self.features(**dict(zip(names[::-1], solids[::-1], strict=True)))
+        bodies = [self.body(name, move) for name, move in zip(names, moves, strict=True)]
+        moved = moved_solids(objects, features, bodies)
+        with transaction(self.document, "Place"):
+            part = place_part(self.document, objects, POSE, moved)
+        self.document.recompute()
+        expected = []
+        for solid, move in zip(solids, moves, strict=True):
+            shape = solid.copy()
+            shape.Placement = POSE.multiply(move).multiply(shape.Placement)
+            expected += self.corners(shape)
+        for one, other in zip(self.corners(Part.getShape(part)), sorted(expected), strict=True):
+            self.assertLess(FreeCAD.Vector(*one).distanceToPoint(FreeCAD.Vector(*other)), NEAR_MM)
+        self.assertEqual(part_objects(self.document), objects)
+        self.check(objects)  # fitted as one piece again: nothing of the motions is left
+        self.assertEqual([obj.TypeId for obj in part.Group], ["App::Link"] * 3)
+        self.assertIsNone(moved_solids(objects, features, bodies[:-1])["Both"])
 
     def test_removing_it_leaves_the_model(self):
         boxes = [self.box("A", (5, 6, 7))]

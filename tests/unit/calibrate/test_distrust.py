@@ -79,3 +79,19 @@ def test_too_few_left_are_refused():
     problem = PointProblem(touched(), TeachingError())
     with pytest.raises(GeometryError, match="at least 3"):
         compare_without(problem, tuple("abcd"), Criterion.MINIMAX, seam_points=SEAM)
+
+
+def test_two_wrong_points_of_four_are_named_though_two_cannot_be_fitted():
+    """Two check points say which of four fitted points are wrong; the two that are left do not fix a rotation."""
+    part = np.array([[0, 0, 10], [0, 120, 10], [200, 120, 10], [175, 64, 90], [25, 56, 90], [20, 20, 10.0]])
+    base = np.array(
+        [
+            [812.987, -240.730, 165.929], [745.526, -141.679, 168.376], [910.239, -28.948, 175.418],
+            [919.753, -92.109, 253.400], [800.721, -183.467, 247.960], [818.232, -212.988, 167.031],
+        ]
+    )  # fmt: skip
+    pairs = PointPairs(tuple("abcdef"), part, base)
+    result = calibrate(pairs.select([0, 1, 2, 3]), check=pairs.select([4, 5]), seam_points=part[:2])
+    assert result.distrusted is None
+    assert [issue.ids for issue in result.issues if issue.code == "blunder"] == [("b", "d")]
+    assert result.verdict == "FAIL"

@@ -42,6 +42,21 @@ def test_an_error_that_an_interruption_caused_is_an_interruption(command, capsys
     assert "internal error" not in capsys.readouterr().err
 
 
+def test_a_second_signal_does_not_disturb_the_end_of_the_first(command, capsys):
+    ended = []
+
+    def twice():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+            ended.append("all removed")
+
+    assert command(twice) == CODES[signal.SIGTERM]
+    assert ended == ["all removed"]
+    assert capsys.readouterr().err == "wpcal: ended by SIGTERM\n"
+
+
 def test_the_same_error_without_an_interruption_is_our_fault(command, capsys):
     assert command(lambda: threading.RLock().release()) == EXIT_OUR_FAULT
     assert "cannot release un-acquired lock" in capsys.readouterr().err

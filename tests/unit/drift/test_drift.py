@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import pytest
 from tests.drift_jobs import Planted, simulated_jobs, write_batch
 from tests.record_checks import check_record
 from tests.running import run_here
-from wpcal.drift import watch_part
+from wpcal.drift import read_drift_jobs, watch_part
 from wpcal.drift.causes import Cause
 from wpcal.drift.control import control_charts
 from wpcal.drift.record import RULES, drift_record
@@ -73,6 +74,20 @@ def test_without_a_change_alarms_are_as_rare_as_the_rules_say(n: int) -> None:
     assert stated / 2 <= outside <= stated * 1.6
     if n == 200:
         assert 1 / 300 <= np.mean([part.pose.alarms.mean() for part in parts]) <= 1 / 130
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("n", [8, 30, 60])
+def test_one_part_in_a_hundred_without_a_change_has_a_shift(n: int) -> None:
+    """Of 1000; 20 would happen once in 300 runs of another seed if the rate were 1.25 %."""
+    assert sum(bool(watch_part(simulated_jobs(n, seed=50000 + seed)).shifts) for seed in range(1000)) < 20
+
+
+def test_cusum_with_a_known_centre_and_sigma_alarms_once_in_465_jobs() -> None:
+    """About 430 alarms are expected, give or take 21."""
+    charts = control_charts(np.random.default_rng(1).normal(size=(20_000, 10)), first=20_000)
+    assert 1 / charts.alarms.mean() == pytest.approx(465, rel=0.15)
+    assert f"one in {465} jobs" in RULES[1]["false_alarm"]
 
 
 def test_cusum_sees_what_single_jobs_do_not() -> None:
@@ -136,6 +151,20 @@ def test_page_and_record_over_5000_jobs() -> None:
     assert "<script" not in page
 
 
+@pytest.mark.parametrize("jobs", [10, 420])
+def test_a_page_over_5000_jobs_on_many_parts_is_small_too(jobs: int) -> None:
+    """Parts with a shift have charts; of the others the page says how to see them."""
+    still, moved = (
+        watch_part(simulated_jobs(jobs, seed=1, points=20, planted=planted))
+        for planted in ((), (Planted("fixture", jobs // 2, 20.0),))
+    )
+    parts = [replace(still, jobs=replace(still.jobs, file=f"p{k}.step")) for k in range(5000 // jobs - 1)]
+    page = build_drift_page([*parts, replace(moved, jobs=replace(moved.jobs, file="moved.step"))], [], [])
+    assert len(page.encode()) < MOST_PAGE_MB * 1e6
+    assert "--on-part moved.step" not in page
+    assert ("--on-part p400.step" in page) == (jobs == 10)
+
+
 def test_several_folders_of_mixed_parts_are_sections_in_the_order_of_time(tmp_path: Path) -> None:
     late, early = simulated_jobs(30, seed=1), simulated_jobs(12, seed=2)
     write_batch(tmp_path / "b", replace(late, when=tuple(f"2026-04-{1 + row:02}" for row in range(30))), failed=2)
@@ -161,6 +190,48 @@ def test_several_folders_of_mixed_parts_are_sections_in_the_order_of_time(tmp_pa
     assert len(json.loads(only.stdout)["parts"]) == 1
 
 
+def test_jobs_that_are_gone_or_on_other_points_are_left_out_and_told(tmp_path: Path) -> None:
+    """Of 30 jobs one folder was deleted, two are on other points, and one has a point more; 27 are on the page."""
+    write_batch(tmp_path / "out", simulated_jobs(30, seed=1))
+    shutil.rmtree(tmp_path / "out" / "j0005")
+    for job in ("j0007", "j0009", "j0011"):
+        path = tmp_path / "out" / job / "calibration.json"
+        record = json.loads(path.read_text())
+        if job == "j0011":
+            record["points"].append({**record["points"][0], "name": "more"})
+        else:
+            record["points"] = [{**point, "name": f"Q{row}"} for row, point in enumerate(record["points"])]
+        path.write_text(json.dumps(record))
+    done = run_here("drift", tmp_path / "out", "-o", tmp_path / "drift.html", "--json")
+    record = json.loads(done.stdout)
+    check_record(record)
+    (part,) = record["parts"]
+    assert (part["jobs"], len(part["points"])) == (27, 8)
+    assert record["left_out"] == ["part.step: jobs without the points of most jobs: j0007, j0009"]
+    assert [(each["job"], each["error"]) for each in record["failed"]] == [
+        ("j0005", "its calibration.json is not there any more")
+    ]
+    assert "j0009" in (tmp_path / "drift.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("times", "order"),
+    [
+        (("2026-10-25T03:30+01:00", "2026-10-25T02:30+02:00", "2026-10-25T02:45+02:00"), (1, 2, 0)),
+        (("2026-10-25T03:30+01:00", "2026-10-25T02:30", "2026-10-25T02:45+02:00"), (0, 1, 2)),
+        (("06:30", "06:10", "06:20"), (0, 1, 2)),
+        (("2026-03-09", "2026-03-08", "2026-03-09"), (1, 0, 2)),
+    ],
+    ids=["clock set back", "some with a zone", "no dates", "equal times in the order of the list"],
+)
+def test_jobs_are_in_the_order_of_their_times(tmp_path: Path, times: tuple[str, ...], order: tuple[int, ...]) -> None:
+    jobs = simulated_jobs(3, seed=1)
+    write_batch(tmp_path / "out", replace(jobs, when=times))
+    ((part,), _) = read_drift_jobs([tmp_path / "out"])
+    assert part.names == tuple(f"j{row:04}" for row in order)
+    assert part.by_time == (order != (0, 1, 2))
+
+
 def test_what_cannot_be_read_is_one_line(tmp_path: Path) -> None:
     write_batch(tmp_path / "few", simulated_jobs(7, seed=1))
     write_batch(tmp_path / "failed", simulated_jobs(9, seed=1), failed=9)
@@ -170,7 +241,8 @@ def test_what_cannot_be_read_is_one_line(tmp_path: Path) -> None:
     cut = (tmp_path / "cut" / calibration).read_text()
     (tmp_path / "cut" / calibration).write_text(cut[:200])
     (tmp_path / "odd" / calibration).write_text(cut.replace('"T_base_part": [[', '"T_base_part": [["x", '))
-    (tmp_path / "gone" / calibration).unlink()
+    for job in ("j0003", "j0004"):
+        (tmp_path / "gone" / job / "calibration.json").unlink()
     (tmp_path / "line" / "summary.jsonl").write_text("[1]\n")
     summary = (tmp_path / "away" / "summary.jsonl").read_text()
     (tmp_path / "away" / "summary.jsonl").write_text(summary.replace('"j0003"', '"../few/j0003"'))
@@ -181,12 +253,12 @@ def test_what_cannot_be_read_is_one_line(tmp_path: Path) -> None:
         "failed": "no job has a calibration; 9 failed",
         "cut": "is not JSON",
         "odd": "T_base_part",
-        "gone": "no such file",
+        "gone": "7 jobs with a calibration; drift needs at least 8",
         "line": "line 1: is not a line of wpcal batch",
         "away": "job: expected the name of a folder",
         "none": "no job has a calibration",
         "empty": "is not a folder of wpcal batch",
-        "absent": "is not a folder of wpcal batch",
+        "absent": "no such folder; expected the results of wpcal batch",
     }
     for name, expected in cases.items():
         done = run_here("drift", tmp_path / name, "-o", tmp_path / "page.html")

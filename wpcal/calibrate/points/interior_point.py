@@ -159,8 +159,12 @@ class _Work:
         """Squared scaled distances f and their gradients C = -2 (y × r / size, r)."""
         self.f = np.einsum("bij,bij->bi", self.r, self.r)
         self.largest_squared = self.f.max(axis=1)
-        turn = np.cross(self.y, self.r) / self.size[:, None, None]
-        self.C = -2.0 * np.concatenate([turn, self.r], axis=2)
+        (a, b, c), (x, y, z) = self.y.transpose(2, 0, 1), self.r.transpose(2, 0, 1)
+        self.C = np.empty((*self.f.shape, 6))
+        self.C[:, :, 0], self.C[:, :, 1], self.C[:, :, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+        self.C[:, :, :3] /= self.size[:, None, None]
+        self.C[:, :, 3:] = self.r
+        self.C *= -2.0
 
     def optimality_error(self) -> FloatArray:
         """Scaled gap between the largest squared distance and the value of the dual, to second order."""
@@ -185,6 +189,8 @@ class _Work:
         full = H.copy()
         full[:, :3, :3] += 2.0 * np.trace(cross, axis1=1, axis2=2)[:, None, None] * eye
         full[:, :3, :3] -= cross + cross.transpose(0, 2, 1)
+        if _surely_convex(full):
+            return full
         convex = np.linalg.eigvalsh(full)[:, 0] > LEAST_CURVATURE
         return np.asarray(np.where(convex[:, None, None], full, H + LEAST_CURVATURE * np.eye(6)), dtype=np.float64)
 
@@ -235,3 +241,12 @@ class _Work:
         self._evaluate_residuals()
         self.r /= self.unit[:, None, None]
         self._evaluate_squares()
+
+
+def _surely_convex(H: FloatArray) -> bool:
+    """Whether all matrices, shape (B, 6, 6), are positive definite by twice `LEAST_CURVATURE`; False is no proof."""
+    try:
+        np.linalg.cholesky(H - 2.0 * LEAST_CURVATURE * np.eye(6))
+    except np.linalg.LinAlgError:
+        return False
+    return True

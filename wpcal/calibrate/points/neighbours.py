@@ -43,14 +43,14 @@ class FeaturePlaces:
     @classmethod
     def of(cls, features: Mapping[str, FloatArray]) -> FeaturePlaces:
         """Collect features by name, each with a point in `part`, shape (3,), mm."""
-        seen: dict[tuple[int, ...], list[str]] = {}
-        points: dict[tuple[int, ...], FloatArray] = {}
-        for name, point in features.items():
-            key = tuple(int(v) for v in np.rint(np.asarray(point) / SAME_PLACE_MM))
-            seen.setdefault(key, []).append(name)
-            points.setdefault(key, np.asarray(point, dtype=np.float64))
-        names = tuple(" ".join(found) for found in seen.values())
-        return cls(names, np.array(list(points.values())).reshape(-1, 3))
+        points = np.array(list(features.values()), dtype=np.float64).reshape(-1, 3)
+        cells = np.rint(points / SAME_PLACE_MM).tolist()
+        seen: dict[tuple[float, ...], list[int]] = {}
+        for row, cell in enumerate(map(tuple, cells)):
+            seen.setdefault(cell, []).append(row)
+        known = list(features)
+        names = tuple(" ".join(known[row] for row in rows) for rows in seen.values())
+        return cls(names, points[[rows[0] for rows in seen.values()]])
 
     def at(self, point: FloatArray) -> str:
         """Name of the feature at a point in `part`, shape (3,), mm; empty if there is none."""

@@ -180,7 +180,7 @@ class TouchProblem:
     def _rival_issues(self, fit: CriterionFit) -> tuple[Issue, ...]:
         """Say that the part may lie in another place, further off than the predicted error."""
         points = self.touches.linearised(fit.T.R, fit.T.t_mm).contact_part
-        error_mm = float(fit.error_95_mm(points if self.seam_points is None else self.seam_points).max())
+        _, error_mm = fit.largest_error_95(points if self.seam_points is None else self.seam_points)
         far = [rival for rival in self.rivals if rival.apart_mm > error_mm]
         if not far:
             return ()

@@ -9,6 +9,7 @@ import FreeCAD
 
 from ..words import translate
 from .kinds import Kind, data_of, ensure_object, object_of, set_data
+from .moved_solids import MovedSolid, moved_solids
 from .placed import add_frames, place_part, remove_frames, remove_placed, seam_frames
 from .session import Session
 from .shown import Shown
@@ -102,12 +103,20 @@ def _show_place(session: Session, fit: dict[str, Any], shown: Shown, pose: Any) 
     if not shown.at_pose or session.part is None:
         remove_placed(document)
         return
-    part = place_part(document, session.part.objects, pose)
+    part = place_part(document, session.part.objects, pose, moves_in(session, fit))
     ends_only = FRAME_CHOICES.get(shown.datums)
     if ends_only is None:
         remove_frames(document)
     else:
         add_frames(document, part, seam_frames(fit["seams"] or (), pose.inverse(), ends_only=ends_only))
+
+
+def moves_in(session: Session, fit: Mapping[str, Any]) -> dict[str, list[MovedSolid] | None]:
+    """Return how the solids of each object moved, as `moved_solids` does; empty if the part was fitted as one piece."""
+    bodies = fit["record"].get("bodies")
+    if not bodies or session.part is None or session.opened is None:
+        return {}
+    return moved_solids(session.part.objects, session.opened["features"], bodies["bodies"])
 
 
 def pose_of(matrix: Any) -> Any:

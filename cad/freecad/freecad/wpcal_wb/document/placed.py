@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The part where it really is: links to the user's objects in an `App::Part` at the pose in the robot's base.
 
-The origin of the document is the origin of the robot's base there. The user's objects stay as and where they are.
+The origin of the document is the origin of the robot's base there. The user's objects stay as and where they are. An
+object whose solids moved differently cannot be linked: it is shown by a copy.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Iterable, NamedTuple, Sequence
+from typing import Any, Iterable, Mapping, NamedTuple, Sequence
 
 import FreeCAD
 
 from ..words import translate
+from .export import is_same_placement
 from .kinds import GROUP, HIDDEN, KIND
+from .moved_solids import MovedSolid
 
 FRAME_TYPES = (("PartDesign::CoordinateSystem", "PartDesign"), ("Part::LocalCoordinateSystem", "Part"))
 """Datum coordinate systems: the first type that this FreeCAD makes, and the module that must be loaded for it."""
@@ -35,7 +38,9 @@ def placed_part(document: Any) -> Any | None:
     return next(found, None)
 
 
-def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
+def place_part(
+    document: Any, objects: Sequence[Any], pose: Any, moved: Mapping[str, list[MovedSolid] | None] | None = None
+) -> Any:
     """Show the part at its pose. Call it inside a `transaction`.
 
     Parameters
@@ -45,11 +50,13 @@ def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
         The objects of the exported part.
     pose : FreeCAD.Placement
         T_base_part.
+    moved : mapping, optional
+        How the solids of each object moved, as of `moved_solids`.
 
     Returns
     -------
     App::Part
-        With one link per object. What it had of an earlier calibration is replaced.
+        With one link or copy per object. What it had of an earlier calibration is replaced.
     """
     part = placed_part(document)
     if part is None:
@@ -59,23 +66,53 @@ def place_part(document: Any, objects: Sequence[Any], pose: Any) -> Any:
         if FreeCAD.GuiUp:  # Redo makes them visible otherwise
             for datum in (part.Origin, *part.Origin.OriginFeatures):
                 datum.ViewObject.Visibility = False
-    wanted = [obj.Name for obj in objects]
-    links = [obj for obj in part.Group if obj.TypeId == "App::Link"]
-    for link in links:
-        if link.LinkedObject is None or link.LinkedObject.Name not in wanted:
-            document.removeObject(link.Name)
-        else:
-            wanted.remove(link.LinkedObject.Name)
-    for name in wanted:
-        obj = document.getObject(name)
-        link = document.addObject("App::Link", f"Placed_{name}")
-        link.LinkedObject = obj
-        link.LinkTransform = True  # the object keeps its place inside the part
-        link.Label = translate("{label} in the base").format(label=obj.Label)
-        _mark(link)
-        part.addObject(link)
+    solids = {obj.Name: (moved or {}).get(obj.Name) or [] for obj in objects}
+    copied = [obj for obj in objects if not _is_one_move(solids[obj.Name])]
+    linked = {obj.Name: obj for obj in objects if obj not in copied}
+    links = {obj.LinkedObject.Name: obj for obj in part.Group if obj.TypeId == "App::Link" and obj.LinkedObject}
+    kept = [links[name] for name in links if name in linked]
+    for old in [obj for obj in part.Group if obj.TypeId in ("App::Link", "Part::Feature") and obj not in kept]:
+        document.removeObject(old.Name)
+    for name, obj in linked.items():
+        link = links.get(name) or _link(document, part, obj)
+        move = solids[name][0].move if solids[name] else FreeCAD.Placement()
+        if not is_same_placement(link.Placement, move):
+            link.Placement = move
+    for obj in copied:
+        _copy(document, part, obj, solids[obj.Name])
     part.Placement = pose
     return part
+
+
+def _is_one_move(solids: Sequence[MovedSolid]) -> bool:
+    return all(is_same_placement(solids[0].move, solid.move) for solid in solids)
+
+
+def _link(document: Any, part: Any, obj: Any) -> Any:
+    link = document.addObject("App::Link", f"Placed_{obj.Name}")
+    link.LinkedObject = obj
+    link.LinkTransform = True  # the object keeps its place inside the part
+    return _add(part, link, obj)
+
+
+def _copy(document: Any, part: Any, obj: Any, solids: Sequence[MovedSolid]) -> None:
+    import Part
+
+    copy = document.addObject("Part::Feature", f"Placed_{obj.Name}")
+    shapes = [solid.shape.copy() for solid in solids]
+    for shape, solid in zip(shapes, solids):
+        shape.Placement = solid.move.multiply(shape.Placement)
+    copy.Shape = Part.makeCompound(shapes)
+    if FreeCAD.GuiUp and hasattr(obj.ViewObject, "ShapeColor"):
+        copy.ViewObject.ShapeColor = obj.ViewObject.ShapeColor
+    _add(part, copy, obj)
+
+
+def _add(part: Any, shown: Any, obj: Any) -> Any:
+    shown.Label = translate("{label} in the base").format(label=obj.Label)
+    _mark(shown)
+    part.addObject(shown)
+    return shown
 
 
 def remove_placed(document: Any) -> None:

@@ -6,7 +6,16 @@ from __future__ import annotations
 from typing import Any, Mapping
 
 from ..client import Failure
-from ..document.calibration import fit_options, fit_params, keep_fit, keep_options, kept_fit_of, seam_params, shown_of
+from ..document.calibration import (
+    fit_options,
+    fit_params,
+    keep_fit,
+    keep_options,
+    kept_fit_of,
+    moves_in,
+    seam_params,
+    shown_of,
+)
 from ..document.kinds import Kind, object_of, transaction
 from ..document.shown import Shown
 from ..qt import QtCore, widgets
@@ -148,7 +157,11 @@ class CalibratePanel(TaskPanel):
         colour = COLOURS.get(verdict, UNCERTAIN)
         self.verdict.setStyleSheet(f"font-size: 20pt; font-weight: bold; color: {colour}")
         self.sentence.setText(str(record["judgement"]["sentence"]))
-        lines = [*_about_plates(record), *map(str, fit.get("notes") or ()), *map(str, fit.get("steps") or ())]
+        lines = [
+            *_about_plates(self.session, fit),
+            *map(str, fit.get("notes") or ()),
+            *map(str, fit.get("steps") or ()),
+        ]
         self.notes.setText(self.worded("\n".join(lines)))
         self.notes.setVisible(bool(lines))
         points = fit["points"]
@@ -261,16 +274,21 @@ class CalibratePanel(TaskPanel):
         self.say(message.format(count=len(answer["files"]), folder=self.folder.path()))
 
 
-def _about_plates(record: Mapping[str, Any]) -> list[str]:
+def _about_plates(session: Any, fit: Mapping[str, Any]) -> list[str]:
     """Return what is said of plates that may have moved, and where they are drawn."""
-    bodies = record.get("bodies")
+    bodies = fit["record"].get("bodies")
     if not bodies:
         return []
-    where = translate(
-        "The view shows the plates without their own motions. The seams in the robot's base are where the plates "
-        "are. The moved STEP file in the result folder has each plate at its place."
-    )
-    return [str(bodies["sentence"]), where]
+    lines = [
+        str(bodies["sentence"]),
+        translate("The part in the robot's base has each plate where it is; the model stays as it is."),
+    ]
+    unknown = [name for name, solids in moves_in(session, fit).items() if solids is None]
+    if unknown:
+        labels = ", ".join(session.document.getObject(name).Label for name in unknown)
+        text = translate("Shown without the motions of its plates: {labels}. The moved STEP file has them.")
+        lines.append(text.format(labels=labels))
+    return lines
 
 
 def _text_label() -> Any:
