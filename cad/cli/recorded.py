@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +12,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from cad.batch.compare import compare_claim
+from cad.batch.compare import compare_claim, other_bytes
 from cad.batch.inputs_now import FoundInputs
 from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
@@ -150,8 +150,15 @@ def check_claim(
     means: Means = USUAL_MEANS,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
-) -> list[dict[str, str]]:
-    """Do the request of a folder once more, and return what differs as records of `wpcal.results.diff.Difference`."""
+) -> dict[str, list[Any]]:
+    """Do the request of a folder once more.
+
+    Returns
+    -------
+    dict
+        ``differences``: records of `wpcal.results.diff.Difference`. ``unchecked``: the files of another version of
+        which only some numbers are compared.
+    """
     now = claim.now
     with TemporaryDirectory() as temporary:
         new = Path(temporary, "new")
@@ -168,10 +175,11 @@ def check_claim(
         means = replace(means, wants_page=lambda _: wants_page)
         means = replace(means, seal=seal) if claim.is_asked else means
         calibrate_files(step, **arguments, means=means, cache=cache, progress=progress)
-        return [asdict(each) for each in compare_claim(claim.folder, new, claim.record)]
+        differences = [each.to_record() for each in compare_claim(claim.folder, new, claim.record)]
+        return {"differences": differences, "unchecked": other_bytes(claim.folder, new, claim.record)}
 
 
-def check_job(opened: OpenedPart, *, folder: Path, claim: Claim) -> list[dict[str, str]]:
+def check_job(opened: OpenedPart, *, folder: Path, claim: Claim) -> dict[str, list[Any]]:
     """Check one folder of a batch in its process; `folder` is for unfinished work."""
     del folder
     return check_claim(step=opened.workpiece, claim=claim, means=opened.means)

@@ -55,6 +55,13 @@ class Checked:
         self.differences += differences
         self.state = State.DIFFERENT if self.differences else self.state
 
+    def takes(self, found: dict[str, list[Any]]) -> None:
+        """Note what `cad.cli.recorded.check_claim` found."""
+        self.differs(found["differences"])
+        self.unchecked += [
+            f"{name} (other bytes; only numbers of the records are compared)" for name in found["unchecked"]
+        ]
+
     def fails(self, error: str) -> None:
         """Note why it cannot be checked."""
         self.state, self.error = State.NOT_CHECKED, error
@@ -134,7 +141,7 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
     checked = Checked(folder.name)
     has_request = os.path.lexists(folder / JOB_FILE)
     claim = _claim_of(folder, inputs, checked) if has_request else _guessed(folder, inputs)
-    found: list[dict[str, str]] = []
+    found: dict[str, list[Any]] = {"differences": [], "unchecked": []}
     if claim is not None:
         try:
             found = run_on_part(
@@ -148,9 +155,9 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
         except WpcalError as error:
             checked.fails(str(error))
     if has_request:
-        checked.differs(found)
-    elif claim is None or found or checked.error is not None:
-        _check_agreement(folder, checked, found)
+        checked.takes(found)
+    elif claim is None or found["differences"] or checked.error is not None:
+        _check_agreement(folder, checked, found["differences"])
     return checked
 
 
@@ -316,7 +323,7 @@ def _run(
         if isinstance(value, Failure):
             checked[task.number].fails(value.message)
         else:
-            checked[task.number].differs(value)
+            checked[task.number].takes(value)
 
     progress("starting the CAD kernel", 0, len(tasks))
     with locked_output(work / "out", overwrite=False) as (lock, unfinished):

@@ -10,7 +10,7 @@ from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
 from cad.workpiece.touched_bodies import bodies_at, bodies_of
 from cad.workpiece.workpiece import Workpiece
-from wpcal.advise.advice import where_it_is
+from wpcal.advise.advice import require_seams, where_it_is
 from wpcal.advise.candidates import fills_a_plane
 from wpcal.advise.design import farthest_rows
 from wpcal.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
@@ -55,7 +55,10 @@ def tacked_bodies(
     ------
     InputError
         As in `find_bodies`.
+    GeometryError
+        When there is no seam.
     """
+    require_seams(seams)
     part = find_bodies(workpiece.trimmed, choice)
     contacts, gap_mm = Contacts.none(), seam_options.gap_for(workpiece.graph)
     if choice.keeps_contacts:

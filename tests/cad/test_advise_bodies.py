@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from build123d import Box, Pos
 
+import cad
 from cad.workpiece.touched_bodies import bodies_at
 from cad.workpiece.workpiece import Workpiece
 from tests.record_checks import check_record
+from wpcal.core.errors import GeometryError
 from wpcal.taught.table import read_taught
 
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
@@ -91,3 +94,10 @@ def test_middles_of_edges_are_on_the_body_of_their_edge(sample_part: Callable[[s
     middles = [feature for feature in tee.features if feature.kind.value == "M"]
     body = bodies_at(tee.graph, np.array([feature.p_mm for feature in middles]), tee.graph.face_solid)
     assert [tee.graph.solid_names[b] for b in body] == [feature.solid for feature in middles]
+
+
+def test_a_part_without_an_accepted_seam_is_one_line() -> None:
+    apart = [Box(100, 60, 10), Pos(0, 0, 50) * Box(100, 60, 10)]
+    for ask in (cad.advise_weldment, cad.plan_touches):
+        with pytest.raises(GeometryError, match="the part has no seam to advise for; `wpcal seams` lists"):
+            ask(apart, bodies=cad.BodiesOptions())

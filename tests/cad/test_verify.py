@@ -202,3 +202,8 @@ def test_results_of_another_version_are_compared_by_numbers(folder: Path, change
         claim_again(changed, name)
     found = compare_claim(changed, folder / "again", json.loads((changed / "job.json").read_text()))
     assert "frame 0 p_mm" in found[0].where
+    shutil.copy(folder / "out" / "seams.json", changed)
+    claim_again(changed, "seams.json")
+    done = run_here("verify", "changed", "--json")
+    (checked,) = json.loads(done.stdout)["checked"]
+    assert (done.returncode, [each.split()[0] for each in checked["unchecked"]]) == (0, ["seams.csv"])

@@ -227,6 +227,26 @@ def advise_set(
     return min(choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
 
 
+def require_seams(seams: Sequence[Seam]) -> None:
+    """Refuse a part without a seam where the error counts.
+
+    Parameters
+    ----------
+    seams : sequence of Seam
+
+    Raises
+    ------
+    GeometryError
+        When no seam has a frame.
+    """
+    if not any(len(seam.frames) for seam in seams):
+        raise GeometryError(
+            "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "
+            "solid as seams",
+            code=ErrorCode.NO_SEAM,
+        )
+
+
 def _begun(
     candidates: Sequence[Touchable],
     seams: Sequence[Seam],
@@ -238,12 +258,7 @@ def _begun(
 ) -> _Choice:
     """Check what is asked, and lay out the search."""
     _require_usable(points, sigma_mm, have, criterion)
-    if not any(len(seam.frames) for seam in seams):
-        raise GeometryError(
-            "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "
-            "solid as seams",
-            code=ErrorCode.NO_SEAM,
-        )
+    require_seams(seams)
     return _Choice.over(easiest_places(candidates, have, points), seams, sigma_mm, criterion, seed)
 
 

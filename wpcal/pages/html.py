@@ -17,6 +17,7 @@ from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
+from wpcal.core.records import to_compact_json
 from wpcal.pages.packing import pack_glb
 from wpcal.printable import printable
 
@@ -124,7 +125,7 @@ def escaped(text: str) -> str:
 
 def json_blob(value: Any) -> bytes:
     """Return JSON values as one of the page's blobs, which its script reads with ``readJsonBlob(name)``."""
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).encode("utf-8")
+    return to_compact_json(value).encode("ascii")
 
 
 @cache

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.records import new_directory, read_json, to_json, write_file
+from wpcal.core.records import new_directory, read_json, to_compact_json, to_json, write_file
 
 SCHEMA = "wpcal/test/1"
 
@@ -62,10 +62,11 @@ def random_value(rng: np.random.Generator, depth: int) -> object:
         return [random_value(rng, depth - 1) for _ in range(int(rng.integers(4)))]
     if kind == 2:
         return tuple(rng.normal(size=int(rng.integers(20))).tolist())
-    return {f"k%{k}": random_value(rng, depth - 1) for k in range(int(rng.integers(4)))}
+    return {f"k%ü{k}": random_value(rng, depth - 1) for k in range(int(rng.integers(4)))}
 
 
 def test_a_record_is_written_as_the_standard_library_writes_it():
     for seed in range(300):
         record = {"schema": SCHEMA, "value": random_value(np.random.default_rng(seed), 5), "empty": [{}, [], ()]}
         assert to_json(record) == json.dumps(record, indent=1, ensure_ascii=False) + "\n"
+        assert to_compact_json(record) == json.dumps(record, separators=(",", ":"))

@@ -159,8 +159,12 @@ class _Work:
         """Squared scaled distances f and their gradients C = -2 (y × r / size, r)."""
         self.f = np.einsum("bij,bij->bi", self.r, self.r)
         self.largest_squared = self.f.max(axis=1)
-        turn = np.cross(self.y, self.r) / self.size[:, None, None]
-        self.C = -2.0 * np.concatenate([turn, self.r], axis=2)
+        (a, b, c), (x, y, z) = self.y.transpose(2, 0, 1), self.r.transpose(2, 0, 1)
+        self.C = np.empty((*self.f.shape, 6))
+        self.C[:, :, 0], self.C[:, :, 1], self.C[:, :, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+        self.C[:, :, :3] /= self.size[:, None, None]
+        self.C[:, :, 3:] = self.r
+        self.C *= -2.0
 
     def optimality_error(self) -> FloatArray:
         """Scaled gap between the largest squared distance and the value of the dual, to second order."""
