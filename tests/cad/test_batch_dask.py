@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import runpy
 import shutil
 import signal
 import socket
@@ -21,7 +23,7 @@ from cad.batch.run import Task
 from cad.batch.sent_files import Copies, Reader
 from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
-from tests.running import TIMEOUT_S, run_here
+from tests.running import FINISHED, TIMEOUT_S, run_here
 from wpcal.dask.cluster import Cluster
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
@@ -254,3 +256,22 @@ def test_what_keeps_a_batch_from_starting_is_one_line(
     done = run_here("study", FIXTURES / "yin2003" / "table1.csv", "--dask", dask.address)
     assert done.returncode == 2
     assert "pip install 'wpcal[dask]'" in done.stderr
+
+
+def test_the_script_for_object_storage_copies_there_and_back(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import fsspec
+
+    storage = fsspec.filesystem("memory")
+    head, _, _, _, _, _, other, *_ = (folder / "jobs.csv").read_text().splitlines()
+    for name in ("tee.step", "day5.csv", "days/day5.csv"):
+        storage.pipe(f"/monday/{name}", (folder / name).read_bytes())
+    storage.pipe("/monday/jobs.csv", f"{head}\n{other}\n".encode())
+    monkeypatch.setenv("PATH", f"{WPCAL.parent}{os.pathsep}{os.environ['PATH']}")
+    script = runpy.run_path(str(FIXTURES.parent / "docs" / "examples" / "batch_from_storage.py"))
+    job = other.partition(",")[0]
+    for again in (False, True):
+        assert script["main"]("memory://monday", "memory://results", "--report", "none") in FINISHED, again
+        there = {Path(path).name: storage.cat(path) for path in storage.find(f"/results/{job}")}
+        assert there == {path.name: path.read_bytes() for path in (folder / "whole" / job).iterdir()}
+    assert storage.exists("/results/summary.csv")
+    assert not storage.exists(f"/results/results/{job}")

@@ -272,9 +272,11 @@ def _require_scheduler_at(address: str) -> None:
     import asyncio
 
     from distributed.core import rpc
+    from distributed.security import Security
 
     async def ask() -> Any:
-        async with rpc(address, timeout=CONNECT_S) as there:  # type: ignore[no-untyped-call]
+        settings = Security().get_connection_args("client")  # type: ignore[no-untyped-call]
+        async with rpc(address, timeout=CONNECT_S, connection_args=settings) as there:  # type: ignore[no-untyped-call]
             return await there.identity()
 
     kind = asyncio.run(asyncio.wait_for(ask(), CONNECT_S))["type"]

@@ -1,0 +1,93 @@
+"""What a job of `wpcal batch --dask` costs beside `wpcal batch -j 2`: a scheduler and two workers on this machine.
+
+`WPCAL_BENCH_JOBS` sets the number of jobs. Both ways run in turn, `WPCAL_BENCH_ROUNDS` times, and the quickest run of
+each counts. The first run with Dask also starts the processes for jobs in both workers and is shown apart.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from rich.table import Table
+
+from cad.pick.part import read_pick_part
+from cad.samples.steel_structure import steel_structure
+from cad.step.new_file import new_step_text
+from cad.workpiece.answer_cache import FOLDER_VARIABLE
+from cad.workpiece.seams import SeamChoice
+from tests.benchmarks.bench_batch import JOBS, write_jobs
+from tests.benchmarks.bench_pick import touched
+from tests.cad.dask_processes import DaskProcesses, dask_processes
+from wpcal.seam import SeamOptions
+
+ROUNDS = int(os.environ.get("WPCAL_BENCH_ROUNDS", "3"))
+TICK_S = 1 / os.sysconf("SC_CLK_TCK")
+
+
+def processor_s(processes: DaskProcesses, home: Path) -> float:
+    """Return the processor time of the scheduler, the workers, their servers and all that these ran, s."""
+    ours = [processes.scheduler.pid, *(worker.pid for worker in processes.workers)]
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            if str(home).encode() in (line := (place / "cmdline").read_bytes()) and b"cad.batch.server" in line:
+                ours.append(int(place.name))
+        except OSError:
+            continue
+    stats = [Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split() for each in ours]
+    return sum(int(field) for stat in stats for field in stat[11:15]) * TICK_S
+
+
+def run(jobs: Path, out: Path, environment: dict[str, str], *options: str) -> tuple[float, float]:
+    """Run a batch; return the time by the clock and the processor time of the command and its children, s."""
+    command = [sys.executable, "-m", "wpcal", "batch", str(jobs), "-o", str(out), *options]
+    before, start = os.times(), time.perf_counter()
+    subprocess.run(command, check=False, env=environment, capture_output=True)  # a job may end with UNSURE
+    after, seconds = os.times(), time.perf_counter() - start
+    used = after.children_user + after.children_system - before.children_user - before.children_system
+    return seconds, used
+
+
+def main() -> Table:
+    """Measure and return the table."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        environment = {**os.environ, FOLDER_VARIABLE: str(folder / "cache")}
+        os.environ[FOLDER_VARIABLE] = environment[FOLDER_VARIABLE]  # of the workers
+        (folder / "part.step").write_bytes(new_step_text(steel_structure(1), "structure", pcurves=False))
+        pairs, _ = touched(read_pick_part(folder / "part.step", options=SeamOptions(), choice=SeamChoice()))
+        jobs = write_jobs(folder, pairs, JOBS)
+        here, there = [], []
+        with dask_processes(folder / "dask") as processes:
+            for _ in range(2):
+                processes.add_worker()
+            for number in range(ROUNDS + 1):
+                here.append(run(jobs, folder / f"here{number}", environment, "-j", "2"))
+                before = processor_s(processes, folder)
+                clock_s, used_s = run(jobs, folder / f"there{number}", environment, "--dask", processes.address)
+                there.append((clock_s, used_s + processor_s(processes, folder) - before))
+                done = sum(1 for _ in folder.glob(f"*here{number}/*/calibration.json"))
+                if done != 2 * JOBS:
+                    raise RuntimeError(f"{done} of {2 * JOBS} jobs ended")
+    return _table(JOBS, here, there)
+
+
+def _table(count: int, here: list[tuple[float, float]], there: list[tuple[float, float]]) -> Table:
+    table = Table(title=f"wpcal batch, {count} jobs: -j 2, and --dask with two workers of one thread")
+    for heading in ("", "clock s", "processor s", "ms/job", "processor ms/job", "ratio", "of processor"):
+        table.add_column(heading, justify="right")
+    least = tuple(min(values) for values in zip(*here, strict=True))
+    rows = {
+        "-j 2": least,
+        "--dask, first run": there[0],
+        "--dask": tuple(min(values) for values in zip(*there[1:], strict=True)),
+    }
+    for name, (clock_s, used_s) in rows.items():
+        each = (clock_s, used_s, 1e3 * clock_s / count, 1e3 * used_s / count)
+        ratios = (clock_s / least[0], used_s / least[1])
+        table.add_row(name, *(f"{value:.1f}" for value in each), *(f"{value:.2f}" for value in ratios))
+    return table
