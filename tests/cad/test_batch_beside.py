@@ -36,6 +36,7 @@ def stopped(place: Place, process: Started) -> Iterator[None]:
             os.kill(each, signal.SIGCONT)
 
 
+@pytest.mark.deep
 def test_beside_a_batch_no_other_writes_into_its_folder_and_no_result_of_others_is_lost(
     reference: Reference, tmp_path: Path
 ) -> None:

@@ -75,6 +75,7 @@ def test_the_disk_of_the_output_is_full_sooner_or_later(size_kb: int, reference:
     check_out_disk(reference, tmp_path / "place", size_kb)
 
 
+@pytest.mark.deep
 def test_full_disks_of_the_cache_and_of_temporary_files_change_nothing(reference: Reference, tmp_path: Path) -> None:
     """What cannot be kept is found again by the next command."""
     place = Place(reference.jobs, tmp_path / "place")

@@ -30,7 +30,7 @@ START_S = 1.2
 SOON_S = 0.05
 """A second signal comes so soon."""
 SOURCE = Path(wpcal.__file__).parent
-IN_CI, DEEP, AT_ONCE = 4, 60, 6
+IN_CI, DEEP, AT_ONCE = 3, 60, 6
 
 
 @dataclass(frozen=True, slots=True)

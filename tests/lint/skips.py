@@ -4,7 +4,7 @@ from collections import Counter
 
 MOST_SKIPS = {
     "published controller files are not beside the repository": 11,
-    "no disk can be mounted": 1,
+    "no disk can be mounted": 2,
     "the sample files of xMCF are not here": 2,
     "rapidchecker is not installed": 4,
     "WPCAL_KRL_PARSER does not name a folder with krlParser.py": 3,

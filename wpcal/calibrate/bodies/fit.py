@@ -25,6 +25,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from wpcal.calibrate.bodies.bodies import Bodies, Contacts
+from wpcal.calibrate.bodies.curved import on_curved_faces
 from wpcal.calibrate.bodies.motions import Motions, left_jacobian
 from wpcal.calibrate.bodies.problem import LEAST_HELD, Problem, State, Whitened, linearised_each, touched_poses
 from wpcal.calibrate.touches.touches import Touches
@@ -142,6 +143,8 @@ def fit_bodies(
     problem = Problem.of(touches, body, bodies, contacts or Contacts.none(), start)
     first = problem.state(Motions.rigid(bodies, start), problem.first)
     _require_held(problem, first)
+    problem = on_curved_faces(problem, first)
+    first = problem.state(first.motions, first.shared)
     found = _settled(problem, first)
     covariance, unseen = problem.covariances(found)
     fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first))

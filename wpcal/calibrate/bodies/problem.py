@@ -197,10 +197,14 @@ class Problem:
 
     def jacobian(self, state: State) -> FloatArray:
         """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + k + s)."""
+        return np.asarray(-state.at.A @ self.material_jacobian(state))
+
+    def material_jacobian(self, state: State) -> FloatArray:
+        """Derivative of the touched places of the bodies, in `base`, by the unknowns, shape (n, 3, 6 + 6 b + k + s)."""
         at, T = state.at, state.motions.T_base_part
         whole = point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
         by_bodies = T.R @ (state.motions.jacobian(self.body, at.contact_part) * self.scales)
-        return np.asarray(-at.A @ np.concatenate([whole, by_bodies, self.shared], axis=2))
+        return np.concatenate([whole, by_bodies, self.shared], axis=2)
 
     def covariances(self, state: State) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""

@@ -1,0 +1,65 @@
+"""Laws of touches on curved faces of bodies that moved: what their tangents leave out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from tests.weldments import Weldment, uprights
+from wpcal.calibrate.bodies import Bodies, Motions, TackTolerance
+from wpcal.calibrate.bodies.bodies import Contacts
+from wpcal.calibrate.bodies.curved import BOTH, on_curved_faces
+from wpcal.calibrate.bodies.problem import Problem
+from wpcal.calibrate.touches.touches import Nearest, Touches
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.transform import RigidTransform
+
+SIGMA_MM, TACK_MM = 0.2, 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hole:
+    """The wall of a hole along z, through the origin."""
+
+    radius_mm: float
+
+    def nearest(self, rows: IntArray, points: FloatArray) -> Nearest:
+        """As `TouchTargets.nearest`; `rows` has the shape (k,), `points` (k, 3)."""
+        out = points * [1.0, 1.0, 0.0]
+        out /= np.linalg.norm(out, axis=1, keepdims=True)
+        p = self.radius_mm * out + points * [0.0, 0.0, 1.0]
+        return Nearest(p, -out, out[:, :, None] * out[:, None, :])
+
+
+def problem_of(part: Weldment, touches: Touches) -> Problem:
+    T = RigidTransform.identity(target="base", source="part")
+    touches = replace(touches, covariances=np.tile(SIGMA_MM**2 * np.eye(3), (len(touches), 1, 1)))
+    return Problem.of(touches, part.body, part.bodies, Contacts.none(), T)
+
+
+def added(part: Weldment) -> FloatArray:
+    """Return what the variance of each touch grows by."""
+    still = Motions.rigid(part.bodies, RigidTransform.identity(target="base", source="part"))
+    problem = problem_of(part, part.touched(still, 0.0, np.random.default_rng(0)))
+    curved = on_curved_faces(problem, problem.state(still, problem.first))
+    return curved.own[:, 0, 0] - problem.own[:, 0, 0]
+
+
+def test_touches_on_planes_keep_their_errors() -> None:
+    assert (added(uprights(6)) == 0.0).all()
+
+
+@pytest.mark.parametrize("radius_mm", [3.0, 10.0])
+def test_a_touch_in_a_hole_is_less_sure_by_the_bow_of_its_wall(radius_mm: float) -> None:
+    """The second moment of τ² / 2 ρ is 3 s⁴ / 4 ρ², with s the motion along the wall."""
+    bodies = Bodies(("plate",), np.array([[radius_mm, 0.0, 0.0]]), (TackTolerance(TACK_MM, 1e-3),))
+    p, n = np.array([[radius_mm, 0.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]])
+    part = Weldment(bodies, p, n, np.zeros(1, dtype=np.int64), Hole(radius_mm))  # type: ignore[arg-type]
+    expected = 3.0 * BOTH**2 * TACK_MM**4 / (4.0 * radius_mm**2)
+    found = added(part)[0]
+    if expected < 0.02 * SIGMA_MM**2:
+        assert found == 0.0
+    else:
+        assert found == pytest.approx(expected, rel=0.2)
