@@ -4,6 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest
 
+# As the commands of wpcal do (wpcal/threads.py): tests run beside one another, and threads would wait for one another.
+export OMP_NUM_THREADS = 1
+export OPENBLAS_NUM_THREADS = 1
+
 .PHONY: demo test check js other-pythons lowest attack deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/

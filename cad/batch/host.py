@@ -25,9 +25,8 @@ from cad.kernel.frames import read_packet, write_packet
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
 from wpcal.core.errors import InputError, KernelError
+from wpcal.threads import ONE_THREAD
 
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-"""Jobs run beside one another, so each of them computes with one thread; the order of its sums is then also fixed."""
 END_S = 10.0
 """The server needs less than a second to end its processes and to remove what they began."""
 LAST_BYTES = 10_000
@@ -112,7 +111,7 @@ class Host:
         with theirs:
             self._server = subprocess.Popen(
                 [sys.executable, "-P", "-m", "cad.batch.server", *map(str, (os.getpid(), lock, work)), *modules],
-                env={**child_environment(), **dict.fromkeys(ONE_THREAD, "1")},
+                env={**child_environment(), **ONE_THREAD},
                 stdin=theirs.fileno(),
                 stdout=self._noise,
                 stderr=self._noise,

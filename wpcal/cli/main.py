@@ -13,6 +13,7 @@ from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
 from wpcal.collector import collect_rarely
 from wpcal.printable import printable
+from wpcal.threads import use_one_thread
 
 EXIT_OUR_FAULT = 70
 EXIT_OF_SIGNAL = 128
@@ -40,6 +41,7 @@ def run(arguments: list[str] | None = None) -> None:
     is printed.
     """
     collect_rarely()
+    use_one_thread()
     output = protect_streams()
     code = _run(arguments)
     if output is not None:
