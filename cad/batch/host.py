@@ -108,6 +108,7 @@ class Host:
         self._channels: dict[int, Channel] = {}
         self._work = work
         self._requests: dict[int, GroupRequest] = {}
+        self._all_ended, held = os.pipe()  # all processes hold the other end: it can be read when the last has ended
         with theirs:
             self._server = subprocess.Popen(
                 [sys.executable, "-P", "-m", "cad.batch.server", *map(str, (os.getpid(), lock, work)), *modules],
@@ -115,9 +116,10 @@ class Host:
                 stdin=theirs.fileno(),
                 stdout=self._noise,
                 stderr=self._noise,
-                pass_fds=(lock,),
+                pass_fds=(lock, held),
                 start_new_session=True,  # Ctrl-C reaches the command only, which ends the server
             )
+        os.close(held)
         try:
             work.mkdir()  # when there is a server, which removes it even if the command is killed
         except OSError as error:
@@ -189,6 +191,8 @@ class Host:
         except subprocess.TimeoutExpired:
             self._server.kill()
             self._server.wait()
+        select.select([self._all_ended], [], [], END_S)  # those of a server that was killed may still write
+        os.close(self._all_ended)
         self._noise.close()
 
     def _heard(self, group: int) -> list[Event]:

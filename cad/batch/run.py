@@ -6,7 +6,6 @@ import errno
 import os
 import secrets
 import shutil
-import time
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
@@ -104,19 +103,10 @@ def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
             )
         yield descriptor, work.resolve()
     finally:
-        _remove(work)
+        shutil.rmtree(work, ignore_errors=True)
         os.close(descriptor)
         if is_new:
             with_nothing(out)
-
-
-def _remove(work: Path) -> None:
-    """Remove the unfinished work. If the server was killed, its processes still end, and may write meanwhile."""
-    until = time.monotonic() + WAIT_FOR_LOCK_S
-    shutil.rmtree(work, ignore_errors=True)
-    while work.exists() and time.monotonic() < until:
-        time.sleep(STEP_S)
-        shutil.rmtree(work, ignore_errors=True)
 
 
 def with_nothing(out: Path) -> None:

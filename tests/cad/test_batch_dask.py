@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import runpy
 import shutil
@@ -24,7 +25,7 @@ from cad.batch.sent_files import Copies, Reader
 from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import FINISHED, TIMEOUT_S, run_here
-from wpcal.dask.cluster import Cluster
+from wpcal.dask.cluster import Call, Cluster
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 REPEATS = 4
@@ -220,6 +221,15 @@ def test_files_that_a_file_names_are_sent_with_it(tmp_path: Path) -> None:
 def test_the_trials_of_a_study_are_the_same_numbers(dask: DaskProcesses) -> None:
     command = ("study", FIXTURES / "yin2003" / "table1.csv", "--trials", "9000", "--seed", "3", "--json")
     assert run_here(*command, "--dask", dask.address).stdout == run_here(*command).stdout
+
+
+def test_a_notebook_reaches_the_scheduler_while_its_loop_runs(dask: DaskProcesses) -> None:
+    async def call() -> list[object]:
+        with Cluster(dask.address) as cluster:
+            calls = iter([Call(7, abs, (-2,))])
+            return list(cluster.results(lambda _: next(calls, None)))
+
+    assert asyncio.run(call()) == [(7, 2)]
 
 
 def test_a_worker_with_another_version_is_refused(

@@ -14,7 +14,7 @@ NAMES = ("SIGTERM", "SIGHUP")
 """What a shell, a service manager or a closed terminal sends. Windows has the first only."""
 
 SOON_S = 2.0
-"""To remove what was begun takes less than this."""
+"""To remove what was begun takes less than this. A signal that comes later ends the removal, too."""
 
 
 class Stopped(KeyboardInterrupt):
@@ -49,9 +49,10 @@ def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
 
     def stop(number: int, _: FrameType | None) -> None:
         nonlocal last_s
-        before_s, last_s = last_s, time.monotonic()
-        if last_s - before_s < SOON_S:
+        now_s = time.monotonic()
+        if now_s - last_s < SOON_S:
             return
+        last_s = now_s
         raised.append(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
         raise raised[-1]
 

@@ -270,6 +270,7 @@ class Cluster:
 def _require_scheduler_at(address: str) -> None:
     """Refuse an address where something else listens: the client of Dask would wait for it without end."""
     import asyncio
+    from concurrent.futures import ThreadPoolExecutor
 
     from distributed.core import rpc
     from distributed.security import Security
@@ -279,7 +280,8 @@ def _require_scheduler_at(address: str) -> None:
         async with rpc(address, timeout=CONNECT_S, connection_args=settings) as there:  # type: ignore[no-untyped-call]
             return await there.identity()
 
-    kind = asyncio.run(asyncio.wait_for(ask(), CONNECT_S))["type"]
+    with ThreadPoolExecutor(1) as thread:  # in this one a loop may run: a notebook, for example
+        kind = thread.submit(lambda: asyncio.run(asyncio.wait_for(ask(), CONNECT_S))).result()["type"]
     if kind != "Scheduler":
         raise ValueError(f"a {str(kind).lower()} of Dask is there")
 
