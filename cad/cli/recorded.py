@@ -17,7 +17,6 @@ from cad.batch.inputs_now import FoundInputs
 from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
 from cad.cli.calibrate import calibrate, file_arguments
 from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
-from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import USUAL_MEANS, Means
@@ -100,6 +99,8 @@ def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: A
 
 def calibrate_demo(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:
     """Do the work of `wpcal demo`: its inputs are in the folder of its results."""
+    from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample  # it loads the CAD kernel
+
     part, taught = SAMPLE_INPUTS
     means = recording((part, taught, "--out", str(out)), "", {})
     return calibrate_sample(out=out, overwrite=overwrite, means=means, progress=progress)

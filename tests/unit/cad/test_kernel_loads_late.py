@@ -4,7 +4,16 @@ import subprocess
 import sys
 from importlib.metadata import entry_points
 
-IN_THE_PARENT = ("cad.kernel.child", "cad.pick.server", "cad.sheet", "cad.workpiece.fit_taught", "cad.workpiece.advise")
+IN_THE_PARENT = (
+    "cad.batch.host",
+    "cad.cli.calibrate_jobs",
+    "cad.cli.recorded",
+    "cad.kernel.child",
+    "cad.pick.server",
+    "cad.sheet",
+    "cad.workpiece.advise",
+    "cad.workpiece.fit_taught",
+)
 """Modules that commands import in their own process to prepare the work of the child and to show its result."""
 
 
