@@ -62,11 +62,14 @@ def main() -> Table:
         (folder / "part.step").write_bytes(new_step_text(steel_structure(1), "structure", pcurves=False))
         pairs, _ = touched(read_pick_part(folder / "part.step", options=SeamOptions(), choice=SeamChoice()))
         jobs = write_jobs(folder, pairs, JOBS)
-        several = run("batch", jobs, "-o", folder / "out", "-j", "2", environment=environment)
-        done = sum(1 for _ in (folder / "out").glob("*/calibration.json"))
-        if done != JOBS:
-            raise RuntimeError(f"{done} of {JOBS} jobs ended")
-        one = np.sum(
+        several = {}
+        for pages, name in (("none", "batch, no page"), ("all", "batch, all pages")):
+            out = folder / f"out-{pages}"
+            several[name] = run("batch", jobs, "-o", out, "-j", "2", "--report", pages, environment=environment)
+            done = sum(1 for _ in out.glob("*/calibration.json"))
+            if done != JOBS:
+                raise RuntimeError(f"{done} of {JOBS} jobs ended")
+        several["calibrate"] = np.sum(
             [
                 run(
                     "calibrate",
@@ -80,7 +83,8 @@ def main() -> Table:
             ],
             axis=0,
         )
-        for name, (clock_s, processor_s), count in (("batch", several, JOBS), ("calibrate", one, SINGLE_RUNS)):
+        for name, (clock_s, processor_s) in several.items():
+            count = SINGLE_RUNS if name == "calibrate" else JOBS
             each = (clock_s, processor_s, clock_s / count, processor_s / count)
             table.add_row(name, *(f"{value:.3f}" for value in each))
     return table
