@@ -207,7 +207,8 @@ def _told(stream: Writes, work: Callable[[], Any]) -> Any:
     except WpcalError as error:
         write_frame(stream, "error", (str(error), _errno_behind(error)))
     except OSError as error:
-        write_frame(stream, "error", (f"{error.filename}: {(error.strerror or str(error)).lower()}", error.errno or 0))
+        where = error.filename or tempfile.gettempdir()  # a write that fails names no file: jobs write only there
+        write_frame(stream, "error", (f"{where}: {(error.strerror or str(error)).lower()}", error.errno or 0))
     except Exception as error:  # the outermost handler of this process: the other side must learn of every exception
         if type(error).__module__.startswith("OCP."):
             what = f"the CAD kernel failed ({type(error).__name__}: {error}); the file may be damaged"
