@@ -17,6 +17,7 @@ import click
 from cad.cli.options import no_cache_option
 from wpcal.cli.option_groups import option, takes
 from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
+from wpcal.cli.signals import ENDING
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -33,8 +34,6 @@ MOST_AT_ONCE = 256
 MOST_SHOWN = 10
 """Failed jobs that the terminal lists; the summary lists all."""
 RESUME = "--resume"
-ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that ask a command to end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

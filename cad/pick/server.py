@@ -42,6 +42,7 @@ from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
 from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import FileChangedError, SharedTable
+from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
 
@@ -53,8 +54,6 @@ INTERNAL = "internal"
 """Code of a defect of wpcal: any exception that is not a `WpcalError`."""
 SECONDS_TO_END = 2
 """Time for requests in progress when the server is told to end."""
-ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Ctrl-C, and what a service manager or a closed terminal sends. Windows has no SIGHUP."""
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-NAMES = ("SIGTERM", "SIGHUP")
-"""What a shell, a service manager or a closed terminal sends. Windows has the first only."""
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Ctrl-C, and what a shell, a service manager or a closed terminal sends. Windows has no SIGHUP."""
 
 SOON_S = 2.0
 """To remove what was begun takes less than this. A signal that comes later ends the removal, too."""
@@ -56,8 +56,7 @@ def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
         raised.append(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
         raise raised[-1]
 
-    numbers = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, *numbers)}
+    handlers = {number: signal.getsignal(number) for number in ENDING}
     taken = {n: handler for n, handler in handlers.items() if handler in (signal.SIG_DFL, signal.default_int_handler)}
     for number in taken:
         signal.signal(number, stop)
