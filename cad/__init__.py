@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wpcal.lazy_names import lazy_names
+from wpcal.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from cad.kernel.to_brep import to_brep

@@ -9,8 +9,8 @@ import numpy as np
 from cad.kernel.to_brep import to_brep
 from cad.samples.parts import SAMPLES
 from wpcal.brep.curves import edge_polylines
-from wpcal.features import feature_named, find_features
 from wpcal.seam import detect_seams
+from wpcal.taught.features import feature_named, find_features
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt

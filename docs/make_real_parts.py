@@ -24,8 +24,8 @@ from wpcal.calibrate import calibrate
 from wpcal.core.errors import WpcalError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
-from wpcal.features import find_features
 from wpcal.seam import SeamOptions
+from wpcal.taught.features import find_features
 
 PAGE = Path(__file__).with_name("real-parts.md")
 REPEATS = 3

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from wpcal.drift import PartJobs
+from wpcal.study.drift import PartJobs
 
 AT_MM = np.array([1200.0, 300.0, 400.0])
 FIXTURE_MM, FIXTURE_DEG, TOUCH_MM = 0.3, 0.05, 0.1

@@ -1,7 +1,7 @@
 """What controllers do with written programs: the moves are read from the text and interpolated, without wpcal.
 
 Each function reads the instructions between ARC ON and ARC OFF of a program with one seam, and the poses that they
-name, in the frame of the part. Sources of what the languages do: `wpcal.moves.interpolation`.
+name, in the frame of the part. Sources of what the languages do: `wpcal.robot.moves.interpolation`.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ from functools import cache
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.features import find_features
 from wpcal.seam import SeamOptions, detect_seams
-from wpcal.touchplan import TouchPart
+from wpcal.taught.features import find_features
+from wpcal.touch.plan import TouchPart
 
 
 @cache

@@ -13,8 +13,8 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
-from wpcal.searches import Contact, Search, TouchPlan, touches_csv, touches_record
-from wpcal.searches.record import TOUCHES_FILE
+from wpcal.touch.searches import Contact, Search, TouchPlan, touches_csv, touches_record
+from wpcal.touch.searches.record import TOUCHES_FILE
 
 TEE_PLAN = Path(__file__).parents[1] / "fixtures" / "tee" / "touches_plan"
 TWO_TOUCHES = TEE_PLAN.with_name("two_touches")

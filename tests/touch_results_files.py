@@ -11,7 +11,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, zyx_angles
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.searches import STORED_NUMBERS, Outcome, TouchPlan, halves_of
+from wpcal.touch.searches import STORED_NUMBERS, Outcome, TouchPlan, halves_of
 
 Stored = Mapping[str, FloatArray | Outcome]
 """Of each search: the place in `part` as planned, or why there is none."""

@@ -18,9 +18,9 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.searches import Search
-from wpcal.searches.setup import TouchSetup
-from wpcal.touchplan import NominalError, TouchPart
+from wpcal.touch.plan import NominalError, TouchPart
+from wpcal.touch.searches import Search
+from wpcal.touch.searches.setup import TouchSetup
 
 RIM = 16
 """Points around the wire, at its end and above it."""

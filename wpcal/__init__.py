@@ -11,18 +11,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wpcal.lazy_names import lazy_names
+from wpcal.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from wpcal.advise import advise_touches
     from wpcal.calibrate import Criterion
     from wpcal.calibrate import calibrate as calibrate_points
     from wpcal.calibrate.bodies.plane_touches import calibrate_bodies, predict_body_errors
     from wpcal.core import PointPairs, RigidTransform, WpcalError
-    from wpcal.features import feature_named, find_features
     from wpcal.results import schema_text
     from wpcal.seam import SeamOptions, StepOptions, detect_seams
     from wpcal.taught import TaughtPoints, pair_points, read_taught
+    from wpcal.taught.features import feature_named, find_features
+    from wpcal.touch.advise import advise_touches
 
 __version__ = "0.1.0"
 
@@ -34,12 +34,12 @@ _HOMES = {
     "StepOptions": "wpcal.seam:StepOptions",
     "TaughtPoints": "wpcal.taught:TaughtPoints",
     "WpcalError": "wpcal.core:WpcalError",
-    "advise_touches": "wpcal.advise:advise_touches",
+    "advise_touches": "wpcal.touch.advise:advise_touches",
     "calibrate_bodies": "wpcal.calibrate.bodies.plane_touches:calibrate_bodies",
     "calibrate_points": "wpcal.calibrate:calibrate",
     "detect_seams": "wpcal.seam:detect_seams",
-    "feature_named": "wpcal.features:feature_named",
-    "find_features": "wpcal.features:find_features",
+    "feature_named": "wpcal.taught.features:feature_named",
+    "find_features": "wpcal.taught.features:find_features",
     "pair_points": "wpcal.taught:pair_points",
     "predict_body_errors": "wpcal.calibrate.bodies.plane_touches:predict_body_errors",
     "read_taught": "wpcal.taught:read_taught",

@@ -25,7 +25,7 @@ from cad.kernel.frames import read_packet, write_packet
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
 from wpcal.core.errors import InputError, KernelError
-from wpcal.threads import ONE_THREAD
+from wpcal.core.threads import ONE_THREAD
 
 END_S = 10.0
 """The server needs less than a second to end its processes and to remove what they began."""

@@ -27,7 +27,6 @@ class FoundInputs:
 
     Parameters
     ----------
-    part, taught : Path
     words : tuple of str
         The options. Files that they name are absolute.
     """

@@ -113,7 +113,6 @@ def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...
 
     Parameters
     ----------
-    path : Path
     options : mapping
         What columns besides job, part, taught and when may be called: the long flags without the dashes in front, with
         underscores (``sigma_mm``).

@@ -22,7 +22,7 @@ from cad.batch.run import Task, require_room
 from cad.batch.sent_files import FilesOfOptions, Reader, SentFile
 from wpcal.core.errors import InputError
 from wpcal.core.whole_folder import flushed_later
-from wpcal.dask.cluster import Call, CallFailed, Cluster
+from wpcal.study.dask.cluster import Call, CallFailed, Cluster
 
 SMALL = 65_536
 """Bytes. A larger file that several jobs name is sent once, and workers take it from one another."""
@@ -45,7 +45,6 @@ def run_on_dask(
         Their arguments name a part, taught points and options, and the folder ``out`` of the results.
     requests : mapping
         What opens each group.
-    cluster : Cluster
     modules : sequence of str
         Loaded once by each worker's server.
     files_of_options : callable

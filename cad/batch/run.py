@@ -36,7 +36,6 @@ class Task:
 
     Parameters
     ----------
-    number : int
     group : hashable
         Jobs of the same group share what is found in their part.
     arguments : dict
@@ -75,7 +74,6 @@ def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
 
     Parameters
     ----------
-    out : Path
     overwrite : bool
         Whether the folder may hold files.
 
@@ -129,10 +127,8 @@ def run_tasks(
 
     Parameters
     ----------
-    tasks : sequence of Task
     requests : dict
         What opens each group.
-    host : Host
     at_once : int
         How many processes work at the same time.
     done : callable
@@ -174,7 +170,6 @@ class Jobs:
 
     Parameters
     ----------
-    host : Host
     at_once : int
         How many processes work at the same time.
     done : callable

@@ -104,7 +104,6 @@ class Copies:
     ----------
     folder : Path
         In which they get folders.
-    files : sequence of SentFile
     contents : sequence of bytes
         One per file.
     """

@@ -41,7 +41,6 @@ def summary_line(job: Job, result: Mapping[str, Any] | None, *, seconds: float |
 
     Parameters
     ----------
-    job : Job
     result : mapping, optional
         The field ``result`` of ``job.json``; None if the job failed.
     seconds : float, optional

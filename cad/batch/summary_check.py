@@ -48,7 +48,6 @@ def check_summary(out: Path, lines: list[dict[str, Any]]) -> Iterator[Difference
 
     Parameters
     ----------
-    out : Path
     lines : list of dict
         From `read_summary`.
     """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cad.batch.job_list import Job
     from cad.batch.run import Task
     from cad.batch.summary import Summary
-    from wpcal.dask.cluster import Cluster
+    from wpcal.study.dask.cluster import Cluster
 
 USUAL_JOB_S, USUAL_JOB_GB = 600.0, 8.0
 """Limits of one job: those of the CAD kernel's process in the other commands."""
@@ -178,7 +178,7 @@ class _Batch:
     ) -> None:
         from cad.batch.on_dask import run_on_dask
         from cad.cli.calibrate_jobs import PRELOADED, files_of_options
-        from wpcal.dask.cluster import Cluster
+        from wpcal.study.dask.cluster import Cluster
 
         cluster = Cluster(address)
         running.callback(_end, cluster)

@@ -98,7 +98,6 @@ class CalibrationFlags:
         ----------
         run : TouchRun or None
             A run of a touch program: it knows the nominal place, and its criterion is weighted if none is given.
-        is_criterion_given : bool
 
         Raises
         ------

@@ -49,7 +49,7 @@ PRELOADED = (
     "cad.step.open_text",
     "cad.kernel.tessellate",
     "cad.kernel.to_brep",
-    "wpcal.advise",
+    "wpcal.touch.advise",
     "wpcal.controllers.taught_program",
     "wpcal.controllers.touch_run",
     "wpcal.planning.cell.grasp",
@@ -126,7 +126,6 @@ class OpenedPart:
 
     Parameters
     ----------
-    workpiece : Workpiece
     sha256 : str
         Of the bytes of its file.
     means : Means
@@ -205,7 +204,6 @@ def run_job(
 
     Parameters
     ----------
-    opened : OpenedPart
     folder : Path
         For unfinished work.
     name, part, taught : str

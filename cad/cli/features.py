@@ -12,7 +12,7 @@ from cad.cli.options import KIND_LETTERS, no_cache_option
 from wpcal.cli.shared_help import JSON_HELP, KIND_HELP
 
 if TYPE_CHECKING:
-    from wpcal.features import ReferenceFeature
+    from wpcal.taught.features import ReferenceFeature
 
 
 @click.command()
@@ -43,7 +43,7 @@ def features(
     The last three are listed with --all or --kind, and always in --json.
     """
     from cad.cli.kernel_work import run_on_part
-    from wpcal.features import FeatureKind, choose_features
+    from wpcal.taught.features import FeatureKind, choose_features
 
     place = None if near is None else _place(near)
     judged, notes, issues = run_on_part(
@@ -56,7 +56,7 @@ def features(
     ease = {item.feature.name: item.ease.word for item in judged}
     if as_json:
         from wpcal.core.records import to_json
-        from wpcal.features import features_record
+        from wpcal.taught.features import features_record
 
         members = notes.to_record()["members"]
         click.echo(to_json({**features_record(chosen, ease, issues), "members": members}), nl=False)
@@ -76,7 +76,7 @@ def features(
 
 def _easy(chosen: Sequence[ReferenceFeature], ease: Mapping[str, str]) -> Sequence[ReferenceFeature]:
     """Return the features that can be touched well; all if there are none."""
-    from wpcal.features import Ease
+    from wpcal.taught.features import Ease
 
     easy = {Ease.SHARP.word, Ease.ROUND.word}
     return [feature for feature in chosen if ease[feature.name] in easy] or chosen

@@ -13,7 +13,7 @@ from wpcal.cli.program_options import ProgramFlags
 from wpcal.cli.shared_help import JSON_HELP, KIND_HELP, SIGMA_HELP
 
 if TYPE_CHECKING:
-    from wpcal.match import Match
+    from wpcal.taught.match import Match
 
 MOST_SHOWN = 20
 """Answers shown; --json has all of them."""
@@ -56,7 +56,7 @@ def match(
     stderr says what would decide.
     """
     from cad.cli.kernel_work import run_on_part
-    from wpcal.features import POINT_KINDS, FeatureKind
+    from wpcal.taught.features import POINT_KINDS, FeatureKind
 
     arguments = {
         "taught": reading.read_taught(taught),

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from wpcal.advise.moved_advice import AdvisedTouch, MovedAdvice
+    from wpcal.touch.advise.moved_advice import AdvisedTouch, MovedAdvice
 
 
 def show_moved_advice(console: Console, found: MovedAdvice, part: str) -> None:

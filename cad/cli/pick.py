@@ -219,8 +219,6 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
 
     Parameters
     ----------
-    out : Path
-    part_step : Path
     is_asked : bool
         Whether a person gave the name for saving. A table that was only opened may be read-only: the page saves it
         under another name.

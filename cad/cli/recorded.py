@@ -52,7 +52,6 @@ def recording(words: Sequence[str], taught_sha256: str, noted: Mapping[str, str]
 
     Parameters
     ----------
-    words : sequence of str
     taught_sha256, noted
         As of `asked_inputs`. Decisions that are written into the folder with its seams have no hash yet.
     """
@@ -87,7 +86,6 @@ def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: A
 
     Parameters
     ----------
-    inputs : JobInputs
     accept_unsure : bool
         Whether UNSURE ends the command with code 0.
     **arguments
@@ -129,7 +127,6 @@ class Claim:
 
     Parameters
     ----------
-    folder : Path
     record : dict
         Its ``job.json``.
     now : FoundInputs

@@ -96,8 +96,8 @@ def _options(out: Path, points: str | None, taught: Path | None, paper: str) -> 
         raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
     if taught is not None:
         from cad.sheet.touches import read_touches_to_make, touches_of_plan
-        from wpcal.searches.record import read_touch_plan
         from wpcal.taught.table import read_features_to_touch
+        from wpcal.touch.searches.record import read_touch_plan
 
         if points is not None:
             raise InputError("give either TAUGHT.csv or --touch")

@@ -9,9 +9,9 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
-    from wpcal.features import ReferenceFeature
     from wpcal.seam import Seam
     from wpcal.seam.member.note import MemberNotes
+    from wpcal.taught.features import ReferenceFeature
 
 MOST_SHOWN = 6
 """Names of solids in one row of the table of members."""
@@ -61,8 +61,6 @@ def seams_table(
 
     Parameters
     ----------
-    seams : sequence of Seam
-    title : str
     u95_mm : sequence of ndarray, shape (frames,), optional
         The predicted 95 % error at every frame of each seam, mm; its largest value is shown.
     with_gaps : bool

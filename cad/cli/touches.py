@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from cad.workpiece.touches import DrawnTouches
     from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.seam.torch import TorchShape
-    from wpcal.searches import SeamPrediction, Search, TouchPlan
-    from wpcal.touchplan import TouchOptions
+    from wpcal.touch.plan import TouchOptions
+    from wpcal.touch.searches import SeamPrediction, Search, TouchPlan
 
 PATTERNS = ("best", "3-2-1", "three-point")
-"""`wpcal.touchplan.Pattern`; written out so that the help needs no NumPy."""
+"""`wpcal.touch.plan.Pattern`; written out so that the help needs no NumPy."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,9 +92,9 @@ class TouchFlags:
         """Check the numbers and return them as the plan takes them."""
         import math
 
-        from wpcal.searches import TouchSetup
-        from wpcal.searches.setup import read_touch_setup
-        from wpcal.touchplan import NominalError, Pattern, TouchOptions
+        from wpcal.touch.plan import NominalError, Pattern, TouchOptions
+        from wpcal.touch.searches import TouchSetup
+        from wpcal.touch.searches.setup import read_touch_setup
 
         return TouchOptions(
             touches=self.touches,
@@ -202,8 +202,8 @@ def touches(
     from wpcal.core.records import check_writable, new_directory, to_json
     from wpcal.pages.touches import build_touches_page
     from wpcal.seam.names import split_names
-    from wpcal.searches import touches_csv, touches_record
-    from wpcal.searches.record import TOUCHES_FILE
+    from wpcal.touch.searches import touches_csv, touches_record
+    from wpcal.touch.searches.record import TOUCHES_FILE
 
     seam_options = seams.to_options()
     options = touching.to_options(seam_options.reach.torch)

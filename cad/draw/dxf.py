@@ -52,10 +52,6 @@ SMALLEST_TEXT_MM = 0.1
 def write_dxf(program: WeldProgram) -> dict[str, str]:
     """Write one DXF file with all seams and taught points.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to str

@@ -33,10 +33,6 @@ SEAM_COLOUR = np.array([240, 140, 20, 255], dtype=np.uint8)
 def write_glb(program: WeldProgram) -> dict[str, bytes]:
     """Write one GLB file.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to bytes

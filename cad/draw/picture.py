@@ -32,10 +32,8 @@ def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
 
     Parameters
     ----------
-    graph : BrepGraph
     seams : sequence of Seam
         With frames in `part`. Accepted seams are red with their names at their middles; others are grey and dashed.
-    title : str
 
     Returns
     -------

@@ -62,7 +62,6 @@ class RecognisedCurve:
 
     Parameters
     ----------
-    kind : CurveKind
     frame : ndarray, shape (4, 3)
         As in `BrepGraph.edge_frame`, mm. A line starts at the curve's first point; a circle has it on its x axis.
     radius : float

@@ -73,7 +73,6 @@ def end_with_parent(
 
     Parameters
     ----------
-    parent : int
     number : int
         The signal.
     too_late : callable
@@ -131,7 +130,7 @@ def _answer(channel: IO[bytes], target: str, arguments: Mapping[str, Any], *, wa
     """Call the function and send its result, its error, or a defect as one frame."""
     from cad.kernel.frames import write_frame
     from cad.kernel.system_libraries import libgl_explained
-    from wpcal.collector import collect_rarely
+    from wpcal.core.collector import collect_rarely
     from wpcal.core.errors import KernelError, OutOfMemoryError, WpcalError
 
     collect_rarely()

@@ -30,7 +30,6 @@ def make_wire(
 
     Parameters
     ----------
-    graph : BrepGraph
     edge : ndarray of int, shape (k,)
         Edges of the graph; each piece begins where the one before ends.
     t0, t1 : ndarray, shape (k,)

@@ -28,7 +28,6 @@ def add_sections(
 
     Parameters
     ----------
-    graph : BrepGraph
     shapes : sequence of kernel shapes
         The solids that the graph was made from, in its order.
     pairs : ndarray of int, shape (k, 2)
@@ -36,7 +35,6 @@ def add_sections(
 
     Returns
     -------
-    graph : BrepGraph
     pieces : SeamPieces
         Wall and base are the two faces that meet.
     issues : tuple of Issue

@@ -71,7 +71,6 @@ def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[byte
 
     Parameters
     ----------
-    solids : sequence of StepSolid
     sha256 : str, optional
         Of the STEP file, for the record.
 

@@ -35,7 +35,6 @@ class Listening:
 
     Parameters
     ----------
-    socket : socket.socket
     hosts : tuple of str
         The values of the header ``Host`` that are this server; the first is part of the address.
     is_local : bool

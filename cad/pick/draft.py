@@ -31,7 +31,6 @@ class Keyed:
 
     Parameters
     ----------
-    rows : Rows
     keys : tuple of str
         One per row, all different. A row keeps its key when its cells change.
     """
@@ -73,7 +72,6 @@ class Draft:
 
     Parameters
     ----------
-    table : Keyed
     part_name : str
         File name of the part.
     part_sha256 : str

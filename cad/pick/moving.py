@@ -17,10 +17,8 @@ class MovingChoice:
 
     Parameters
     ----------
-    is_on : bool
     tack_mm, tack_mrad : float or None
         None: not stated.
-    keeps_contacts : bool
     contact_mm : float or None
         How far contacts come apart; None: not stated.
     bending_mm : float or None

@@ -13,7 +13,7 @@ from cad.pick.touches import planned_touches
 from cad.workpiece.advise_bodies import advise_bodies
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.workpiece import Workpiece
-from wpcal.features import ReferenceFeature
+from wpcal.taught.features import ReferenceFeature
 
 FIRST_POINTS = 4
 """As many are suggested at first: they hold the whole part. Then one at a time."""
@@ -36,14 +36,12 @@ def next_for_bodies(
 
     Parameters
     ----------
-    part : PickPart
     weldment : Workpiece
         The part with the curves on which its seams lie.
     rows : Rows
         Touches on faces and edges count as well as features.
     named : tuple
         Features of rows that are fitted, and of other rows.
-    choice : BodiesOptions
     sigma_mm : float
         Teaching error per axis.
     ball_mm : float

@@ -21,7 +21,6 @@ class Found:
 
     Parameters
     ----------
-    out : Path
     raw : bytes or None
         The table's file.
     rows : Rows
@@ -97,9 +96,6 @@ def start_table(
 
     Parameters
     ----------
-    found : Found
-    part : PickPart
-    part_step : Path
     given : Rows, optional
         Rows of another file.
     given_name : str
@@ -113,7 +109,6 @@ def start_table(
 
     Returns
     -------
-    table : SharedTable
     notes : tuple of str
         What a person must know about these rows.
 

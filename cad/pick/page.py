@@ -23,8 +23,6 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
 
     Parameters
     ----------
-    part : PickPart
-    options : CalibrateOptions
     notes : sequence of str
         What a person must know about the rows and the seams at the start.
     revision : int

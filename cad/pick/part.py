@@ -13,9 +13,9 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.progress import Progress, no_progress
-from wpcal.features import Touchable
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.edit import apply_edits
+from wpcal.taught.features import Touchable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +24,6 @@ class PickPart:
 
     Parameters
     ----------
-    file_name : str
     sha256 : str
         Hash of the file.
     workpiece : Workpiece

@@ -71,8 +71,6 @@ class PickServer:
 
     Parameters
     ----------
-    session : PickSession
-    table : SharedTable
     page : str
         HTML.
     seams : SharedSeams, optional
@@ -162,7 +160,6 @@ class Guard:
 
     Parameters
     ----------
-    app : ASGI application
     hosts : tuple of str
         Addresses with the port, as the browser must name them.
     token : str

@@ -21,20 +21,20 @@ from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, 
 from cad.workpiece.moved_bodies import fit_weldment
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.workpiece import Workpiece
-from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.printable import printable
 from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature, feature_named
-from wpcal.printable import printable
 from wpcal.results.next_steps import next_steps
 from wpcal.seam import Seam
+from wpcal.taught.features import ReferenceFeature, feature_named
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
+from wpcal.touch.advise import advise_set
 
 FIRST_LINE = 2
 """Line of the first complete row in the text of `Rows.to_csv`; the header is line 1."""
@@ -50,9 +50,6 @@ class PickSession:
 
     Parameters
     ----------
-    part : PickPart
-    options : CalibrateOptions
-    T_nominal_part : RigidTransform or None
     program : ProgramReading
         Which points of robot programs to read, and how they come into the base frame.
     seams_revision : int
@@ -101,10 +98,6 @@ class PickSession:
 
     def fit(self, rows: Rows) -> dict[str, Any]:
         """Fit the complete rows exactly as `wpcal calibrate` fits the saved file.
-
-        Parameters
-        ----------
-        rows : Rows
 
         Returns
         -------
@@ -162,7 +155,6 @@ class PickSession:
 
         Returns
         -------
-        rows : Rows
         left_out : tuple of str
             Points of a program without coordinates, each with the reason.
 
@@ -206,7 +198,7 @@ class PickSession:
         ------
         InputError
             When the name of a feature is unknown, rows were touched on faces of a part that is one body, or as in
-            `wpcal.advise.advise`.
+            `wpcal.touch.advise.advise`.
         """
         choice = self.moving.to_options(self.groups)
         if "kind" in rows.columns and choice is None:
@@ -280,7 +272,6 @@ def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
 
     Parameters
     ----------
-    error : WpcalError
     rows : Rows, optional
         The rows that were fitted or saved.
 
@@ -348,7 +339,6 @@ def place_points(points: list[dict[str, Any]], row_of: Mapping[str, int], T_base
         ``points`` of ``calibration.json``; they are changed.
     row_of : mapping of str to int
         By name of the point.
-    T_base_part : RigidTransform
     """
     for point in points:
         point["row"] = row_of[point["name"]]

@@ -289,7 +289,6 @@ def start_seams(
 
     Parameters
     ----------
-    session : PickSession
     part_step, out : Path
         The part and the table.
     given : Path, optional

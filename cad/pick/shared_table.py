@@ -45,7 +45,6 @@ class FileChangedError(InputError):
 
     Parameters
     ----------
-    message : str
     sha256 : str
         Hash of the file as it is now. A Save that states this hash replaces the file.
     """
@@ -70,7 +69,6 @@ class SharedTable:
     ----------
     out : Path
         The file that Save writes.
-    part : PickPart
     start : Keyed
         The rows at the start.
     file_sha256 : str or None
@@ -122,7 +120,6 @@ class SharedTable:
 
         Parameters
         ----------
-        table : Keyed
         revision : int
             Revision on which the change is based.
         window : str

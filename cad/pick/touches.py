@@ -18,9 +18,9 @@ from wpcal.calibrate.touches.touches import Touches
 from wpcal.calibrate.uncertainty import error_95
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, GeometryError, InputError, WpcalError
-from wpcal.features import ReferenceFeature, feature_named
 from wpcal.seam import Seam
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
+from wpcal.taught.features import ReferenceFeature, feature_named
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.touched_face import touched_face
 
@@ -33,7 +33,6 @@ def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str,
 
     Parameters
     ----------
-    part : PickPart
     point, normal : ndarray, shape (3,)
         Of the triangle that was clicked, in `part`, mm.
 
@@ -69,7 +68,6 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
 
     Parameters
     ----------
-    part : PickPart
     rows : Rows
         Those with use ``yes`` and a model point or a feature count.
     sigma_mm : float
@@ -115,7 +113,6 @@ def planned_touches(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches
 
     Parameters
     ----------
-    part : PickPart
     rows : Rows
         Those with use ``yes`` and a model point or a feature count.
     ball_mm : float

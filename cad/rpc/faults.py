@@ -23,8 +23,6 @@ def fault_line_of(request_id: Id, error: Exception, message: Mapping[str, Any]) 
 
     Parameters
     ----------
-    request_id : int or str
-    error : exception
     message : mapping
         The request: an error about a row of its table names the row.
     """

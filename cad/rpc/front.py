@@ -45,7 +45,6 @@ class Running:
 
     Parameters
     ----------
-    request : Request
     ends_at : float
         Time limit, on the clock of `time.monotonic`.
     message : dict
@@ -79,7 +78,6 @@ class Front:
 
     Parameters
     ----------
-    requests, answers : int
     limits : Limits, optional
         Of the worker; time counts for every request.
     """

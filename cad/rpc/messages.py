@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from typing import Any, Never, TypeAlias
 
-from wpcal.printable import printable
+from wpcal.core.printable import printable
 
 PROTOCOL = 1
 """Version of the protocol; a change that an older client cannot take has another number."""
@@ -24,14 +24,7 @@ Id: TypeAlias = int | str
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a client asks.
-
-    Parameters
-    ----------
-    id : int or str
-    method : str
-    params : dict
-    """
+    """What a client asks."""
 
     id: Id
     method: str

@@ -21,9 +21,9 @@ from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.progress import Progress
-from wpcal.features import Touchable
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.member.note import MemberNotes
+from wpcal.taught.features import Touchable
 from wpcal.taught.user_frames import ProgramReading
 
 Found: TypeAlias = tuple[tuple[Seam, ...], Workpiece]
@@ -41,7 +41,6 @@ class OpenPart:
     ----------
     path : Path
         As the client named it.
-    workpiece : Workpiece
     signature : tuple
         Size, time and number of the file when it was read.
     """

@@ -31,13 +31,13 @@ from wpcal.core.input_file import noted_files, read_bytes
 from wpcal.core.progress import Progress
 from wpcal.core.records import check_writable, write_file
 from wpcal.core.transform import RigidTransform
-from wpcal.features import features_record
 from wpcal.pages.report import seam_columns
 from wpcal.results.folder import SEAMS_FILE
 from wpcal.results.next_steps import next_steps
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
 from wpcal.seam.record import seams_record
+from wpcal.taught.features import features_record
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.table import read_taught as read_table
 from wpcal.taught.user_frames import ProgramReading
@@ -125,12 +125,8 @@ class Asked:
 
     Parameters
     ----------
-    options : CalibrateOptions
-    nominal : RigidTransform or None
-    taught : TaughtPoints
     rows : Rows or None
         The rows of the request; None if it names a file.
-    run : TouchRun or None
     """
 
     options: CalibrateOptions

@@ -10,8 +10,8 @@ from typing import Any
 
 from cad.rpc.messages import MessageFaultError, Request
 from wpcal.core.errors import FormatError
+from wpcal.core.printable import printable
 from wpcal.core.record_check import check_complete
-from wpcal.printable import printable
 
 HANDLE = "handle"
 ANSWER = "answer"

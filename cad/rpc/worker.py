@@ -32,7 +32,7 @@ WARM = (
     "cad.step.read",
     "cad.kernel.to_brep",
     "cad.kernel.section",
-    "wpcal.advise.design",
+    "wpcal.touch.advise.design",
     "wpcal.brep.extend",
     "scipy.optimize",
     "scipy.spatial",
@@ -54,7 +54,6 @@ class Worker:
 
     Parameters
     ----------
-    requests : file descriptor
     channel : file
         Gets the lines.
     """
@@ -195,7 +194,7 @@ def main() -> None:
     channel = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # libraries print with C++ streams: only the descriptor counts
     from cad.kernel.child import Limits
-    from wpcal.collector import collect_rarely
+    from wpcal.core.collector import collect_rarely
 
     limit_memory(Limits.from_environment().memory_gb)
     collect_rarely()

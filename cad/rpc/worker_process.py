@@ -23,7 +23,6 @@ class WorkerProcess:
 
     Parameters
     ----------
-    limits : Limits
     heard : callable
         Called in a thread of its own.
     """

@@ -23,7 +23,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import to_json, write_file
 from wpcal.core.transform import RigidTransform
-from wpcal.features import feature_named, find_features
+from wpcal.taught.features import feature_named, find_features
 
 TRUTH_SCHEMA = "wpcal/truth/1"
 TEACHING_SIGMA_MM = 0.1
@@ -42,7 +42,6 @@ class Sample:
 
     Parameters
     ----------
-    name : str
     about : str
         Description for people.
     build : callable
@@ -129,10 +128,8 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
 
     Parameters
     ----------
-    sample : Sample
     folder : Path
         Created if it does not exist.
-    overwrite : bool
 
     Raises
     ------

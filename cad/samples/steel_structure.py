@@ -35,10 +35,6 @@ def steel_structure(bays: int) -> list[Member]:
     ----------
     bays : int
         163 bays have 30 204 faces.
-
-    Returns
-    -------
-    list of Member
     """
     return [member for row in range(math.ceil(bays / BAYS_PER_ROW)) for member in _row(row, bays)]
 

@@ -39,10 +39,8 @@ class Upright:
 
     Parameters
     ----------
-    name : str
     centre_mm : tuple of float
         x and y of its middle.
-    length_mm : float
     along_y : bool
         Whether it is long along y, otherwise along x.
     side : int
@@ -90,7 +88,6 @@ class PlannedTouches:
 
     Parameters
     ----------
-    names : tuple of str, length n
     p, normal : ndarray, shape (n, 3)
         In `part`, mm.
     body : ndarray of int, shape (n,)

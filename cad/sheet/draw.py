@@ -41,7 +41,6 @@ class Row:
 
     Parameters
     ----------
-    number, name, where : str
     place : tuple of str
         x, y, z in `part`, mm.
     way : tuple of float or None
@@ -69,7 +68,6 @@ class Pen:
         ----------
         a, b : sequence of float, shape (2,)
             Its ends on paper, mm.
-        layer : str
         """
         self.space.add_line(tuple(map(float, a)), tuple(map(float, b)), dxfattribs={"layer": layer})
 

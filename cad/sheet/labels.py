@@ -33,7 +33,6 @@ class Label:
 
     Parameters
     ----------
-    box : Box
     anchor : ndarray, shape (2,)
         End of the leader at the box, on paper, mm.
     """

@@ -19,7 +19,7 @@ from wpcal import __version__
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import ReferenceFeature, feature_named
+from wpcal.taught.features import ReferenceFeature, feature_named
 
 SHEET_SUFFIXES = (".pdf", ".svg", ".dxf", ".png")
 SHEET_SCHEMA = "wpcal/sheet/1"
@@ -33,7 +33,6 @@ class SheetOptions:
     ----------
     suffix : str
         One of `SHEET_SUFFIXES`.
-    paper : Paper
     names : tuple of str
         Features to touch, in this order. If empty, `cad.workpiece.advise` chooses them.
     count : int
@@ -73,14 +72,8 @@ def make_sheet(
     Parameters
     ----------
     step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    options : SheetOptions
     cache : AnswerCache
         As in `open_workpiece`.
-    progress : callable, optional
-
-    Returns
-    -------
-    Sheet
 
     Raises
     ------
@@ -159,7 +152,7 @@ def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -
 
 def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:
     from cad.sheet.draw import Row
-    from wpcal.advise.advice import what_it_is
+    from wpcal.touch.advise.advice import what_it_is
 
     return [
         Row(str(number), feature.name, " ".join(what_it_is(feature).split()), _place(feature.p_mm))

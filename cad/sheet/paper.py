@@ -49,8 +49,6 @@ class Paper:
 
     Parameters
     ----------
-    name : str
-    width, height, margin : float
     text : float
         Height of capital letters. ISO 3098 has 2.5 and 3.5; the smaller paper is read at a shorter distance.
     row : float
@@ -96,7 +94,6 @@ class Place:
 
     Parameters
     ----------
-    view : View
     scale : float
         mm on paper per mm of the part.
     offset : ndarray, shape (2,)
@@ -127,10 +124,8 @@ class SheetLayout:
 
     Parameters
     ----------
-    paper : Paper
     places : tuple of Place
         Front, left, top, iso.
-    table, title : Box
     """
 
     paper: Paper
@@ -144,7 +139,6 @@ def lay_out(paper: Paper, views: tuple[View, ...], rows: int) -> SheetLayout:
 
     Parameters
     ----------
-    paper : Paper
     views : tuple of View
         Front, left, top, iso.
     rows : int

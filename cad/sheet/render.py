@@ -20,8 +20,6 @@ def render(document: Any, paper: Paper, suffix: str) -> bytes:
 
     Parameters
     ----------
-    document : ezdxf document
-    paper : Paper
     suffix : str
         ``.dxf``, ``.svg``, ``.pdf`` or ``.png``. The last two need matplotlib.
 

@@ -22,13 +22,10 @@ class TitleBlock:
 
     Parameters
     ----------
-    part : str
-    file : str
     sha256 : str
         SHA-256 of the file; empty for shapes from a script.
     unit : str
         Length unit of the file.
-    made_by : str
     """
 
     part: str

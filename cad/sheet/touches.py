@@ -13,11 +13,11 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.tables import Table, parse_table
-from wpcal.features import feature_named
-from wpcal.searches import SearchKind, TouchPlan
 from wpcal.taught.columns import MODEL_COLUMNS, USES
+from wpcal.taught.features import feature_named
 from wpcal.taught.kinds import KINDS, TouchKind
 from wpcal.taught.touched_face import touched_face
+from wpcal.touch.searches import SearchKind, TouchPlan
 
 OFF_PART_MM = 5.0
 """A model point farther from every face was not taken on this part: such points are near the touch."""
@@ -30,7 +30,6 @@ class SheetTouch:
 
     Parameters
     ----------
-    name : str
     kind : str
         Word of a taught table.
     feature : str
@@ -57,10 +56,8 @@ class DrawnTouch:
 
     Parameters
     ----------
-    name, kind, where : str
     p_part : tuple of float
         mm.
-    way_part : tuple of float or None
     """
 
     name: str
@@ -93,10 +90,6 @@ def touches_of_plan(plan: TouchPlan) -> tuple[SheetTouch, ...]:
 
 def read_touches_to_make(path: Path) -> tuple[SheetTouch, ...] | None:
     """Return the touches of a table, in its order; rows may still lack their coordinates.
-
-    Parameters
-    ----------
-    path : Path
 
     Returns
     -------

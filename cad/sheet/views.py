@@ -32,7 +32,6 @@ class ViewAxes:
 
     Parameters
     ----------
-    name : str
     right, toward : ndarray, shape (3,)
         Unit directions in `part`: to the right on paper, and towards the viewer.
     """
@@ -65,7 +64,6 @@ class View:
 
     Parameters
     ----------
-    axes : ViewAxes
     segments : ndarray, shape (n, 2, 2)
         Visible sharp edges and outlines in the plane of the view, mm of the part.
     smooth : ndarray, shape (k, 2, 2)
@@ -114,7 +112,6 @@ def project_views(graph: BrepGraph, lines: ViewLines, points: FloatArray) -> tup
 
     Parameters
     ----------
-    graph : BrepGraph
     lines : ViewLines
         Of `part_lines`.
     points : ndarray, shape (m, 3)

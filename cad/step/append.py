@@ -140,8 +140,6 @@ def append_placement(
 
     Parameters
     ----------
-    file : Part21File
-    T_base_part : RigidTransform
     name : str
         Name of the new product.
     moves : mapping of int to RigidTransform, optional

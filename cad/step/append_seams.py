@@ -36,7 +36,6 @@ class SeamCurve:
 
     Parameters
     ----------
-    name : str
     points_part : array_like, shape (m, 3)
         Polyline in `part`, mm. A closed seam ends at its first point.
     color_rgb : tuple of float
@@ -77,7 +76,6 @@ def append_seams(
         From `append_placement`.
     T_base_part : RigidTransform
         The points are written in `base`.
-    seams : sequence of SeamCurve
     """
     definition, shape = add_product(writer, file, assembly.root, SEAMS_NAME)
     origin = writer.add_placement(RigidTransform.identity(target="base", source="base"), unit_mm=1.0)

@@ -54,13 +54,8 @@ def take_inventory(document: KernelObject, *, without: str = "") -> StepInventor
 
     Parameters
     ----------
-    document : kernel document
     without : str, optional
         Name of an assembly and a layer to leave out with everything in them.
-
-    Returns
-    -------
-    StepInventory
     """
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     left_out = _entries_of(tool, without) if without else frozenset()
@@ -150,10 +145,6 @@ def compare_inventories(
         The move of the vertices.
     added : Counter
         Names that were added on purpose.
-
-    Returns
-    -------
-    list of Issue
     """
     issues = [
         Issue(f"moved-{what}-differ", f"the written file differs in {what}: {_difference(old, new)}")
@@ -201,12 +192,6 @@ def _nearest(expected: FloatArray, found: FloatArray) -> float:
 
 def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seams: Sequence[SeamCurve]) -> list[Issue]:
     """Differences between seams and their edges in a document that was read again.
-
-    Parameters
-    ----------
-    document : kernel document
-    T_base_part : RigidTransform
-    seams : sequence of SeamCurve
 
     Returns
     -------

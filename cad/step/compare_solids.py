@@ -58,7 +58,6 @@ class OwnMotions:
     Parameters
     ----------
     T_part_moved : ndarray, shape (n, 4, 4)
-    before : SolidsBefore
     """
 
     T_part_moved: FloatArray
@@ -71,8 +70,6 @@ class OwnMotions:
 
         Parameters
         ----------
-        again : StepPart
-        T_base_part : RigidTransform
         inventory : StepInventory
             Of the file as it was: its products' names and its annotations.
         without : str

@@ -27,7 +27,6 @@ def refuse_distorted(file: Part21File, path: str) -> None:
 
     Parameters
     ----------
-    file : Part21File
     path : str
         The file as the user named it.
 

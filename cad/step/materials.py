@@ -46,7 +46,6 @@ class ProductMaterial:
     ----------
     texts : tuple of str
         As written, in the order of the file; empty if the file does not say.
-    density_kg_m3 : float or None
     """
 
     texts: tuple[str, ...] = ()
@@ -55,10 +54,6 @@ class ProductMaterial:
 
 def read_materials(file: Part21File) -> dict[str, ProductMaterial]:
     """Return the materials of the products of a file, by the product's name.
-
-    Parameters
-    ----------
-    file : Part21File
 
     Returns
     -------

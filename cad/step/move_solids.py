@@ -43,7 +43,6 @@ def move_solids(
 
     Parameters
     ----------
-    file : Part21File
     leaves : sequence of LeafUse
         The uses of products with faces, in the order of the kernel.
     T_part_moved : ndarray, shape (n, 4, 4)
@@ -51,7 +50,6 @@ def move_solids(
 
     Returns
     -------
-    text : bytes
     roots : dict of int to RigidTransform
         Motions of whole roots, by their ``PRODUCT_DEFINITION``: they have no placement that could change. The assembly
         that holds them takes the motions (`append_placement`).

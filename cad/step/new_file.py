@@ -30,16 +30,11 @@ def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True)
 
     Parameters
     ----------
-    members : sequence of Member
     name : str
         Of the assembly.
     pcurves : bool
         Whether each edge is also written as a curve in the parameters of its faces. This kernel does so by default;
         most CAD systems do not.
-
-    Returns
-    -------
-    bytes
 
     Raises
     ------

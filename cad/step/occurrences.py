@@ -42,8 +42,6 @@ class Solid:
 
     Parameters
     ----------
-    item : int
-    name : str
     representation : int
         Which lists it.
     """
@@ -69,7 +67,6 @@ class Link:
         The relationship of the two representations, and its ``ITEM_DEFINED_TRANSFORMATION``.
     side : int
         Which end of both is the parent's: 0 or 1.
-    child_representation, child_axis, parent_axis : int
     T_parent_axis : RigidTransform
         The placement `parent_axis`, mm.
     T_parent_child : RigidTransform
@@ -95,7 +92,6 @@ class Occurrence:
 
     Parameters
     ----------
-    product : Root
     link : Link or None
         None: a root.
     T_root_product : RigidTransform
@@ -140,14 +136,6 @@ class LeafUse:
 
 def find_occurrences(file: Part21File) -> tuple[Occurrence, ...]:
     """Uses of products in a STEP file: one tree for each root.
-
-    Parameters
-    ----------
-    file : Part21File
-
-    Returns
-    -------
-    tuple of Occurrence
 
     Raises
     ------

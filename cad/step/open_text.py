@@ -63,10 +63,6 @@ def read_step_text(path: Path, *, data: bytes | None = None) -> Part21File:
     data : bytes, optional
         The file's bytes, if they were read before.
 
-    Returns
-    -------
-    Part21File
-
     Raises
     ------
     InputError

@@ -23,10 +23,6 @@ _SHELL = re.compile(
 def outline(file: Part21File) -> bytes:
     """Return the text of a file with one face of every shell.
 
-    Parameters
-    ----------
-    file : Part21File
-
     Raises
     ------
     FormatError

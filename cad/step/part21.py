@@ -145,10 +145,6 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
     name : str
         The file as the user named it, for messages.
 
-    Returns
-    -------
-    Part21File
-
     Raises
     ------
     FormatError

@@ -61,7 +61,6 @@ class StepSolid:
         ``TopoDS_Solid`` or ``TopoDS_Shell`` in the frame `part`, mm.
     color_rgb : tuple of float or None
         sRGB as the file writes it, in 0…1.
-    layers : tuple of str
     facts : SolidFacts
         Path, colour, and what else helps to tell whether the solid can be welded: products, material, density.
     """
@@ -86,7 +85,6 @@ class StepMark:
         As written; empty when it has none. Often without meaning: some exporters name every edge.
     color_rgb : tuple of float or None
         sRGB as the file writes it, in 0…1.
-    layers : tuple of str
     path : tuple of str
         Names of the instances from the root down.
     shape : kernel shape
@@ -168,7 +166,6 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
 
     Parameters
     ----------
-    path : Path or str
     data : bytes, optional
         The file's bytes, if they were read before.
 

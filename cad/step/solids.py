@@ -27,7 +27,6 @@ class LeafShapes:
     ----------
     bodies : tuple of kernel shapes
         Solids, or shells (closed or open) if there is no solid; in the product's own frame, mm.
-    issues : tuple of Issue
     has_faces : bool
         Whether the product has any face.
     """

@@ -96,8 +96,6 @@ def write_moved_step(
 
     Parameters
     ----------
-    part : StepPart
-    T_base_part : RigidTransform
     path : Path
         Overwritten when it exists.
     bake : bool

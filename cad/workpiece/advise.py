@@ -1,4 +1,4 @@
-"""Which features of a part to teach: reads the part and finds its seams; `wpcal.advise` makes the choice."""
+"""Which features of a part to teach: reads the part and finds its seams; `wpcal.touch.advise` makes the choice."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
-from wpcal.advise import Advice, advise
-from wpcal.advise.moved_advice import MovedAdvice
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import POINT_KINDS, FeatureKind, ReferenceFeature, Touchable, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
+from wpcal.taught.features import POINT_KINDS, FeatureKind, ReferenceFeature, Touchable, feature_named, judge_features
+from wpcal.touch.advise import Advice, advise
+from wpcal.touch.advise.moved_advice import MovedAdvice
 
 USUAL_POINTS = 4
 """With three points no residual shows that one of them is wrong."""
@@ -40,7 +40,6 @@ class AdviseOptions:
         Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
     sigma_mm : float
         Teaching error: standard deviation per axis.
-    criterion : Criterion
     have, exclude : tuple of str
         Features that are taught anyway, and features that must not be advised.
     near : tuple of float, optional
@@ -79,17 +78,10 @@ def advise_points(
     Parameters
     ----------
     step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    options : AdviseOptions, optional
-    seam_options : SeamOptions, optional
     choice : SeamChoice, optional
         What a person decided about the seams.
     cache : AnswerCache
         As in `open_workpiece`. The advice is kept, too.
-    progress : callable, optional
-
-    Returns
-    -------
-    Advice
 
     Raises
     ------
@@ -120,10 +112,6 @@ def advise_weldment(
     """Choose the features of a weldment to teach whose bodies may have moved.
 
     Parameters and errors are those of `advise_points`, and of `cad.workpiece.advise_bodies.advise_bodies`.
-
-    Returns
-    -------
-    MovedAdvice
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     asked = _asked(workpiece, options, seam_options, choice or SeamChoice(), progress)

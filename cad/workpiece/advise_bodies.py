@@ -1,4 +1,4 @@
-"""Which features of a weldment to teach whose bodies may have moved; `wpcal.advise.moved_advice` makes the choice."""
+"""Which features to teach of a weldment whose bodies may have moved (`wpcal.touch.advise.moved_advice`)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,6 @@ from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
 from cad.workpiece.touched_bodies import bodies_at, bodies_of
 from cad.workpiece.workpiece import Workpiece
-from wpcal.advise.advice import require_seams, where_it_is
-from wpcal.advise.candidates import fills_a_plane
-from wpcal.advise.design import farthest_rows
-from wpcal.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
-from wpcal.advise.moved_model import MovedModel, SeamPoints, Tacked
 from wpcal.calibrate.bodies import Motions
 from wpcal.calibrate.bodies.bodies import Contacts
 from wpcal.calibrate.bodies.contacts import find_contacts
@@ -22,10 +17,15 @@ from wpcal.calibrate.bodies.errors import MeetingPoints
 from wpcal.calibrate.touches.touches import Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
-from wpcal.features import Ease, ReferenceFeature, Touchable
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.moved import moved_seams
 from wpcal.seam.seam import Seam
+from wpcal.taught.features import Ease, ReferenceFeature, Touchable
+from wpcal.touch.advise.advice import require_seams, where_it_is
+from wpcal.touch.advise.candidates import fills_a_plane
+from wpcal.touch.advise.design import farthest_rows
+from wpcal.touch.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
+from wpcal.touch.advise.moved_model import MovedModel, SeamPoints, Tacked
 
 PER_BODY = 12
 """Features of a body that are judged, far from one another, if there are many bodies."""
@@ -44,10 +44,8 @@ def tacked_bodies(
 
     Parameters
     ----------
-    workpiece : Workpiece
     seams : sequence of Seam
         Where the error counts; frames in `part`.
-    choice : BodiesOptions
     seam_options : SeamOptions
         Their gap says which faces touch, if contacts are kept.
 
@@ -92,13 +90,11 @@ def advise_bodies(
 
     Parameters
     ----------
-    workpiece : Workpiece
     seams : sequence of Seam
         Where the error counts; frames in `part`.
     allowed : sequence of Touchable
         What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
         reached without them.
-    choice : BodiesOptions
     sigma_mm : float
         Teaching error: standard deviation per axis.
     seam_options : SeamOptions
@@ -108,11 +104,7 @@ def advise_bodies(
     touched : Touches, optional
         Other touches that were made already, at their points on the model.
     count, tolerance_mm :
-        As in `wpcal.advise.moved_advice.advise_moved`; with neither, two features for each body.
-
-    Returns
-    -------
-    MovedAdvice
+        As in `wpcal.touch.advise.moved_advice.advise_moved`; with neither, two features for each body.
 
     Raises
     ------

@@ -34,7 +34,6 @@ class BodyGroup:
 
     Parameters
     ----------
-    name : str
     solids : tuple of str
         Names; * and ? match any letters.
     tolerance : TackTolerance or None
@@ -54,7 +53,6 @@ class BodiesSource:
     ----------
     file : str
         Its name, without folder.
-    sha256 : str
     """
 
     file: str
@@ -133,14 +131,6 @@ class BodiesOptions:
 def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
     """Read a file of bodies: ``{"schema": "wpcal/bodies/1", "bodies": [{"name", "solids", "tack_mm", "tack_mrad"}]}``.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    tuple of BodyGroup
-
     Raises
     ------
     FormatError
@@ -181,7 +171,6 @@ class PartBodies:
 
     Parameters
     ----------
-    bodies : Bodies
     face_body : ndarray of int, shape (F,)
         The body of every face.
     """
@@ -192,11 +181,6 @@ class PartBodies:
 
 def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
     """Divide a part into bodies: its solids or groups of them; a part of one solid at its concave edges.
-
-    Parameters
-    ----------
-    trimmed : TrimmedFaces
-    options : BodiesOptions
 
     Returns
     -------
@@ -235,13 +219,8 @@ def _one_body(graph: BrepGraph, options: BodiesOptions) -> str:
 def units_of(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     """Return what can move by itself: the solids, or the members of a part of one solid.
 
-    Parameters
-    ----------
-    trimmed : TrimmedFaces
-
     Returns
     -------
-    names : tuple of str
     face_unit : ndarray of int, shape (F,)
     """
     graph = trimmed.graph

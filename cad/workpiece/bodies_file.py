@@ -25,7 +25,6 @@ def list_bodies(
 
     Parameters
     ----------
-    step : Path
     cache, progress
         As in `open_workpiece`.
 
@@ -33,7 +32,6 @@ def list_bodies(
     -------
     dict
         Of the schema ``wpcal/bodies/1``.
-    tuple of Issue
 
     Raises
     ------

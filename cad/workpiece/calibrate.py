@@ -29,15 +29,15 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
-from wpcal.features import FeatureKind
-from wpcal.match import Match, match_points
 from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record
 from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.taught.features import FeatureKind
+from wpcal.taught.match import Match, match_points
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, read_taught
-from wpcal.taught.touch_results import SilentRows
+from wpcal.touch.touch_results import SilentRows
 
 if TYPE_CHECKING:
     from wpcal.planning.cell.grasp import Holding
@@ -52,8 +52,6 @@ class WorkpieceCalibration:
 
     Parameters
     ----------
-    workpiece : Workpiece
-    result : CalibrationResult
     seams : tuple of Seam
         With frames in `part`.
     u95_mm : tuple of ndarray, shape (frames,)
@@ -145,20 +143,15 @@ def calibrate_workpiece(
         The model of the part.
     taught : path or TaughtPoints
         Points touched with the robot, in `base`, mm. Features of points without one are found
-        (`wpcal.match.name_points`).
+        (`wpcal.taught.match.name_points`).
     T_nominal_part : RigidTransform, optional
         Pose of the part in the model of the cell; identity if not given.
-    options : CalibrateOptions, optional
     silent : SilentRows, optional
         Searches of a touch program that found nothing.
     means : Means
         How the seams are found.
     progress : callable, optional
         Gets one line per step.
-
-    Returns
-    -------
-    WorkpieceCalibration
 
     Raises
     ------
@@ -226,7 +219,6 @@ class WrittenCalibration:
 
     Parameters
     ----------
-    result : CalibrationResult
     seams : tuple of Seam
         With frames in `part`.
     u95_mm : tuple of ndarray, shape (frames,)
@@ -274,7 +266,6 @@ def calibrate_files(
     ----------
     step : Path or Workpiece
         A part that is open already must come from a STEP file.
-    taught : Path or TaughtPoints
     out : Path
         The folder to write into.
     overwrite : bool
@@ -297,10 +288,6 @@ def calibrate_files(
         How seams are found and the moved part is written, and whether there is a page.
     cache : AnswerCache
         As in `open_workpiece`.
-
-    Returns
-    -------
-    WrittenCalibration
 
     Raises
     ------
@@ -370,7 +357,7 @@ def match_taught(
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
 ) -> Match:
-    """Find which feature of a STEP file each taught point is; parameters as in `wpcal.match.match_points`."""
+    """Find which feature of a STEP file each taught point is; parameters as in `wpcal.taught.match.match_points`."""
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     with blamed_on(taught.path):
         return match_points(

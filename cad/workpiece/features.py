@@ -9,9 +9,9 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import Touchable
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.options import Judging
+from wpcal.taught.features import Touchable
 
 
 def list_features(

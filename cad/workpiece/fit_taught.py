@@ -15,7 +15,6 @@ import numpy as np
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
-from wpcal.advise import advise_set
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
 from wpcal.calibrate.touches.silent import SilentSearches
 from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
@@ -24,13 +23,14 @@ from wpcal.core.errors import WpcalError, blamed_on
 from wpcal.core.pairs import PointPairs
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
-from wpcal.features import ReferenceFeature, feature_named
-from wpcal.match import name_points
 from wpcal.seam import Seam, SeamOptions
+from wpcal.taught.features import ReferenceFeature, feature_named
+from wpcal.taught.match import name_points
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, pair_points
-from wpcal.taught.touch_results import SilentRows
+from wpcal.touch.advise import advise_set
+from wpcal.touch.touch_results import SilentRows
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +39,6 @@ class CalibrateOptions:
 
     Parameters
     ----------
-    criterion : Criterion
-    solver : Solver
-    seed : int
-    tolerance_mm : float
-    teaching : TeachingError
-    seams : SeamOptions
-    certify : bool
     ball_mm : float
         Radius of the probe's ball for touches on faces that state no radius.
     choice : SeamChoice
@@ -72,7 +65,6 @@ class NamedPoints:
 
     Parameters
     ----------
-    taught : TaughtPoints
     found_names : bool
         Whether features were found for points without one.
     """
@@ -89,7 +81,7 @@ def name_taught(
     T_nominal_part: RigidTransform | None = None,
     progress: Progress = no_progress,
 ) -> NamedPoints:
-    """Find the features of points without one; parameters and errors as in `wpcal.match.name_points`.
+    """Find the features of points without one; parameters and errors as in `wpcal.taught.match.name_points`.
 
     Touches on edges and faces stay as they are. Touches without a ball radius get that of the options.
     """
@@ -113,7 +105,6 @@ class Observed:
 
     Parameters
     ----------
-    fitted : PointPairs or Touches
     check : PointPairs or Touches or None
         Rows that are not fitted; they test the fit.
     tcp_bias_mm : float
@@ -147,15 +138,10 @@ def prepare_fit(
     ----------
     taught : TaughtPoints
         With their features (`name_taught`).
-    workpiece : Workpiece
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part: finds the face of touches that name none.
     silent : SilentRows, optional
         Searches of a touch program that found nothing.
-
-    Returns
-    -------
-    Observed
 
     Raises
     ------
@@ -185,8 +171,6 @@ def next_point(
     ----------
     taught : TaughtPoints
         With their features (`name_taught`).
-    workpiece : Workpiece
-    seams : sequence of Seam
     sigma_mm : float, optional
         Teaching error per axis.
 
@@ -231,14 +215,11 @@ def run_fit(
         From `prepare_fit`.
     seams : sequence of Seam
         With frames in `part`; the verdict judges the accepted ones, and the criteria are compared there.
-    options : CalibrateOptions
-    T_nominal_part : RigidTransform, optional
     suggest : callable, optional
         Returns the feature to touch next (`next_point`). It is called if the verdict is ``UNSURE``.
 
     Returns
     -------
-    result : CalibrationResult
     u95_mm : tuple of ndarray
         95 % error at every frame of each seam, mm; one array of shape (frames,) per seam.
 

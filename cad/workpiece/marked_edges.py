@@ -19,8 +19,8 @@ from wpcal.brep.extend import FreeEdge, add_edges
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, InputError
-from wpcal.features import ReferenceFeature, feature_named
 from wpcal.seam.find.marked import MarkedEdges
+from wpcal.taught.features import ReferenceFeature, feature_named
 
 SAME_EDGE_MM = 1e-3
 """An edge of the file and an edge of the graph are the same if their middles and ends agree within this. Kernels keep
@@ -45,18 +45,10 @@ def find_marked(
 
     Parameters
     ----------
-    graph : BrepGraph
-    marks : sequence of StepMark
-    features : sequence of ReferenceFeature
     patterns : sequence of str
         Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
     places : sequence of str
         Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
-
-    Returns
-    -------
-    graph : BrepGraph
-    marked : MarkedEdges
 
     Raises
     ------

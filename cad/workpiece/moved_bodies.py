@@ -47,8 +47,6 @@ class MovedWorkpiece:
 
     Parameters
     ----------
-    bodies : MovedBodies
-    part : PartBodies
     result : CalibrationResult
         With the pose, the residuals and the verdict of this fit.
     seams : tuple of MovedSeam
@@ -87,15 +85,10 @@ class MovedWorkpiece:
     def solid_motions(self, graph: BrepGraph) -> tuple[FloatArray | None, tuple[Issue, ...]]:
         """Return where every solid moved within `part`, and which solids cannot be drawn apart.
 
-        Parameters
-        ----------
-        graph : BrepGraph
-
         Returns
         -------
         ndarray, shape (solids, 4, 4), or None
             mm; None if no solid moves as one.
-        tuple of Issue
         """
         R, t = self.bodies.fit.motions.moves()
         motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
@@ -195,19 +188,10 @@ def fit_weldment(
 
     Parameters
     ----------
-    workpiece : Workpiece
-    taught : TaughtPoints
-    observed : Observed
     rigid : CalibrationResult
         The fit of the part as one body.
     seams : sequence of Seam
         With frames in `part`.
-    options : CalibrateOptions
-    choice : BodiesOptions
-
-    Returns
-    -------
-    MovedWorkpiece
 
     Raises
     ------

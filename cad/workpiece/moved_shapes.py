@@ -16,8 +16,6 @@ def moved_shapes(workpiece: Workpiece, T_base_part: RigidTransform, T_part_moved
 
     Parameters
     ----------
-    workpiece : Workpiece
-    T_base_part : RigidTransform
     T_part_moved : ndarray, shape (solids, 4, 4), or None
         Where each solid moved within `part`, mm; None: they did not.
 

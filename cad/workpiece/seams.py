@@ -84,8 +84,6 @@ def find_seams(
 
     Parameters
     ----------
-    workpiece : Workpiece
-    options : SeamOptions
     choice : SeamChoice, optional
         What a person decided.
 

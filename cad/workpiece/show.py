@@ -34,11 +34,9 @@ class Drawn:
 
     Parameters
     ----------
-    name : str
     shape : build123d shape
     color : str
         ``#rrggbb``.
-    alpha : float
     """
 
     name: str

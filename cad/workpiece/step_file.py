@@ -17,7 +17,7 @@ from wpcal.brep import BrepGraph
 from wpcal.core.errors import InputError, blamed_on
 from wpcal.core.input_file import MOST_STEP_MB, read_bytes
 from wpcal.core.issue import Issue
-from wpcal.features import ReferenceFeature, find_features
+from wpcal.taught.features import ReferenceFeature, find_features
 
 if TYPE_CHECKING:
     from cad.step.read import StepPart
@@ -34,7 +34,6 @@ class PartContent:
 
     Parameters
     ----------
-    graph : BrepGraph
     unit : str
         Length unit of the file.
     issues : tuple of Issue
@@ -54,8 +53,6 @@ class StepFile:
     ----------
     path : Path
         As the user named it.
-    data : bytes
-    cache : AnswerCache
     """
 
     path: Path

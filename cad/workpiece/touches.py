@@ -1,4 +1,4 @@
-"""Which touches locate a part: reads the part and finds its seams; `wpcal.touchplan` makes the plan."""
+"""Which touches locate a part: reads the part and finds its seams; `wpcal.touch.plan` makes the plan."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
-from wpcal.searches import SearchKind, TouchPlan
 from wpcal.taught.touched_face import touched_face
-from wpcal.touchplan.options import TouchOptions
-from wpcal.touchplan.part import TouchPart
-from wpcal.touchplan.plan_touches import plan_touches as plan_touches_of
-from wpcal.touchplan.reach import ArmReach
+from wpcal.touch.plan.options import TouchOptions
+from wpcal.touch.plan.part import TouchPart
+from wpcal.touch.plan.plan_touches import plan_touches as plan_touches_of
+from wpcal.touch.plan.reach import ArmReach
+from wpcal.touch.searches import SearchKind, TouchPlan
 
 
 def plan_touches(
@@ -48,8 +48,6 @@ def plan_touches(
     Parameters
     ----------
     step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    options : TouchOptions, optional
-    seam_options : SeamOptions, optional
     choice : SeamChoice, optional
         What a person decided about the seams.
     seams : sequence of str
@@ -62,11 +60,6 @@ def plan_touches(
         The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as one.
     cache : AnswerCache
         As in `open_workpiece`.
-    progress : callable, optional
-
-    Returns
-    -------
-    TouchPlan
 
     Raises
     ------
@@ -95,7 +88,6 @@ class DrawnTouches:
 
     Parameters
     ----------
-    plan : TouchPlan
     part_glb : bytes or None
         The triangles of the part.
     seams : dict

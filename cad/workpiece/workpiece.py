@@ -20,8 +20,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
-from wpcal.features import ReferenceFeature, Touchable, find_features, judge_features
 from wpcal.seam.member.note import MemberNotes
+from wpcal.taught.features import ReferenceFeature, Touchable, find_features, judge_features
 
 Answer = TypeVar("Answer")
 
@@ -32,8 +32,6 @@ class Workpiece:
 
     Parameters
     ----------
-    graph : BrepGraph
-    features : tuple of ReferenceFeature
     issues : tuple of Issue
         What is odd in the file.
     source : StepFile or None
@@ -109,10 +107,6 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
         part. A CadQuery `Workplane` or `Assembly` is taken, too. A part that is open already is returned as it is.
     cache : AnswerCache
         Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is kept.
-
-    Returns
-    -------
-    Workpiece
 
     Raises
     ------

@@ -9,17 +9,17 @@ from rich.table import Table
 
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
-from wpcal.advise import advise
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.points.covariance import minimax_covariance
 from wpcal.calibrate.uncertainty import COVERAGE, error_95
 from wpcal.core.arrays import FloatArray
-from wpcal.features import FeatureKind, judge_features
-from wpcal.match import Places
 from wpcal.seam import SeamOptions
 from wpcal.seam.limits import Level
 from wpcal.seam.options import Judging
 from wpcal.study.teaching_error import fit_trials
+from wpcal.taught.features import FeatureKind, judge_features
+from wpcal.taught.match import Places
+from wpcal.touch.advise import advise
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared" / "step"

@@ -18,15 +18,15 @@ from tests.weldments_of_parts import (
     simulated,
     uprights_weldment,
 )
-from wpcal.advise.design import farthest_rows
-from wpcal.advise.moved_model import MovedModel, SeamPoints, Tacked
-from wpcal.advise.moved_search import MovedSearch, deciding_points, inverse
 from wpcal.calibrate.bodies import Bodies
 from wpcal.calibrate.bodies.errors import MeetingPoints
 from wpcal.calibrate.bodies.motions import Motions
 from wpcal.calibrate.touches.targets import GraphTargets
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
+from wpcal.touch.advise.design import farthest_rows
+from wpcal.touch.advise.moved_model import MovedModel, SeamPoints, Tacked
+from wpcal.touch.advise.moved_search import MovedSearch, deciding_points, inverse
 
 PARTS = Path(__file__).parents[2] / "fixtures" / "welds" / "parts"
 SHARED = Path(__file__).parents[3] / "shared"

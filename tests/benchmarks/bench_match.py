@@ -9,7 +9,7 @@ from rich.table import Table
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation
-from wpcal.match import find_assignments
+from wpcal.taught.match import find_assignments
 
 BOX_MM = np.array([1000.0, 600.0, 300.0])
 SIGMA_MM = 0.3

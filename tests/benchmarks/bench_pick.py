@@ -32,8 +32,8 @@ from tests.benchmarks.timing import least_seconds
 from wpcal.calibrate import calibrate
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
-from wpcal.features import FeatureKind
 from wpcal.seam import SeamOptions
+from wpcal.taught.features import FeatureKind
 
 BAYS = (1, 10, 54)
 """The last has 10 000 faces."""

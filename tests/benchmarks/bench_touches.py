@@ -19,14 +19,14 @@ from wpcal.brep.material import ExactMaterial
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import no_progress
-from wpcal.searches import Search
-from wpcal.searches.setup import TouchSetup
-from wpcal.touchplan import Pattern, TouchOptions, TouchPart, plan_touches
-from wpcal.touchplan.candidates import find_candidates, thinned
-from wpcal.touchplan.patterns import choose_touches
-from wpcal.touchplan.place import PartPlace
-from wpcal.touchplan.plan_touches import design_of
-from wpcal.touchplan.searches_of import search_of
+from wpcal.touch.plan import Pattern, TouchOptions, TouchPart, plan_touches
+from wpcal.touch.plan.candidates import find_candidates, thinned
+from wpcal.touch.plan.patterns import choose_touches
+from wpcal.touch.plan.place import PartPlace
+from wpcal.touch.plan.plan_touches import design_of
+from wpcal.touch.plan.searches_of import search_of
+from wpcal.touch.searches import Search
+from wpcal.touch.searches.setup import TouchSetup
 
 PARTS = ("tee", "lap", "saddle", "frame", "gusseted-bracket", "post-base")
 RUNS = 300

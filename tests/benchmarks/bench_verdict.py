@@ -10,9 +10,9 @@ from rich.table import Table
 from tests.saved_graphs import saved_graph
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.arrays import FloatArray
-from wpcal.features import find_features
 from wpcal.seam import detect_seams
 from wpcal.study.verdict_study import VerdictStudy, run_verdict_study
+from wpcal.taught.features import find_features
 
 PARTS = ("tee", "lap", "saddle", "frame")
 COUNTS = (3, 4, 5, 6, 8, 12)

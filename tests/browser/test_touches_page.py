@@ -8,7 +8,7 @@ import numpy as np
 from tests.unit.conftest import plate
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.pages.touches import build_touches_page
-from wpcal.searches.record import read_touch_plan
+from wpcal.touch.searches.record import read_touch_plan
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SEARCH_RED = (179, 32, 46)

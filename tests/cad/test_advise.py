@@ -18,13 +18,13 @@ import pytest
 from cad.workpiece.advise import AdviseOptions, advise_points
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece
-from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError, calibrate
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.pairs import PointPairs
-from wpcal.features import Ease, feature_named, judge_features
 from wpcal.seam import Seam, SeamOptions
+from wpcal.taught.features import Ease, feature_named, judge_features
 from wpcal.taught.table import read_taught
+from wpcal.touch.advise import advise
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 ROUND_OFF_MM = 1e-9

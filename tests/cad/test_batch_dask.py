@@ -26,7 +26,7 @@ from cad.batch.sent_files import Copies, Reader
 from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import FINISHED, TIMEOUT_S, run_here
-from wpcal.dask.cluster import Call, Cluster
+from wpcal.study.dask.cluster import Call, Cluster
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 REPEATS = 4
@@ -237,9 +237,9 @@ def test_a_notebook_reaches_the_scheduler_while_its_loop_runs(dask: DaskProcesse
 def test_a_worker_with_another_version_is_refused(
     tmp_path: Path, dask: DaskProcesses, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from wpcal.dask.same_code import versions_here
+    from wpcal.study.dask.same_code import versions_here
 
-    monkeypatch.setattr("wpcal.dask.cluster.versions_here", lambda: {**versions_here(), "numpy": "0.1"})
+    monkeypatch.setattr("wpcal.study.dask.cluster.versions_here", lambda: {**versions_here(), "numpy": "0.1"})
     done = run_here("study", FIXTURES / "yin2003" / "table1.csv", "--dask", dask.address)
     assert done.returncode == 2
     assert done.stderr.startswith("wpcal: worker tcp://127.0.0.1:")
@@ -249,7 +249,7 @@ def test_a_worker_with_another_version_is_refused(
 def test_what_keeps_a_batch_from_starting_is_one_line(
     folder: Path, tmp_path: Path, dask: DaskProcesses, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("wpcal.dask.cluster.CONNECT_S", 0.5)
+    monkeypatch.setattr("wpcal.study.dask.cluster.CONNECT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         port = silent.getsockname()[1]
         refused = {

@@ -7,7 +7,7 @@ import numpy as np
 
 from cad.workpiece.features import list_features
 from cad.workpiece.workpiece import open_workpiece
-from wpcal.features import Ease, FeatureKind, HoleForm, feature_named
+from wpcal.taught.features import Ease, FeatureKind, HoleForm, feature_named
 
 ROUND_OFF_MM = 1e-9
 """Coordinates of some hundred mm through a few products in double precision."""

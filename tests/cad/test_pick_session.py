@@ -14,9 +14,9 @@ from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession, fault_record
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from wpcal.advise import advise
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
+from wpcal.touch.advise import advise
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15

@@ -16,10 +16,10 @@ from cad.pick.draft import Draft, Keyed, draft_of, read_draft
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
 from cad.pick.shared_table import ConflictError, FileChangedError
-from wpcal.advise import advise
-from wpcal.advise.advice import template_csv
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import sha256_of
+from wpcal.touch.advise import advise
+from wpcal.touch.advise.advice import template_csv
 
 CONCURRENT_SAVES = 60
 

@@ -16,8 +16,8 @@ from cad.sheet.touches import read_touches_to_make, touches_of_plan
 from cad.sheet.views import ISO, part_lines, project_views
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.core.errors import FormatError, GeometryError, InputError
-from wpcal.features import feature_named
-from wpcal.searches.record import read_touch_plan
+from wpcal.taught.features import feature_named
+from wpcal.touch.searches.record import read_touch_plan
 
 ROOT = Path(__file__).parents[2]
 TEE = ROOT / "fixtures" / "tee" / "tee.step"

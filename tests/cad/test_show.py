@@ -19,7 +19,7 @@ from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.show import ARROW_SCALE, drawn_of
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.features import FeatureKind
+from wpcal.taught.features import FeatureKind
 from wpcal.taught.table import TaughtPoints
 
 PAGES = Path(__file__).parents[2] / "wpcal" / "pages" / "source" / "src"

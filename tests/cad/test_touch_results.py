@@ -23,8 +23,8 @@ from wpcal.controllers.touch_results import read_touch_results
 from wpcal.core import FormatError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation
-from wpcal.searches import Contact, Outcome, Search, SearchKind, TouchPlan, TouchSetup
-from wpcal.taught.touch_results import TOUCH_LEFT_OUT, nominal_place, pair_results
+from wpcal.touch.searches import Contact, Outcome, Search, SearchKind, TouchPlan, TouchSetup
+from wpcal.touch.touch_results import TOUCH_LEFT_OUT, nominal_place, pair_results
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 PLAN = tee_plan()
@@ -63,7 +63,7 @@ def touched(tee: Workpiece, search: Search, moved: RigidTransform = MOVED) -> Fl
 
 def _results(plan: TouchPlan, stored: dict):  # type: ignore[type-arg, no-untyped-def]
     from wpcal.controllers.abb.touch_results import read_touch_results as read
-    from wpcal.searches import ResultsFile
+    from wpcal.touch.searches import ResultsFile
 
     return read([ResultsFile(name, text) for name, text in WRITERS["rapid"](plan, stored).items()], plan, TouchSetup())
 

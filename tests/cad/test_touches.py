@@ -32,7 +32,7 @@ from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
 from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.features import FeatureKind, feature_named
+from wpcal.taught.features import FeatureKind, feature_named
 from wpcal.taught.kinds import TouchKind
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, read_taught

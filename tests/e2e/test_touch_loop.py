@@ -18,8 +18,8 @@ from wpcal.calibrate.touches.covariance import propagate_covariance
 from wpcal.calibrate.touches.fit import fit_squares_of
 from wpcal.calibrate.uncertainty import TeachingError, error_95
 from wpcal.controllers.touch_run import read_touch_run
-from wpcal.searches.record import read_touch_plan
 from wpcal.taught.resolve import touches_of
+from wpcal.touch.searches.record import read_touch_plan
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 PLACE = "812,-240,156,1.1459,-2.005,34.377"

@@ -21,7 +21,7 @@ from tests.touch_robots.robot import Torch
 from tests.touch_robots.solid import Solid, triangles_of_solids
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import SeamOptions
-from wpcal.searches import TouchPlan, read_touch_plan
+from wpcal.touch.searches import TouchPlan, read_touch_plan
 
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
 PART, BODIES = UPRIGHTS / "uprights.step", UPRIGHTS / "bodies.json"

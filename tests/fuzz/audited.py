@@ -14,8 +14,8 @@ from pathlib import Path
 
 from tests.fuzz.sample_records import sample_records
 from tests.fuzz.target import FIXTURES, Target, seed
-from wpcal.audit import audit_path
-from wpcal.audit.programs import Surroundings
+from wpcal.controllers.audit import audit_path
+from wpcal.controllers.audit.programs import Surroundings
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform

@@ -24,10 +24,10 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json
-from wpcal.drift import read_drift_jobs
-from wpcal.drift.record import drift_record
 from wpcal.pages.drift import build_drift_page
 from wpcal.results.folder import JOB_FILE
+from wpcal.study.drift import read_drift_jobs
+from wpcal.study.drift.record import drift_record
 
 QUESTION, OF = "a question", ("a part", 1.5)
 ANSWER = {"a": [1, 2.5, None], "b": "text" * 20}

@@ -40,7 +40,7 @@ from tests.fuzz.judge import MOST_SECONDS
 from tests.fuzz.mutate_step import mutated_step
 from tests.fuzz.target import FIXTURES
 from tests.fuzz.targets import MOVED
-from wpcal.audit import audit_path
+from wpcal.controllers.audit import audit_path
 from wpcal.core.errors import InputError, KernelError, WpcalError
 from wpcal.seam import SeamOptions
 from wpcal.taught.table import TaughtPoints

@@ -43,7 +43,6 @@ from wpcal.controllers.program import build_program
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.schemas import schema_text
-from wpcal.features import find_features, judge_features
 from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.pages.plan import build_cell_page
 from wpcal.pages.report import build_report
@@ -55,6 +54,7 @@ from wpcal.results.folder import JOB_FILE, read_finished, read_result_folder
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.seam import SeamOptions, detect_seams
 from wpcal.seam.edit import read_edits
+from wpcal.taught.features import find_features, judge_features
 
 NOT_A_NUMBER = re.compile(r"(?<![\w.])[-+]?(nan|inf(inity)?)(?![\w.])", re.IGNORECASE)
 CELL = FIXTURES / "cells" / "two-mh6.json"

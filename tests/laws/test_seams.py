@@ -15,8 +15,8 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.trim import distance_to_segments
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
-from wpcal.features import FeatureKind, find_features
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
+from wpcal.taught.features import FeatureKind, find_features
 
 ROUND_OFF_MM = 1e-7
 """Ends of contacts are bisected to 2e-9 mm; the rest is round-off of coordinates of some hundred millimetres."""

@@ -84,7 +84,6 @@ def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArr
 
     Parameters
     ----------
-    graph : BrepGraph
     faces : ndarray of int, shape (m,)
     points : ndarray, shape (m, 3)
         In `part`, mm.

@@ -21,7 +21,6 @@ def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
 
     Parameters
     ----------
-    graph : BrepGraph
     edges : ndarray of int, shape (m,)
         Edges with a face on both sides.
 

@@ -24,7 +24,6 @@ def heights(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray
 
     Parameters
     ----------
-    graph : BrepGraph
     faces : ndarray of int, shape (n,)
     points : ndarray, shape (n, 3)
         In `part`, mm.

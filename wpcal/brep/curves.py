@@ -25,7 +25,6 @@ def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[Fl
 
     Parameters
     ----------
-    graph : BrepGraph
     edges : array_like of int, shape (m,)
     t : array_like, shape (m,)
         Parameters on those edges.
@@ -125,8 +124,6 @@ def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    graph : BrepGraph
-    edge : int
     t : ndarray, shape (m,)
         Parameters.
 
@@ -165,8 +162,6 @@ def parameters_at_length(graph: BrepGraph, edge: int, t0: float, t1: float, s_mm
 
     Parameters
     ----------
-    graph : BrepGraph
-    edge : int
     t0, t1 : float
         The parameters between which they lie; t1 may be below t0.
     s_mm : ndarray, shape (n,)

@@ -18,14 +18,12 @@ class FreeEdge:
 
     Parameters
     ----------
-    kind : CurveKind
     frame : ndarray, shape (4, 3)
         As `BrepGraph.edge_frame`.
     param : tuple of float
         As `BrepGraph.edge_param`.
     span : tuple of float
         First and last parameter.
-    nurbs : NurbsCurve, optional
     ball_mm : float
         As `BrepGraph.edge_ball_mm`.
     """

@@ -14,10 +14,6 @@ from wpcal.core.wording import listed
 def require_finite(graph: BrepGraph) -> None:
     """Refuse a part with a face, an edge or a vertex that is not at a finite place within `LARGEST_MM`.
 
-    Parameters
-    ----------
-    graph : BrepGraph
-
     Raises
     ------
     GeometryError

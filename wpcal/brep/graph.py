@@ -84,7 +84,6 @@ class BrepGraph:
     coedge_face, coedge_edge : ndarray of int, shape (C,)
     coedge_forward : ndarray of bool, shape (C,)
         Whether the coedge runs with its edge's parameter.
-    nurbs_surfaces, nurbs_curves : tuple
     solid_facts : tuple of SolidFacts, length S or 0
         What the file says about each solid besides its shape; empty if nothing is known.
     edge_ball_mm : ndarray, shape (E,), optional

@@ -33,12 +33,7 @@ COLUMNS = tuple(f.name for f in fields(BrepGraph) if f.default is MISSING and f.
 
 
 def graph_bytes(graph: BrepGraph) -> bytes:
-    """Return the content of a graph's file; `read_graph` reads it.
-
-    Parameters
-    ----------
-    graph : BrepGraph
-    """
+    """Return the content of a graph's file; `read_graph` reads it."""
     arrays = {
         "format": np.array(FORMAT),
         "solid_names": np.array(graph.solid_names, dtype=np.str_),
@@ -58,14 +53,6 @@ def graph_bytes(graph: BrepGraph) -> bytes:
 
 def read_graph(path: Path) -> BrepGraph:
     """Read the graph of a part from a file that holds `graph_bytes`.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    BrepGraph
 
     Raises
     ------

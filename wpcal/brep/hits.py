@@ -56,7 +56,6 @@ def find_hits(
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     origins, rays : ndarray, shape (m, 3)
@@ -65,10 +64,6 @@ def find_hits(
         Where the rays end.
     solid : int or ndarray of int, shape (m,), optional
         Only the faces of this solid, one for all rays or one for each.
-
-    Returns
-    -------
-    RayHits
     """
     only = None if solid is None else np.broadcast_to(np.asarray(solid, dtype=np.int64), len(origins))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))

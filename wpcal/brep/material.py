@@ -82,7 +82,6 @@ class Material(Protocol):
             Unit vectors along the axes.
         low, high : ndarray, shape (n,)
             Where each tube begins and ends, mm from the tip.
-        radius_mm : float
 
         Returns
         -------
@@ -97,7 +96,6 @@ class ExactMaterial:
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     """
@@ -141,7 +139,6 @@ class ExactMaterial:
             Unit vectors along the axes.
         low, high : ndarray, shape (n,)
             Where each tube begins and ends, mm from the tip.
-        radius_mm : float
 
         Returns
         -------
@@ -242,7 +239,6 @@ class TriangleMaterial:
             Unit vectors along the axes.
         low, high : ndarray, shape (n,)
             Where each tube begins and ends, mm from the tip.
-        radius_mm : float
 
         Returns
         -------
@@ -282,7 +278,6 @@ def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray
 
     Parameters
     ----------
-    material : Material
     points : ndarray, shape (m, 3)
         In `part`, mm. On a face the answer is either.
 

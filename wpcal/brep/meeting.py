@@ -65,7 +65,6 @@ def meet_moved(
 
     Parameters
     ----------
-    graph : BrepGraph
     first, second : MovedFaces
         n each; their whole surfaces count.
     p0, x : ndarray, shape (n, 3)
@@ -99,7 +98,6 @@ def meet_surfaces(
 
     Parameters
     ----------
-    graph : BrepGraph
     first, second : ndarray of int, shape (n,)
         Faces; their whole surfaces count.
     p0 : ndarray, shape (n, 3)

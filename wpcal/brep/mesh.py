@@ -23,7 +23,6 @@ class SolidMesh:
 
     Parameters
     ----------
-    name : str
     points : ndarray, shape (n, 3)
         Part frame, mm. Faces share no point, so that an edge between two faces stays sharp.
     triangles : ndarray of int, shape (m, 3)
@@ -50,7 +49,6 @@ class PartMesh:
 
     Parameters
     ----------
-    solids : tuple of SolidMesh
     deflection_mm : float
         Largest distance of a triangle from its face, mm.
     angle_rad : float

@@ -42,10 +42,6 @@ PART_RGB: Rgb = (0.72, 0.76, 0.80)
 def write_part_glb(mesh: PartMesh) -> bytes:
     """Write a part as GLB.
 
-    Parameters
-    ----------
-    mesh : PartMesh
-
     Returns
     -------
     bytes
@@ -172,7 +168,6 @@ def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
 
     Parameters
     ----------
-    data : bytes
     path : str
         Name of the file, for messages.
 

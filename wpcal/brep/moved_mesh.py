@@ -32,10 +32,6 @@ def moved_glb(data: bytes, calibration: Mapping[str, Any], *, path: str = "part.
     path : str
         For messages.
 
-    Returns
-    -------
-    bytes
-
     Raises
     ------
     FormatError
@@ -67,7 +63,6 @@ def moved_mesh(mesh: PartMesh, T_part_moved: Mapping[str, FloatArray]) -> PartMe
 
     Parameters
     ----------
-    mesh : PartMesh
     T_part_moved : mapping of str to ndarray of shape (4, 4)
         By the name of the solid, mm; solids without a motion stay.
     """

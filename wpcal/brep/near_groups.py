@@ -80,7 +80,6 @@ def find_near_faces(
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     p0, p1 : ndarray, shape (m, 3)
@@ -185,17 +184,12 @@ def find_hits_near(
     ----------
     graph, trimmed :
         The part.
-    near : NearFaces
     group : ndarray of int, shape (m,)
         The group of each ray.
     origins, rays : ndarray, shape (m, 3)
         Starts (mm) and unit directions in `part`.
     length_mm : ndarray, shape (m,)
         Where the rays end.
-
-    Returns
-    -------
-    RayHits
     """
     boxes = trimmed.patch_boxes
     none = np.zeros(0, dtype=np.int64)

@@ -36,7 +36,6 @@ class NearestOnSurfaces:
 
     Parameters
     ----------
-    surfaces : SurfaceSet
     low, high : ndarray, shape (n, 2)
         Least and greatest u and v of the used part of each surface.
     is_round : ndarray of bool, shape (n,)

@@ -19,7 +19,6 @@ def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> t
 
     Parameters
     ----------
-    graph : BrepGraph
     edges : ndarray of int, shape (m,)
     points : ndarray, shape (m, 3)
         In `part`, mm.

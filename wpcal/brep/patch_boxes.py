@@ -37,7 +37,6 @@ class PatchBoxes:
 
         Parameters
         ----------
-        graph : BrepGraph
         low, high : ndarray, shape (F, 3)
             Corners of a box around each face, mm. A box of a patch is cut off at the box of its face.
 

@@ -27,7 +27,6 @@ def is_blocked(
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     origins, rays : ndarray, shape (m, 3)

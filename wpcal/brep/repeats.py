@@ -78,7 +78,6 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     within_mm : float
@@ -187,7 +186,6 @@ class Firsts:
 
     Parameters
     ----------
-    graph : BrepGraph
     faces, edges : ndarray of int
         The number of each face and edge in the whole graph.
     """
@@ -247,14 +245,12 @@ def copy_added_edges(
 
     Parameters
     ----------
-    whole : BrepGraph
     firsts : Firsts
         Of this graph.
     wider : BrepGraph
         ``firsts.graph`` with more edges.
     solid : ndarray of int, shape (m,)
         The solid that each of these edges belongs to, -1 for none.
-    copies : tuple of Copy
 
     Returns
     -------

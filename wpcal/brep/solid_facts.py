@@ -20,7 +20,6 @@ class SolidFacts:
         sRGB in 0…1.
     materials : tuple of str
         The material as written, with every text that belongs to it: ``S355J2``, ``Plywood, birch``.
-    density_kg_m3 : float or None
     """
 
     path: tuple[str, ...] = ()

@@ -217,7 +217,6 @@ class _SplineSet(Generic[Group]):
     ----------
     group, place : ndarray of int, shape (n,)
         The group of each spline, and its place there.
-    groups : tuple
     """
 
     group: IntArray

@@ -72,7 +72,6 @@ class SurfaceCells:
 
         Parameters
         ----------
-        polynomials : SurfaceSet
         breaks : sequence of (ndarray, ndarray)
             Where the cells of each surface begin and end along u and along v, shapes (m,) and (n,) (`cell_breaks`).
         """
@@ -117,7 +116,6 @@ def cell_breaks(surfaces: Sequence[NurbsSurface], polynomials: SurfaceSet) -> li
 
     Parameters
     ----------
-    surfaces : sequence of NurbsSurface
     polynomials : SurfaceSet
         Of the same surfaces.
 

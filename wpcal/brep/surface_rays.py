@@ -56,7 +56,6 @@ def meet_rays(
 
     Parameters
     ----------
-    cells : SurfaceCells
     surface : ndarray of int, shape (k,)
     origins, rays : ndarray, shape (k, 3)
         Starts (mm) and unit directions in `part`.

@@ -40,7 +40,6 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
 
     Parameters
     ----------
-    graph : BrepGraph
     faces : array_like of int, shape (m,)
     points : array_like, shape (m, 3)
         In `part`, mm.
@@ -68,7 +67,6 @@ def offsets_from_faces(graph: BrepGraph, faces: IntArray, points: FloatArray) ->
 
     Parameters
     ----------
-    graph : BrepGraph
     faces : ndarray of int, shape (m,)
         None of them free-form.
     points : ndarray, shape (m, 3)

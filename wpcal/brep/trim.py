@@ -38,7 +38,6 @@ class TrimmedFaces:
 
     Parameters
     ----------
-    graph : BrepGraph
     start : ndarray of int, shape (F + 1,)
         The pieces of face f are ``start[f]:start[f + 1]``.
     uv0, uv1 : ndarray, shape (m, 2)

@@ -38,7 +38,6 @@ def tube_triangles(
         Unit vectors along the axes.
     low, high : ndarray, shape (n,)
         Where each tube begins and ends, mm from the tip.
-    radius_mm : float
 
     Returns
     -------
@@ -66,7 +65,6 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
     ----------
     back : ndarray, shape (n, 3)
         Unit vectors along the axes.
-    radius_mm : float
 
     Returns
     -------

@@ -53,7 +53,6 @@ class CriterionFit:
 
     Parameters
     ----------
-    criterion : Criterion
     T : RigidTransform
         ``T_base_part``.
     objective_mm : float
@@ -182,8 +181,6 @@ class FitSummary:
 
         Parameters
         ----------
-        problem : FitProblem
-        fit : CriterionFit
         seam_points : ndarray, shape (k, 3)
             Part frame, mm.
         """
@@ -209,7 +206,6 @@ class CriteriaComparison:
     ----------
     rows : tuple of dict
         ``criterion``, ``objective_mm``, ``largest_mm``, ``rms_mm``, ``seam_error_95_mm``.
-    best : Criterion
     why : str
         One sentence.
     """
@@ -242,10 +238,6 @@ def compare_criteria(
         Findings on the data: if a wrong observation is named, ``robust`` is best.
     known : tuple of CriterionFit
         Fits that need not be made again.
-
-    Returns
-    -------
-    CriteriaComparison
     """
     fits = {fit.criterion: fit for fit in known}
     rows: list[dict[str, Any]] = []
@@ -278,7 +270,6 @@ def advise_criterion(fit: CriterionFit, comparison: CriteriaComparison | None, w
     ----------
     fit : CriterionFit
         The one that was asked for.
-    comparison : CriteriaComparison or None
     word : str
         What one observation is called.
 

@@ -19,12 +19,10 @@ class Distrusted:
 
     Parameters
     ----------
-    names : tuple of str
     off_mm : tuple of float
         How far each of them lies from the fit of the others.
     criterion : Criterion
         Of both fits.
-    with_them, without_them : FitSummary
     shift_mm : float
         The furthest that leaving them out moves a point of the seams.
     turn_rad : float
@@ -74,10 +72,6 @@ def compare_without(
         Part frame, mm.
     known : sequence of CriterionFit
         Fits of all observations that need not be made again.
-
-    Returns
-    -------
-    Distrusted
 
     Raises
     ------

@@ -50,10 +50,6 @@ def has_heavy_tails(
         Inverse covariances of the residuals, up to one factor; zero in directions that an observation does not see.
     round_off_mm : float
         Residuals up to this are round-off and have no shape.
-
-    Returns
-    -------
-    bool
     """
     n = len(residuals)
     values, vectors = np.linalg.eigh(information)

@@ -68,7 +68,6 @@ def unchecked_names(
 
     Parameters
     ----------
-    names : sequence of str, length n
     jacobians : ndarray, shape (n, 3, 6)
         In mm by comparable coordinates of the motion.
     seen : ndarray, shape (n, 3, 3)

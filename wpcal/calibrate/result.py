@@ -37,7 +37,6 @@ class CalibrationResult:
         What was fitted, and what tests the fit without being fitted.
     T_base_part, T_nominal_part, T_base_nominal : RigidTransform
         The result, where the model has the part, and the correction: ``T_base_part = T_base_nominal @ T_nominal_part``.
-    criterion : Criterion
     objective_mm : float
         What the criterion minimises: the largest distance (minimax) or a root mean square.
     lower_bound_mm : float
@@ -51,12 +50,10 @@ class CalibrationResult:
         What was stated.
     judgement : Verdict
         Whether the seams are shown to be within the tolerance, as a sentence.
-    solver : SolverReport
     criteria : CriteriaComparison or None
         None for very large clouds.
     issues : tuple of Issue
         What is wrong with the observations, what they cannot show, and what exceeds the tolerance.
-    tolerance_mm : float
     versions : dict of str to str
         wpcal, numpy, scipy.
     distrusted : Distrusted or None

@@ -25,14 +25,12 @@ class SolverReport:
 
     Parameters
     ----------
-    solver : Solver
     method : str
         In words.
     seed : int
         Of every random number used.
     evaluations : int
         Largest distances computed by the annealer.
-    temperatures : int
     starts : int
         Local solves of the polish.
     schedule : str or None

@@ -127,7 +127,6 @@ class Diagnosis:
 
     Parameters
     ----------
-    issues : tuple of Issue
     suspect : Suspect or None
         None if no observation is contradicted.
     tool : ToolOffset or None

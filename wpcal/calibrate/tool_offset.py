@@ -137,7 +137,6 @@ def find_tool_offset(rows: PosedRows, *, rival_squares: float | None = None, riv
 
     Parameters
     ----------
-    rows : PosedRows
     rival_squares : float, optional
         Least sum of squares that remains without `rival_count` touches, in the unit of the rows: the other explanation.
     rival_count : int

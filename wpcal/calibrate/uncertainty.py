@@ -117,7 +117,6 @@ class Sigma:
     ----------
     mm : float
         Standard deviation per axis; the root mean square if every observation states its own.
-    source : SigmaSource
     degrees_of_freedom : float
         Behind an estimate; infinite otherwise.
     """

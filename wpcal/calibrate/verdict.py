@@ -85,12 +85,10 @@ class Verdict:
 
     Parameters
     ----------
-    kind : VerdictKind
     sentence : str
         For a person; does not repeat the kind.
     seam : str
         The accepted seam with the largest predicted error. Empty if none was given.
-    reason : VerdictReason
     error_95_mm : float
         With 95 % probability no point of the seams is off by more, with the allowance for a bias of the tool. Without
         seams, no fitted point.
@@ -123,17 +121,10 @@ class VerdictEvidence:
 
     Parameters
     ----------
-    fit : CriterionFit
     names : tuple of str
         Of all observations.
     word : str
         What one observation is called.
-    residuals : ResidualEvidence
-    check : PointPairs or None
-    issues : tuple of Issue
-    distrusted : Distrusted or None
-    teaching : TeachingError
-    tolerance_mm : float
     points_part : ndarray, shape (k, 3)
         Points of the accepted seams, or the fitted points if there are none; part frame, mm.
     seam_names : tuple of str, length k or 0
@@ -161,13 +152,8 @@ def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | 
 
     Parameters
     ----------
-    evidence : VerdictEvidence
     suggest : callable, optional
         Returns the name of the feature to touch next. It is called if the verdict is `UNSURE`.
-
-    Returns
-    -------
-    Verdict
 
     Notes
     -----

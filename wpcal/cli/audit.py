@@ -13,8 +13,8 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, 
 from wpcal.cli.torch_options import TipFlags, TorchShapeFlags
 
 if TYPE_CHECKING:
-    from wpcal.audit import AuditReport
-    from wpcal.audit.programs import Surroundings
+    from wpcal.controllers.audit import AuditReport
+    from wpcal.controllers.audit.programs import Surroundings
     from wpcal.seam.torch import TorchShape
 
 
@@ -53,8 +53,8 @@ def audit(
     Programs in a result folder are read back, and each pose is compared with the part. Ends with code 1 if a fault is
     left.
     """
-    from wpcal.audit import audit_path
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.audit import audit_path
     from wpcal.core.errors import InputError
 
     if fix != (output is not None):
@@ -63,7 +63,7 @@ def audit(
     with shown_progress(f"auditing {path}") as progress:
         report = audit_path(path, around, progress=progress)
     if output is not None:
-        from wpcal.audit.repair import repair_file
+        from wpcal.controllers.audit.repair import repair_file
 
         done = repair_file(path, output, report.files[0].faults, overwrite=force)
         report = audit_path(output, around)
@@ -74,7 +74,7 @@ def audit(
 
 
 def _surroundings(robot: str | None, tool: str | None, tip: TipFlags, torch: TorchShape) -> Surroundings:
-    from wpcal.audit.programs import Surroundings
+    from wpcal.controllers.audit.programs import Surroundings
     from wpcal.controllers.torch import ToolAxis
     from wpcal.core.errors import InputError
 

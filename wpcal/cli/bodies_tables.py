@@ -32,7 +32,6 @@ def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = 
     ----------
     record : mapping
         The field ``bodies`` of ``calibration.json``.
-    console : Console
     details : bool
         Also print the motions along the axes of the part.
     """

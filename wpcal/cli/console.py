@@ -13,7 +13,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from wpcal.cli.streams import PrintableText
-from wpcal.printable import printable
+from wpcal.core.printable import printable
 
 if TYPE_CHECKING:
     from wpcal.core.issue import Issue

@@ -11,7 +11,7 @@ import click
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
-    from wpcal.drift import PartDrift, PartJobs
+    from wpcal.study.drift import PartDrift, PartJobs
 
 USUAL_FIRST, LEAST_FIRST = 25, 3
 
@@ -43,9 +43,9 @@ def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int,
     from wpcal.cli.progress import shown_progress
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json, write_file
-    from wpcal.drift import read_drift_jobs
-    from wpcal.drift.record import drift_record
     from wpcal.pages.drift import build_drift_page
+    from wpcal.study.drift import read_drift_jobs
+    from wpcal.study.drift.record import drift_record
 
     beside = out.with_suffix(".json")
     if out.suffix.lower() not in (".html", ".htm"):
@@ -73,7 +73,7 @@ def _watched(
     """Return the parts with enough jobs, and a line about each of the others."""
     from wpcal.core.errors import InputError
     from wpcal.core.wording import listed
-    from wpcal.drift import watch_part
+    from wpcal.study.drift import watch_part
 
     if not jobs:
         raise InputError(f"no job has a calibration; {failed} failed")

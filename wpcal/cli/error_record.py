@@ -18,16 +18,10 @@ def error_record(error: BaseException, message: str, exit_code: int, arguments: 
 
     Parameters
     ----------
-    error : exception
     message : str
         The line on stderr, without the name of the program and without the hint.
-    exit_code : int
     arguments : sequence of str
         Of the command line: a message that begins with one of them is about that file.
-
-    Returns
-    -------
-    dict
     """
     if isinstance(error, FormatError) and error.path:
         place: tuple[Any, ...] = (error.path, error.line, error.column, error.what)

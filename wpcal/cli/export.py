@@ -74,9 +74,9 @@ def export(
 
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
-    from wpcal.audit.programs import check_written, unjudged_arcs
     from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.audit.programs import check_written, unjudged_arcs
     from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable, new_directory
@@ -202,7 +202,7 @@ def tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]
 
 def _moves(form: WeldProgram) -> list[dict[str, object]]:
     """Return per seam the number of lines and arcs along it, and how far they are from it."""
-    from wpcal.moves import Arc
+    from wpcal.robot.moves import Arc
 
     rows = []
     for path in form.paths:

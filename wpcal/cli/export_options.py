@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
     from wpcal.controllers.reachable_spin import ArmAtTool
     from wpcal.core.progress import Progress
-    from wpcal.moves import PathTolerance
     from wpcal.results.folder import FinishedCalibration
+    from wpcal.robot.moves import PathTolerance
     from wpcal.seam.torch import TorchShape
 
 
@@ -101,7 +101,7 @@ class PathFlags:
 
     def to_tolerance(self) -> PathTolerance | None:
         """Return the tolerance of lines and arcs; None for every point."""
-        from wpcal.moves import PathTolerance
+        from wpcal.robot.moves import PathTolerance
 
         return None if self.every_point else PathTolerance(self.path_tol_mm)
 
@@ -280,17 +280,14 @@ class WeldPrograms:
 
     Parameters
     ----------
-    flags : WeldProgramFlags
     program : WeldProgram
         With a pose for every frame of the seams, not compared with the part.
     tolerance : PathTolerance or None
         Of lines and arcs; None for every point in every format.
-    arm : ArmAtTool or None
     shape : TorchShape
         The torch that is compared with the part.
     felt : TorchShape or None
         The torch with which reach was felt, if the seams say so.
-    progress : Progress
     """
 
     def __init__(

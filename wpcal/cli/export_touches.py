@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.touch_program import TouchProgram
     from wpcal.formats.registry import Exporter
     from wpcal.robot.kinematics.arm import Arm
-    from wpcal.searches import TouchPlan
+    from wpcal.touch.searches import TouchPlan
 
 TAKEN = frozenset(
     {
@@ -37,7 +37,7 @@ def touches_file(folder: Path) -> Path | None:
     """
     from wpcal.core.errors import InputError
     from wpcal.results.folder import CALIBRATION_FILE
-    from wpcal.searches.record import TOUCHES_FILE
+    from wpcal.touch.searches.record import TOUCHES_FILE
 
     if folder.is_file() and folder.suffix.lower() == ".json" and folder.name != CALIBRATION_FILE:
         return folder
@@ -78,7 +78,7 @@ def refuse_weld_options(context: click.Context) -> None:
 def write_touch_setup(path: Path, *, force: bool) -> int:
     """Write a touch setup with every key; return the exit code."""
     from wpcal.core.records import write_file
-    from wpcal.searches import setup_template
+    from wpcal.touch.searches import setup_template
 
     write_file(path, setup_template(), overwrite=force)
     click.echo(f"touch setup: {path}")
@@ -101,26 +101,24 @@ def export_touches(
     ----------
     file : Path
         ``touches.json``.
-    exporters : sequence of (Exporter or Controller)
     flags : WeldProgramFlags
         Its names and numbers of the controller, and the arm, are used.
     setup_file : Path or None
         The touch setup; None for its defaults.
     out : Path or None
         Programs go to OUT/FORMAT; None: beside the plan.
-    force, as_json : bool
 
     Returns
     -------
     int
         The exit code.
     """
-    from wpcal.audit.touches import check_touches_written
     from wpcal.cli.export import tell_earlier
+    from wpcal.controllers.audit.touches import check_touches_written
     from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.controllers.touch_program import TouchProgram
     from wpcal.core.records import check_writable, new_directory
-    from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
+    from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 
     plan = read_touch_plan(file)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)

@@ -90,12 +90,10 @@ class SequenceRequest:
 
     Parameters
     ----------
-    cell : OneRobotCell
     result : Path
         A folder with ``seams.json``, or the file.
     output : Path
         The folder.
-    targets : SequenceTargets
     flags : SequenceFlags
         Seams, languages, tolerance of the path, names in the controller, and the arc.
     prefer : str
@@ -221,7 +219,7 @@ def _programs(
     sequence: WeldSequence, given: SequenceInput, made: PlanOutput, writers: Sequence[Controller]
 ) -> tuple[dict[str, Mapping[str, str | bytes]], dict[str, str]]:
     """Return the files by language, read back and checked, and by language why there are none."""
-    from wpcal.audit.programs import check_written
+    from wpcal.controllers.audit.programs import check_written
     from wpcal.controllers.planned_program import build_planned_program
     from wpcal.core.errors import FormatError, InputError
 

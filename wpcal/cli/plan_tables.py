@@ -18,11 +18,8 @@ def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[Ce
 
     Parameters
     ----------
-    result : PlanningResult
-    preference : Preference
     runs : sequence of CellRun
         The plans of the front with approach and retract.
-    console : Console
     """
     front = result.front
     chosen = front.chosen(preference)

@@ -101,7 +101,7 @@ def _fitted_on(address: str | None) -> Iterator[Callable[[Iterator[Chunk]], Iter
         yield None
         return
     from wpcal.core.errors import InputError
-    from wpcal.dask.cluster import Call, CallFailed, Cluster
+    from wpcal.study.dask.cluster import Call, CallFailed, Cluster
     from wpcal.study.teaching_error import Chunk
 
     with Cluster(address) as cluster:

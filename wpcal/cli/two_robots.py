@@ -44,7 +44,6 @@ class TwoRobotRequest:
 
     Parameters
     ----------
-    cell : RobotCell
     result : Path
         ``seams.json``, or the folder with it.
     output : Path
@@ -55,7 +54,6 @@ class TwoRobotRequest:
         Targets and speed.
     prefer : str
         Which plan is written as programs.
-    genetic : Nsga2Options or None
     programs : SequenceFlags
         Seams, languages, tolerance of the path, names in the controller, and the arc.
     """
@@ -252,9 +250,9 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     """
     from wpcal.controllers.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
-    from wpcal.moves import PathTolerance
     from wpcal.planning.cell.robot_cell import part_in_world
     from wpcal.planning.plan.seam_file import read_held_seams
+    from wpcal.robot.moves import PathTolerance
     from wpcal.seam.path.position import weld_positions
 
     cell = asked.cell

@@ -112,7 +112,6 @@ class ArcFlags:
         ----------
         seams : sequence of Seam
             All seams of the part, with frames in `base`.
-        T_base_part : RigidTransform
         part_glb : bytes or None
             The triangles of the part.
         names : collection of str

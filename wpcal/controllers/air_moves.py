@@ -133,7 +133,6 @@ class TorchAtTool:
     Parameters
     ----------
     shape : TorchShape
-    axis : ToolAxis
     standoff_mm : float
         From the tool centre point to the tip of the wire.
     """
@@ -178,15 +177,8 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
 
     Parameters
     ----------
-    part : TriangleMaterial
     ends : sequence of Ends
         Per seam, in the order of welding.
-    torch : TorchAtTool
-    air : AirSettings
-
-    Returns
-    -------
-    AirPlan
 
     Raises
     ------

@@ -13,7 +13,6 @@ def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
 
     Parameters
     ----------
-    path : WeldPath
     name : str
         Of the value.
     language, why : str
@@ -36,7 +35,6 @@ def refuse(path: WeldPath, name: str, *, language: str, why: str) -> InputError:
 
     Parameters
     ----------
-    path : WeldPath
     name : str
         Of the value.
     language, why : str
@@ -51,7 +49,6 @@ def require_no_weave(path: WeldPath, *, language: str) -> None:
 
     Parameters
     ----------
-    path : WeldPath
     language : str
         For the message.
 

@@ -27,7 +27,6 @@ def check_program(
     program : WeldProgram
         As `build_program` made it, with the part's triangles.
     torch : TorchShape, optional
-    air : AirSettings, optional
 
     Returns
     -------

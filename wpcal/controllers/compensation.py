@@ -15,10 +15,10 @@ from wpcal.controllers.torch import wire_directions
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import exp_rotation
-from wpcal.moves import PathTolerance, fit_moves
-from wpcal.moves.fit import USUAL_TOLERANCE
-from wpcal.moves.interpolation import swings_between
 from wpcal.robot.kinematics.inverse import follow_path
+from wpcal.robot.moves import PathTolerance, fit_moves
+from wpcal.robot.moves.fit import USUAL_TOLERANCE
+from wpcal.robot.moves.interpolation import swings_between
 
 TURN_RAD = math.radians(0.1)
 """How far the tool may be turned from the targets: a target that is turned is corrected by another amount, above all

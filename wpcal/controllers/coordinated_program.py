@@ -18,11 +18,11 @@ from wpcal.controllers.describe import describe_path
 from wpcal.controllers.program import ControllerSettings, WeldPath
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
-from wpcal.moves import Arc
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.run import AIR_SPEED_MM_S
 from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.robot.moves import Arc
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import WeldRun, weld_runs
 from wpcal.weld.seam_weld import SeamWeld
@@ -178,7 +178,6 @@ def build_coordinated_program(
 
     Parameters
     ----------
-    found : CoordinatedRun
     seam : Seam
         The seam of the plan, in `part`.
     controller : ControllerSettings, optional

@@ -10,7 +10,7 @@ from wpcal.controllers.arc_settings import arc_in_words
 from wpcal.controllers.corners import find_turned_corners
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.wording import listed
-from wpcal.moves import Arc, Move
+from wpcal.robot.moves import Arc, Move
 from wpcal.weld.runs import WeldRun
 from wpcal.weld.values import WeldValues, describe_weld
 
@@ -65,12 +65,7 @@ def describe(program: WeldProgram) -> list[str]:
 
 
 def describe_woven_data(runs: Iterable[WeldRun | None]) -> list[str]:
-    """Say that data of the controller may not weave where the points already do; no line if there are none.
-
-    Parameters
-    ----------
-    runs : iterable of WeldRun or None
-    """
+    """Say that data of the controller may not weave where the points already do; no line if there are none."""
     named = {}
     for run in runs:
         if run is not None and run.is_woven:

@@ -9,9 +9,9 @@ import numpy as np
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import FloatArray, frozen
-from wpcal.moves import MovePath, PathTolerance, fit_moves
-from wpcal.moves.course import Course
-from wpcal.moves.fit import USUAL_TOLERANCE
+from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
+from wpcal.robot.moves.course import Course
+from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import Seam
 
 AXIS = {ToolAxis.X: 0, ToolAxis.Z: 2}
@@ -29,7 +29,6 @@ def fit_program(
     ----------
     program : WeldProgram
         With a pose for every frame of the seams.
-    tolerance : PathTolerance, optional
     spin_is_free : bool
         Whether the moves choose the turn about the wire, within the range of the torch. False: the tool keeps to the
         turn that it has at every frame.
@@ -75,10 +74,8 @@ def fit_seam(
         Tool centre points at its frames, in `base`, mm.
     R : ndarray, shape (n, 3, 3)
         Axes of the tool there.
-    torch : TorchSettings
-    tolerance : PathTolerance
     spin_is_free : bool
-        As in `wpcal.moves.fit_moves`.
+        As in `wpcal.robot.moves.fit_moves`.
     """
     return fit_moves(
         p,
@@ -128,11 +125,6 @@ def with_moves(path: WeldPath, moves: MovePath) -> WeldPath:
 
 def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:
     """Return how far the tool is turned about the wire from the direction of travel.
-
-    Parameters
-    ----------
-    path : WeldPath
-    torch : TorchSettings
 
     Returns
     -------

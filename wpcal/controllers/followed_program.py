@@ -18,8 +18,8 @@ from wpcal.controllers.reachable_spin import ArmAtTool, point_name, spun_program
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.moves import PathTolerance
 from wpcal.robot.kinematics.branch_path import Broken, continue_branch
+from wpcal.robot.moves import PathTolerance
 
 STEP_MM = 20.0
 """On a way of the torch an arm of a metre turns its joints by a degree or two per step."""
@@ -55,7 +55,6 @@ def program_for_arm(
     ----------
     program : WeldProgram
         As `wpcal.controllers.program.build_program` made it.
-    arm : ArmAtTool
     check : callable
         Adds the ways between the seams, as `wpcal.controllers.checked_program.check_program` does.
     tolerance : PathTolerance, optional
@@ -105,7 +104,6 @@ def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldPro
     ----------
     program : WeldProgram
         With the spin of `wpcal.controllers.reachable_spin`, and with or without the ways between the seams.
-    arm : ArmAtTool
     branch : int
         As in `wpcal.robot.kinematics.opw.solve_opw`.
 

@@ -40,7 +40,6 @@ def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict
     ----------
     names : sequence of str
         As in the part, any text.
-    rules : NameRules
     room : int
         Characters to keep free for a suffix.
 

@@ -19,8 +19,6 @@ from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPa
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import MovePath, PathTolerance, fit_moves
-from wpcal.moves.fit import USUAL_TOLERANCE
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.sequence.seam_task import SeamTask
@@ -28,6 +26,8 @@ from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.sequence_record import checked_text
 from wpcal.planning.sequence.weld_sequence import AIR_SHARE, WeldPiece, WeldSequence
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
+from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
+from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
 
 WITHOUT_FRAME = 0
@@ -42,7 +42,6 @@ class PlanOutput:
     ----------
     tolerance : PathTolerance or None
         Of lines and arcs; None for a line to every point of the seams.
-    controller : ControllerSettings
     arc : ArcSettings or None
         How the arc is switched; None for a dry run.
     calibration : mapping
@@ -69,10 +68,8 @@ def build_planned_program(
 
     Parameters
     ----------
-    sequence : WeldSequence
     seams : mapping
         What was planned, by name.
-    output : PlanOutput, optional
 
     Raises
     ------

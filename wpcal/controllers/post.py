@@ -84,7 +84,6 @@ class Blocks:
     ----------
     language : str
         The name of the format.
-    program : Programmed
     """
 
     language: str
@@ -136,7 +135,6 @@ class Post(Blocks):
     ----------
     language : str
         The name of the format.
-    program : WeldProgram
     """
 
     program: WeldProgram
@@ -146,7 +144,6 @@ class Post(Blocks):
 
         Parameters
         ----------
-        path : WeldPath
         instructions : callable
             Gives the arc instructions of wpcal; called only by templates that use them.
         **names : object
@@ -223,7 +220,6 @@ def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
     ----------
     language : str
         The name of the format; one without templates has none.
-    folder : Path
     """
     if language not in FOLDERS:
         return ()

@@ -17,10 +17,10 @@ from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directio
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc, Line, Move, MovePath, PathTolerance
 from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.robot.moves import Arc, Line, Move, MovePath, PathTolerance
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
@@ -65,7 +65,6 @@ class ControllerSettings:
 
     Parameters
     ----------
-    program_name : str
     tool_name : str
         For languages that name tools.
     tool_number, frame_number : int
@@ -272,12 +271,8 @@ class WeldProgram:
 
     Parameters
     ----------
-    paths : tuple of WeldPath
     T_base_part : RigidTransform
         The frame in which positions are written. The base itself in plans whose part turns on a positioner.
-    torch : TorchSettings
-    motion : MotionSettings
-    controller : ControllerSettings
     calibration : dict
         The record of ``calibration.json``.
     part_glb : bytes or None
@@ -351,9 +346,6 @@ def build_program(
     ----------
     finished : FinishedCalibration
         With the seams to export.
-    torch : TorchSettings, optional
-    motion : MotionSettings, optional
-    controller : ControllerSettings, optional
     welds : mapping, optional
         Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
     arc : ArcSettings, optional

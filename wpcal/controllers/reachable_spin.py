@@ -42,8 +42,6 @@ class ArmAtTool:
 
     Parameters
     ----------
-    arm : Arm
-    T_flange_tool : RigidTransform
     near : ndarray, shape (6,)
         Shown joint angles near the seams, rad.
     """
@@ -80,7 +78,6 @@ class SpunProgram:
 
     Parameters
     ----------
-    program : WeldProgram
     branch : int
         As in `wpcal.robot.kinematics.opw.solve_opw`.
     """
@@ -107,7 +104,6 @@ def choose_reachable_spin(
     ----------
     program : WeldProgram
         As `build_program` made it.
-    arm : Arm
     near : array_like, shape (n,)
         Shown joint angles near the seams, rad. The branch that is nearest to them is taken first.
     T_flange_tool : RigidTransform
@@ -128,7 +124,6 @@ def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False
     ----------
     program : WeldProgram
         As `build_program` made it.
-    arm : ArmAtTool
     as_near : bool
         Only branches with shoulder and elbow as at the joints that the user states.
 

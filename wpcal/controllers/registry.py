@@ -30,7 +30,7 @@ from wpcal.taught.programs import ProgramReader
 if TYPE_CHECKING:
     from wpcal.controllers.coordinated_program import CoordinatedProgram
     from wpcal.controllers.touch_program import TouchProgram
-    from wpcal.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup
+    from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup
 
 CONTROLLERS = "wpcal.controllers"
 """The entry-point group."""
@@ -63,7 +63,7 @@ class Controller:
     touch_writer : str, optional
         A function from `TouchProgram` to file names and contents.
     touch_results_reader : str, optional
-        A `wpcal.searches.TouchResultsReader`.
+        A `wpcal.touch.searches.TouchResultsReader`.
     touch_results : tuple of str
         Names of the files that it reads together, as patterns, lower case: ``posreg.va``, ``*.mod``.
     holder_on_line : bool

@@ -16,7 +16,6 @@ def rounded(values: ArrayLike, decimals: int) -> FloatArray:
     Parameters
     ----------
     values : array_like, any shape
-    decimals : int
 
     Returns
     -------
@@ -37,7 +36,6 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     Parameters
     ----------
     R : array_like, shape (..., 3, 3)
-    decimals : int
 
     Returns
     -------
@@ -64,7 +62,6 @@ def zyz_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     Parameters
     ----------
     R : array_like, shape (..., 3, 3)
-    decimals : int
 
     Returns
     -------

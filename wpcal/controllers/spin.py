@@ -57,7 +57,6 @@ def spun(R: FloatArray, spin_rad: FloatArray, axis: ToolAxis) -> FloatArray:
     R : ndarray, shape (..., 3, 3)
     spin_rad : ndarray, shape (...)
         rad.
-    axis : ToolAxis
 
     Returns
     -------
@@ -74,7 +73,6 @@ def unwinding_spin(R: FloatArray, axis: ToolAxis, range_rad: float) -> FloatArra
     ----------
     R : ndarray, shape (n, 3, 3)
         Axes of the tool that follows the direction of travel.
-    axis : ToolAxis
     range_rad : float
         Largest spin either way, rad; 0 keeps the direction of travel.
 
@@ -100,7 +98,6 @@ def possible_offsets(free: FloatArray, range_rad: float) -> FloatArray:
     ----------
     free : ndarray, shape (n,)
         The spin that takes the whole twist away, rad.
-    range_rad : float
     """
     low = math.floor((-range_rad - float(free.max())) / STEP_RAD)
     high = math.ceil((range_rad - float(free.min())) / STEP_RAD)

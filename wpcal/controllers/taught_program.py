@@ -43,7 +43,6 @@ def read_taught_program(path: Path, reading: ProgramReading | None = None) -> Ta
     ----------
     path : Path
         A file with a suffix that a controller reads, for example RAPID ``.mod`` or KRL ``.dat``.
-    reading : ProgramReading, optional
 
     Returns
     -------
@@ -67,7 +66,6 @@ def parse_program(raw: bytes, path: Path) -> TaughtProgram:
 
     Parameters
     ----------
-    raw : bytes
     path : Path
         Its suffix tells the controller. Messages name it.
 

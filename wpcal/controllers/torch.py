@@ -42,7 +42,6 @@ class TorchSettings:
         Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
     standoff_mm : float
         Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
-    tool_axis : ToolAxis
     spin_range_rad : float
         How far the tool may turn about the wire, either way, from the direction of travel. Within it the tool turns as
         little as possible along a seam; 0 keeps its x (or -z) along the travel. Half a turn allows every orientation of
@@ -86,7 +85,6 @@ def tool_rotations(
     ----------
     R_seam : array_like, shape (n, 3, 3)
         Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
-    torch : TorchSettings
     lean_rad : ndarray, shape (n, 2), optional
         Work and travel angle at every frame (`Seam.lean_rad`). They replace those of `torch` where they are not zero:
         there a straight torch meets the part. NaN: unknown.
@@ -119,7 +117,6 @@ def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
     ----------
     R_tool : array_like, shape (..., 3, 3)
         Columns are the tool's axes, in any frame.
-    tool_axis : ToolAxis
 
     Returns
     -------
@@ -137,7 +134,6 @@ def neck_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
     ----------
     R_tool : array_like, shape (..., 3, 3)
         Columns are the tool's axes, in any frame.
-    tool_axis : ToolAxis
 
     Returns
     -------

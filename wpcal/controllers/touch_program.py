@@ -20,7 +20,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
-from wpcal.searches import STORED_NUMBERS, Outcome, Search, TouchPlan, TouchSetup
+from wpcal.touch.searches import STORED_NUMBERS, Outcome, Search, TouchPlan, TouchSetup
 
 NAME_ENDING = "_touch"
 """Of the name of a touch program, which thus never replaces the weld program of the same part."""
@@ -43,7 +43,6 @@ class TouchSteps:
 
     Parameters
     ----------
-    search : Search
     p, R : ndarray, shapes (k + 4, 3) and (k + 4, 3, 3)
         The k points on the way, approach, start, end, retract; mm.
     postures : Posture or None
@@ -77,8 +76,6 @@ class TouchProgram:
 
     Parameters
     ----------
-    plan : TouchPlan
-    setup : TouchSetup
     controller : ControllerSettings
         Its `frame_number` is not used: touch programs use that of `setup`.
     arm : Arm or None
@@ -180,7 +177,6 @@ class TouchPost(Blocks):
 
         Parameters
         ----------
-        on : bool
         signal, enable : str
             The input and the output as the language writes them; no output: empty.
         """
@@ -193,7 +189,6 @@ def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[st
 
     Parameters
     ----------
-    program : TouchProgram
     signal : str
         The touch input as the language writes it.
     results : sequence of str
@@ -308,7 +303,6 @@ def number_of(text: str, *, default: int, what: str, language: str, most: int, l
         For an empty text.
     what : str
         The key, for the message.
-    language : str
     most, least : int
         The largest and the smallest number.
 

@@ -10,7 +10,7 @@ from wpcal.controllers.taught_program import ENCODING
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.wording import listed
-from wpcal.searches import ResultsFile, SearchResults, TouchPlan, TouchSetup
+from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchSetup
 
 
 def read_touch_results(
@@ -23,15 +23,10 @@ def read_touch_results(
     path : Path
         A file of the controller, or a folder with its files. Of files that belong together (``posreg.va`` and
         ``numreg.va``) one is named, and the other is beside it.
-    plan : TouchPlan
     setup : TouchSetup, optional
         Of the program: it says which registers hold the results.
     controller : str, optional
         Name of the format or its maker. By default known by the names of the files.
-
-    Returns
-    -------
-    SearchResults
 
     Raises
     ------

@@ -10,9 +10,9 @@ from wpcal.controllers.touch_results import read_touch_results
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
-from wpcal.searches import TouchSetup, read_touch_plan, read_touch_setup
 from wpcal.taught.table import TaughtPoints
-from wpcal.taught.touch_results import SilentRows, nominal_place, pair_results, require_enough
+from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
+from wpcal.touch.touch_results import SilentRows, nominal_place, pair_results, require_enough
 
 OTHER_PART = "other-part"
 """Code of the issue that the plan is for a part of another name."""
@@ -24,12 +24,10 @@ class TouchRun:
 
     Parameters
     ----------
-    taught : TaughtPoints
     T_nominal_part : RigidTransform
         Where the plan has the part.
     record : dict
         `searches` of ``calibration.json``.
-    issues : tuple of Issue
     silent : SilentRows or None
         Searches that found nothing.
     """
@@ -56,10 +54,6 @@ def read_touch_run(
         The touch setup of the cell.
     part : str, optional
         File name of the part that is calibrated; an issue tells if the plan is for another one.
-
-    Returns
-    -------
-    TouchRun
 
     Raises
     ------

@@ -14,14 +14,14 @@ from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named, controllers
 from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
-from wpcal.moves import PathTolerance
-from wpcal.moves.fit import USUAL_TOLERANCE
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.coordinated import CoordinatedRun, coordinate_run
 from wpcal.planning.plan.holder_moves import HolderMove
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
+from wpcal.robot.moves import PathTolerance
+from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import Seam
 from wpcal.weld.seam_weld import SeamWeld
 
@@ -31,8 +31,6 @@ def build_sync_program(run: CellRun, cell: RobotCell, *, controller: ControllerS
 
     Parameters
     ----------
-    run : CellRun
-    cell : RobotCell
     controller : ControllerSettings, optional
         By default the program is named after the seam, so that programs of several seams can be loaded together.
 
@@ -74,7 +72,6 @@ def write_programs(program: SyncProgram, languages: Sequence[str] | None = None)
 
     Parameters
     ----------
-    program : SyncProgram
     languages : sequence of str, optional
         Names of controllers; all of `sync_languages` if not given.
 
@@ -96,7 +93,6 @@ def possible_programs(program: SyncProgram, languages: Sequence[str] | None = No
 
     Parameters
     ----------
-    program : SyncProgram
     languages : sequence of str, optional
         Names of controllers; all of `sync_languages` if not given.
     """
@@ -144,10 +140,6 @@ def possible_coordinated(
 
     Parameters
     ----------
-    run : CellRun
-    cell : RobotCell
-    held : HeldWeld
-    controller : ControllerSettings, optional
     languages : sequence of str, optional
         Names of controllers; by default all that have such programs.
 

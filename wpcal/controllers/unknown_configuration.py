@@ -15,7 +15,6 @@ def refuse_first(is_unknown: BoolArray, why: str) -> None:
     ----------
     is_unknown : ndarray of bool, shape (n,)
         For every pose.
-    why : str
 
     Raises
     ------

@@ -35,7 +35,6 @@ class ConfigurationRule:
         What a user may give.
     expected : str
         The same for messages.
-    example : str
     compute : callable, optional
         From postures to one configuration each, without the user's.
     complete : callable, optional
@@ -70,7 +69,6 @@ class ConfigurationRule:
 
         Parameters
         ----------
-        controller : ControllerSettings
         postures : Posture or None
             Of the arm at the poses; None if it is not known.
         count : int
@@ -144,7 +142,6 @@ class JobLanguage:
         The six numbers of a user frame in the order x, y, z, and about x, y, z.
     rotation : str
         How the three angles are multiplied, for the comment.
-    configuration : ConfigurationRule
     plans_in_joints : bool
         Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
     coordinated : str
@@ -179,8 +176,6 @@ def write_jobs(
 
     Parameters
     ----------
-    program : WeldProgram
-    language : JobLanguage
     main_job : callable
         From the job's name, the text of its comments, the names of the jobs to call and ``T_base_frame`` as rounded, to
         the contents of the file.
@@ -247,7 +242,6 @@ def frame_in_words(language: JobLanguage, number: int, T_base_frame: RigidTransf
 
     Parameters
     ----------
-    language : JobLanguage
     number : int
         Of the user frame.
     T_base_frame : RigidTransform

@@ -49,7 +49,6 @@ def decimal_sign(cells: Iterable[str], *, comma_separates: bool) -> str:
 
     Parameters
     ----------
-    cells : iterable of str
     comma_separates : bool
         Whether the file separates its cells by commas. A single comma in a cell is then never a decimal sign by itself.
     """
@@ -76,7 +75,6 @@ def number_in_cell(cell: str, *, column: str, decimal: str) -> float:
 
     Parameters
     ----------
-    cell : str
     column : str
         Name of the column; its end is the unit in which the number is expected.
     decimal : str

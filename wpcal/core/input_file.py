@@ -174,7 +174,6 @@ def holds_file(folder: Path, name: str) -> bool:
 
     Parameters
     ----------
-    folder : Path
     name : str
         A name with a folder in it is never held: a record must not make wpcal read files elsewhere.
     """

@@ -24,7 +24,6 @@ def parse_number(text: str, *, most: float = LARGEST_MM) -> float:
 
     Parameters
     ----------
-    text : str
     most : float
         Largest magnitude.
 

@@ -94,7 +94,6 @@ class Residuals:
 
     Parameters
     ----------
-    names : tuple of str, length n
     vectors_mm : ndarray, shape (n, 3)
         Taught point minus moved model point, in the target frame, mm.
     """

@@ -178,7 +178,6 @@ class _Schema:
 
         Parameters
         ----------
-        schema : mapping
         field : str
             Name of the nearest field above; its end is the unit.
         """

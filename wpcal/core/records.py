@@ -134,7 +134,6 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    path : Path
     schema : str
         Name and version, for example ``wpcal/calibration/1``.
 

@@ -48,7 +48,6 @@ class Table:
         Stripped cells; names in lower case with their units (`wpcal.core.cells.column_name`), in the order of the file.
     lines : tuple of int
         Line of each row in the file, counted from 1.
-    separator : str
     """
 
     path: str
@@ -176,14 +175,6 @@ class Table:
 def read_table(path: Path) -> Table:
     """Read a text table with a header line.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Table
-
     Raises
     ------
     InputError
@@ -204,7 +195,6 @@ def parse_table(raw: bytes, *, path: str) -> Table:
 
     Parameters
     ----------
-    raw : bytes
     path : str
         Name of the file in messages.
     """

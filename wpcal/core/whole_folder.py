@@ -287,7 +287,6 @@ def lock_taken(descriptor: int, wait_s: float, step_s: float) -> FolderLock:
 
     Parameters
     ----------
-    descriptor : int
     wait_s, step_s : float
         How long to wait for it, and between two looks, s.
     """

@@ -26,10 +26,6 @@ SCHEMA = "wpcal/compas/1"
 def write_compas(program: WeldProgram) -> dict[str, str]:
     """Write one JSON file with all seams.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to str

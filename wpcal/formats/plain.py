@@ -36,10 +36,6 @@ ALL_DIGITS = "%.17g"
 def write_program_json(program: WeldProgram) -> dict[str, str]:
     """Write one JSON file with all seams.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to str
@@ -100,10 +96,6 @@ def _errors(path: WeldPath) -> list[float | None]:
 
 def write_program_csv(program: WeldProgram) -> dict[str, str]:
     """Write one row per pose.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------

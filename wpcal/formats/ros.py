@@ -32,10 +32,6 @@ LONGEST_COMMENT = 100
 def write_ros(program: WeldProgram) -> dict[str, str]:
     """Write one PoseArray per seam, and the sidecar.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to str

@@ -56,10 +56,6 @@ def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT
 def write_tesseract(program: WeldProgram) -> dict[str, str]:
     """Write one Python module with all seams.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to str

@@ -41,7 +41,6 @@ def joint_trajectory(sequence: WeldSequence, line: Timeline) -> str:
 
     Parameters
     ----------
-    sequence : WeldSequence
     line : Timeline
         Of the sequence.
 
@@ -66,7 +65,6 @@ def tesseract_states(sequence: WeldSequence, line: Timeline) -> str:
 
     Parameters
     ----------
-    sequence : WeldSequence
     line : Timeline
         Of the sequence.
 

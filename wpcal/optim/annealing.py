@@ -196,11 +196,8 @@ class AnnealingReport:
     Parameters
     ----------
     state : ndarray, shape (d,)
-    cost : float
     evaluations : int
         States whose cost was computed.
-    trace : AnnealingTrace
-    stop : StopReason
     """
 
     state: FloatArray
@@ -235,17 +232,12 @@ def anneal(
         The box. R_i of eq. (6) is upper - lower.
     rng : numpy.random.Generator
         The only source of chance: the same generator state gives the same run.
-    schedule : AnnealingSchedule, optional
     start : array_like, shape (d,), optional
         Where all chains start. The samples of eq. (9) are then drawn from its first neighbourhood. Without it both are
         random states of the box.
     periodic : array_like of bool, shape (d,), optional
         Variables that leave the box at one side and enter at the other (full turns). They are brought back into the
         box between temperatures, so the cost must repeat beyond it. The others stop at its wall.
-
-    Returns
-    -------
-    AnnealingReport
 
     Raises
     ------

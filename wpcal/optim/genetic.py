@@ -38,7 +38,6 @@ class GeneticOptions:
 
     Parameters
     ----------
-    population : int
     generations : int
         MAXGEN.
     crossover : float
@@ -70,10 +69,8 @@ class GeneticResult:
     Parameters
     ----------
     state : ndarray, shape (d,)
-    cost : float
     best_costs, mean_costs : ndarray, shape (generations + 1,)
         Of each generation, the first one drawn at random.
-    evaluations : int
     """
 
     state: FloatArray
@@ -98,12 +95,6 @@ def solve_genetic(
     cost : callable
         Costs (m,) of states (m, d); finite.
     lower, upper : array_like, shape (d,)
-    rng : numpy.random.Generator
-    options : GeneticOptions, optional
-
-    Returns
-    -------
-    GeneticResult
 
     Raises
     ------

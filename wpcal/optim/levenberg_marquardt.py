@@ -82,8 +82,6 @@ def minimise_squares(
 
     Parameters
     ----------
-    problem : SquaresProblem
-    start : State
     still : float
         The solver stops at a step that changes the residuals by less than this (the root of ξᵀHξ, in the unit of the
         weighted residuals). It has converged if the damping is then not above `first_damping`; otherwise only the
@@ -92,10 +90,6 @@ def minimise_squares(
         Limit of accepted steps.
     first_damping : float
         λ of the first step, relative to the diagonal of H.
-
-    Returns
-    -------
-    SquaresMinimum
     """
     state, cost, damping = start, problem.cost(start), first_damping
     for steps in range(most_steps):

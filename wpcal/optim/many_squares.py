@@ -56,7 +56,6 @@ def minimise_many_squares(
 
     Parameters
     ----------
-    problem : ManySquares
     starts : ndarray, shape (m, ...)
     still : float
         A start ends at a step that changes its residuals by less than this (see `minimise_squares`).

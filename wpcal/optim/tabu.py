@@ -35,12 +35,10 @@ class TabuOptions:
     ----------
     rings : int
         k of eq. (12).
-    points_per_ring : int
     list_size : int
         Places remembered.
     tenure : int
         Iterations that a place stays forbidden.
-    iterations : int
     """
 
     rings: int = 4
@@ -61,10 +59,8 @@ class TabuResult:
     Parameters
     ----------
     state : ndarray, shape (d,)
-    cost : float
     best_costs, current_costs : ndarray, shape (iterations + 1,)
         Least cost so far, and cost of the current place.
-    evaluations : int
     forbidden : int
         Neighbours that were passed over because they were tabu.
     aspired : int
@@ -98,12 +94,6 @@ def solve_tabu(
         in proportion.
     start : array_like, shape (d,)
     lower, upper : array_like, shape (d,)
-    rng : numpy.random.Generator
-    options : TabuOptions, optional
-
-    Returns
-    -------
-    TabuResult
 
     Raises
     ------

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wpcal.lazy_names import lazy_names
+from wpcal.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from wpcal.pages.html import build_page, json_blob

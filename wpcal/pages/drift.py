@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.drift.control import CUSUM_H, CUSUM_K, LIMIT_SIGMAS, Charts
-from wpcal.drift.jobs import FailedJob
-from wpcal.drift.record import RULES, UNORDERED, shift_sentence
-from wpcal.drift.watch import POSE_CHANNELS, PartDrift
 from wpcal.pages.html import build_still_page, escaped
+from wpcal.study.drift.control import CUSUM_H, CUSUM_K, LIMIT_SIGMAS, Charts
+from wpcal.study.drift.jobs import FailedJob
+from wpcal.study.drift.record import RULES, UNORDERED, shift_sentence
+from wpcal.study.drift.watch import POSE_CHANNELS, PartDrift
 
 STYLE = """
 :root{color-scheme:light dark;--ink:#17202a;--soft:#5b6673;--line:#1d5fa8;--limit:#a84a14;--bad:#b3202e}
@@ -49,8 +49,6 @@ def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], le
 
     Parameters
     ----------
-    parts : sequence of PartDrift
-    failed : sequence of FailedJob
     left_out : sequence of str
         One line for each part with too few jobs.
 

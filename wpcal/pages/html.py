@@ -17,9 +17,9 @@ from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
+from wpcal.core.printable import printable
 from wpcal.core.records import to_compact_json
 from wpcal.pages.packing import pack_glb
-from wpcal.printable import printable
 
 COMPRESSION = 6
 """Level of zlib: level 9 saves 2 % of a mesh and takes three times as long."""

@@ -69,7 +69,6 @@ def build_plan_page(
     ----------
     runs : sequence of CellRun
         One per plan, all of the same seam.
-    cell : RobotCell
     objectives : sequence of Objective
         Two or more; the chart shows the first and the last.
     chosen : int
@@ -116,10 +115,6 @@ def build_plan_page(
 
 def build_cell_page(cell: RobotCell) -> str:
     """Return the page of a cell: what its file describes, and what is odd in it.
-
-    Parameters
-    ----------
-    cell : RobotCell
 
     Returns
     -------
@@ -197,7 +192,6 @@ def body_record(body: Body, group: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    body : Body
     group : str
         What it is shown and hidden with: ``robot1``, ``robot2``, ``torch``, ``part`` or ``bench``.
     """

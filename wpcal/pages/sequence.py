@@ -31,7 +31,6 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
 
     Parameters
     ----------
-    choice : SequenceChoice
     line : Timeline
         Of the chosen sequence.
     part_glb : bytes, optional
@@ -76,10 +75,6 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
 
 def build_one_robot_page(cell: OneRobotCell) -> str:
     """Return the page of a cell with one robot at home: what its file describes, and what is odd in it.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
 
     Returns
     -------

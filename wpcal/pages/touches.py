@@ -14,8 +14,8 @@ from wpcal.calibrate.uncertainty import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import PLACE_DIGITS, TURN_DIGITS
-from wpcal.searches.plan import Search, TouchPlan
-from wpcal.searches.setup import TouchSetup
+from wpcal.touch.searches.plan import Search, TouchPlan
+from wpcal.touch.searches.setup import TouchSetup
 
 BODY = """
 <main id="page"></main>
@@ -37,7 +37,6 @@ def build_touches_page(
 
     Parameters
     ----------
-    plan : TouchPlan
     part_glb : bytes, optional
         The part's triangles.
     seams : mapping, optional

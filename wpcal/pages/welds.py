@@ -69,7 +69,6 @@ def build_welds_page(
         The same record without what people stated: what a value becomes when it goes back to the rules.
     seams : sequence of Seam
         Of the welds, in any order, with frames in `base`.
-    T_base_part : RigidTransform
     part_glb : bytes or None
         The part's triangles; without them the view shows only seams.
     folder : str

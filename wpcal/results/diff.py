@@ -29,7 +29,6 @@ class Difference:
     ----------
     where : str
         File, seam or point, and field.
-    found, expected : str
     off_by : str
         Number with unit; empty for words.
     """

@@ -66,7 +66,6 @@ class FinishedCalibration:
 
     Parameters
     ----------
-    T_base_part : RigidTransform
     seams : tuple of Seam
         With frames in `base`.
     u95_mm : tuple of (ndarray, shape (n,), or None)
@@ -115,7 +114,6 @@ def read_record(folder: Path, name: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    folder : Path
     name : str
         ``calibration.json`` or ``seams.json``.
 

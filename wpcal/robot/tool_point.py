@@ -87,10 +87,6 @@ def find_tool_point(arm: Arm, joints: ArrayLike) -> ToolPoint:
     joints : array_like, shape (n, k)
         Shown joint angles at each touch, rad.
 
-    Returns
-    -------
-    ToolPoint
-
     Raises
     ------
     GeometryError

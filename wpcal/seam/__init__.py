@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from wpcal.lazy_names import lazy_names
+from wpcal.core.lazy_names import lazy_names
 from wpcal.seam.options import ConcaveEdges, SeamOptions, StepOptions
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamSource, WeldType
 

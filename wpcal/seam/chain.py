@@ -29,7 +29,6 @@ class Chain:
         Rows of the pieces in order.
     flip : ndarray of bool, shape (k,)
         Whether a piece is reversed.
-    closed : bool
     """
 
     rows: IntArray
@@ -64,18 +63,12 @@ def chain_pieces(
 
     Parameters
     ----------
-    graph : BrepGraph
-    pieces : SeamPieces
     group : ndarray of int, shape (k,)
         Only pieces with the same number are joined.
     split_rad : float
         Largest turn of the direction of travel from one piece to the next, rad.
     bridges : Bridges, optional
         What joins pieces whose ends do not meet; nothing by default.
-
-    Returns
-    -------
-    list of Chain
     """
     p, out = _ends(graph, pieces)
     link = _links(p.reshape(-1, 3), out.reshape(-1, 3), np.repeat(group, 2), np.cos(split_rad))

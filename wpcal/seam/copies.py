@@ -50,7 +50,6 @@ class CopiedSeams:
             The whole part, with the edges of all copies.
         seams : sequence of Seam
             Of the first groups, with faces and edges of this graph.
-        copies : sequence of Copy
         """
         movers = tuple(Mover.of(graph, copy) for copy in copies)
         face = np.array([max(int(seam.pieces.wall[0]), int(seam.pieces.base[0])) for seam in seams], dtype=np.int64)
@@ -97,7 +96,6 @@ class Mover:
 
     Parameters
     ----------
-    copy : Copy
     names : dict
         The name of each solid in the copy, by its name in the first group.
     """

@@ -57,8 +57,6 @@ def detect_seams(
 
     Parameters
     ----------
-    graph : BrepGraph
-    options : SeamOptions, optional
     trimmed : TrimmedFaces, optional
         Of the same graph, if the caller has it already.
     sections : SeamPieces, optional
@@ -151,10 +149,8 @@ def judge_candidates(
 
     Parameters
     ----------
-    graph : BrepGraph
     found : CopiedSeams
         Candidates of the whole part.
-    options : SeamOptions
     trimmed : TrimmedFaces
         Of this graph.
     """

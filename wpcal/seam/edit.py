@@ -50,8 +50,6 @@ class PlacedEdit:
 
     Parameters
     ----------
-    candidate : Candidate
-    edit : SeamEdit
     path : str
         The file of the decision, for messages.
     """
@@ -63,10 +61,6 @@ class PlacedEdit:
 
 def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
     """Read the decisions in an edited ``seams.json``.
-
-    Parameters
-    ----------
-    path : Path
 
     Returns
     -------

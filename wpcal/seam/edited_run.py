@@ -53,7 +53,6 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join
 
     Parameters
     ----------
-    graph : BrepGraph
     runs : sequence of tuple of str and SeamPieces
         Names, for messages, and pieces. The first keeps its direction; the others are put before or after it, in any
         order, and are turned where their other end meets.
@@ -121,7 +120,6 @@ def judged_anew(
         The part.
     seams : sequence of Seam
         With edits and the pieces that follow from them; frames and judgement are those of the candidates.
-    options : SeamOptions
     has_marks : bool
         Whether edges of the part are marked as seams.
     """

@@ -44,7 +44,6 @@ def explained_svg(
         The part.
     seam : Seam
         With pieces and with frames in `part`.
-    title : str
     torch : TorchShape
         With its usual wire.
     section : mapping

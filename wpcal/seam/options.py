@@ -69,7 +69,6 @@ class Judging:
         product or an instance above stands for all solids in it.
     not_welded : tuple of str
         Names of solids that are not welded. If both fit a solid, the name with more letters counts.
-    level : Level
     """
 
     weld: tuple[str, ...] = ()
@@ -141,13 +140,10 @@ class SeamOptions:
         (`built_up.why_one_piece`).
     split_rad : float
         A seam ends where its direction turns by more, rad.
-    steps : StepOptions
     min_length_mm : float
         Least length of an accepted seam, mm.
     join_mm : float
         Contacts in one line are joined across interruptions of at most this length, mm.
-    judging : Judging
-    reach : Reach
     play : tuple of Play, optional
         The gaps that joints of this part have by design; by default they are measured (`find.play`).
     wrap : bool

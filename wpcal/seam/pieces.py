@@ -15,7 +15,6 @@ def sample_pieces(graph: BrepGraph, pieces: SeamPieces, share: FloatArray) -> tu
 
     Parameters
     ----------
-    graph : BrepGraph
     pieces : SeamPieces
         k pieces.
     share : ndarray, shape (n,)

@@ -196,7 +196,6 @@ class Hiding:
 
     Parameters
     ----------
-    solid : str
     length_mm : float
         So much of the seam would be free.
     is_loose : bool
@@ -253,7 +252,6 @@ class NamedSolids(str):
     ----------
     words : str
         With ``{}`` where the names belong.
-    solids : tuple of str
     """
 
     words: str
@@ -278,13 +276,10 @@ class Seam:
     ----------
     name : str
         ``W1``, ``W2``, … by the place of the start.
-    joint, weld : JointType, WeldType
     solids : tuple of str
         Names of the solids that it joins; one name for an edge inside a solid.
     pieces : SeamPieces
         In order, each in the direction of the seam.
-    closed : bool
-    length_mm : float
     reachable : bool
         Whether a torch can reach it: enough rays out of the joint leave the part.
     accepted : bool
@@ -293,7 +288,6 @@ class Seam:
         Why it is a candidate, and what else was found out about it.
     frames : SeamFrames
         Empty until they are computed.
-    source : SeamSource
     confidence : float
         From 0 to 1: how sure the rules are that this is a weld (`judge.evidence`).
     findings : tuple of Finding

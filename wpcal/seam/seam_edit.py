@@ -15,7 +15,6 @@ class Candidate:
         As found: ``W7``.
     start_mm, middle_mm : tuple of float
         Its start, and the point at half its length, in `part`, mm.
-    length_mm : float
     """
 
     name: str
@@ -30,7 +29,6 @@ class JoinedStretch:
 
     Parameters
     ----------
-    candidate : Candidate
     range_mm : tuple of float or None
         Two lengths from the start of the candidate, mm; None for all of it.
     """
@@ -49,7 +47,6 @@ class SeamEdit:
         True to weld it, false to reject it; None to leave it to the rules.
     reverse : bool
         Whether it is welded in the other direction.
-    name : str or None
     range_mm : tuple of float or None
         The part of it that is welded: two lengths from the start of the candidate, mm.
     other_side : bool

@@ -88,15 +88,10 @@ def find_part_seams(
     ----------
     graph, trimmed :
         The part.
-    options : SeamOptions
     cross : callable
         How solids that run into each other are crossed (`Cross`).
     mark : callable, optional
         How marked edges are added (`Mark`).
-
-    Returns
-    -------
-    PartSeams
     """
     once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
     if once is not None:

@@ -76,7 +76,6 @@ class Tube:
     ----------
     start, end : ndarray, shape (3,)
         Ends of its axis, mm.
-    radius_mm : float
     """
 
     start: FloatArray
@@ -100,12 +99,10 @@ class TorchShape:
     length_mm : float
         From the tip of the wire along the centre line to where the wrist has room to turn: a usual torch has 300 mm.
         What comes behind is not compared with the part.
-    name : str
     mouth_radius_mm : float, optional
         Outer radius at the mouth of a conical nozzle; None for a cylindrical one.
     taper_mm : float
         Length of the cone.
-    neck : Neck, optional
     most_wire_mm : float, optional
         The longest wire with which this torch still welds; None: `wire_mm`. Seams that need more than `wire_mm` say so.
 

@@ -56,14 +56,8 @@ def run_coverage_study(
         Same frame, mm.
     sigma_mm : float
         Teaching error per axis.
-    trials : int
     criterion : Criterion
         ``MINIMAX`` or ``LEAST_SQUARES``.
-    seed : int
-
-    Returns
-    -------
-    CoverageStudy
     """
     p = as_points(points, name="reference points")
     centre = p.mean(axis=0)

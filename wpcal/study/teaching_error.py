@@ -50,10 +50,6 @@ class ErrorStudy:
     ----------
     errors_mm : ndarray, shape (trials,)
         Largest displacement of a reference point, eq. (13), mm.
-    bound_mm : float
-    place : ErrorPlace
-    criterion : Criterion
-    seed : int
     """
 
     errors_mm: FloatArray
@@ -118,20 +114,13 @@ def run_error_study(
         The known motion of eq. (10).
     bound_mm : float
         Greatest error of a coordinate.
-    trials : int
-    place : ErrorPlace
     criterion : Criterion
         ``MINIMAX`` or ``LEAST_SQUARES``.
-    seed : int
     progress : callable, optional
         Called with the number of trials done after each chunk.
     fitted : callable, optional
         Takes the chunks, and yields the first trial and the errors (trials,) in mm of each, in any order. By default
         they are fitted here, one after another.
-
-    Returns
-    -------
-    ErrorStudy
 
     Raises
     ------
@@ -180,7 +169,6 @@ class Chunk:
         Taught points without errors, about their centroid, mm.
     taught : ndarray, shape (trials, n, 3)
         Taught points with errors, mm.
-    criterion : Criterion
     """
 
     start: int

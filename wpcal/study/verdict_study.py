@@ -24,8 +24,6 @@ class VerdictStudy:
 
     Parameters
     ----------
-    trials : int
-    verdicts : Counter of VerdictKind
     passed_outside : int
         `PASS` although a point of a seam is off by more than the tolerance.
     failed_inside : int
@@ -69,12 +67,6 @@ def run_verdict_study(
         Errors of the taught points of each trial, mm.
     teaching : TeachingError
         What is stated of them.
-    criterion : Criterion
-    tolerance_mm : float
-
-    Returns
-    -------
-    VerdictStudy
 
     Raises
     ------

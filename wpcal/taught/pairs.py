@@ -20,10 +20,6 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
 
     Six columns of a covariance can replace ``sigma_mm``, see `wpcal.taught.columns.covariances_of_table`.
 
-    Parameters
-    ----------
-    path : Path
-
     Returns
     -------
     pairs : PointPairs

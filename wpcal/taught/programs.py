@@ -12,7 +12,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.features.reference import ReferenceFeature
+from wpcal.taught.features.reference import ReferenceFeature
 from wpcal.taught.table import TaughtPoints
 
 LEAST_JOINTS = 4
@@ -29,7 +29,6 @@ class JointValues:
     ----------
     values : ndarray, shape (n,)
         Angles as shown on the pendant, deg, or encoder pulses.
-    in_pulses : bool
     """
 
     values: FloatArray
@@ -42,7 +41,6 @@ class ProgramPoint:
 
     Parameters
     ----------
-    name : str
     line : int
         In the file, counted from 1.
     p_mm : ndarray, shape (3,)
@@ -80,7 +78,6 @@ class ProgramPoints:
 
     Parameters
     ----------
-    points : tuple of ProgramPoint
     frames : dict of str to RigidTransform
         ``T_base_frame`` by name or number.
     """
@@ -118,7 +115,6 @@ class TaughtProgram:
         The file, for messages.
     reader : ProgramReader
         Of the controller that wrote the file.
-    found : ProgramPoints
     """
 
     path: str
@@ -188,7 +184,6 @@ def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]
 
     Parameters
     ----------
-    taught : TaughtPoints
     features : sequence of ReferenceFeature
         Of the part.
     """

@@ -16,8 +16,8 @@ from wpcal.calibrate.touches.touches import NamedAxis, Touches
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.features.reference import FeatureKind, ReferenceFeature, feature_named
 from wpcal.taught.columns import MODEL_COLUMNS
+from wpcal.taught.features.reference import FeatureKind, ReferenceFeature, feature_named
 from wpcal.taught.kinds import TouchKind
 from wpcal.taught.table import TaughtPoints
 
@@ -43,7 +43,6 @@ def touches_of(
 
     Parameters
     ----------
-    taught : TaughtPoints
     trimmed : TrimmedFaces
         Of the part.
     features : sequence of ReferenceFeature
@@ -52,10 +51,6 @@ def touches_of(
         The rows to take: ``yes`` or ``check``.
     T_nominal_part : RigidTransform, optional
         The part in the model of the cell, for rows that name neither a feature nor a model point.
-
-    Returns
-    -------
-    Touches
 
     Raises
     ------

@@ -19,8 +19,8 @@ from wpcal.core.pairs import PointPairs
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.rotations import zyx_angles
 from wpcal.core.tables import Table, parse_table
-from wpcal.features.reference import ReferenceFeature, point_named
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS, USES, covariances_of_table
+from wpcal.taught.features.reference import ReferenceFeature, point_named
 from wpcal.taught.kinds import KINDS, TouchKind
 
 TAUGHT_SCHEMA = "wpcal/taught/1"
@@ -32,7 +32,6 @@ class TaughtPoints:
 
     Parameters
     ----------
-    names : tuple of str, length n
     p_base : ndarray, shape (n, 3)
         As read from the robot, in `base`, mm.
     features : tuple of str, length n
@@ -149,14 +148,6 @@ def read_taught(path: Path) -> TaughtPoints:
     share. ``rx_deg, ry_deg, rz_deg`` or ``qx, qy, qz, qw`` are the posture of the tool in the base
     (`wpcal.core.orientation_columns`).
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    TaughtPoints
-
     Raises
     ------
     InputError
@@ -179,10 +170,6 @@ def read_features_to_touch(path: Path) -> tuple[str, ...]:
     ----------
     path : Path
         A table as `read_taught` reads it, or one that `wpcal advise` wrote.
-
-    Returns
-    -------
-    tuple of str
 
     Raises
     ------
@@ -291,7 +278,6 @@ def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> t
 
     Parameters
     ----------
-    taught : TaughtPoints
     features : sequence of ReferenceFeature
         Of the part.
 
@@ -341,10 +327,6 @@ def taught_csv(taught: TaughtPoints) -> str:
     """Return the table that `read_taught` reads: name, coordinates in `base`, feature, posture, robot space.
 
     The posture is left out where no row has one, the robot space where it is the nominal one.
-
-    Parameters
-    ----------
-    taught : TaughtPoints
     """
     space = [] if taught.space is RobotSpace.NOMINAL else [taught.space.value]
     postures = taught.postures

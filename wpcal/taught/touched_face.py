@@ -28,7 +28,6 @@ class TouchedFace:
 
     Parameters
     ----------
-    face : int
     kind : TouchKind
         What the face is in a taught table.
     p_part : ndarray, shape (3,)
@@ -51,15 +50,10 @@ def touched_face(trimmed: TrimmedFaces, point: FloatArray, normal: FloatArray | 
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
     point : ndarray, shape (3,)
         In `part`, mm; on the face or near to it.
     normal : ndarray, shape (3,), optional
         Outward normal as far as it is known: it decides between faces that are equally near.
-
-    Returns
-    -------
-    TouchedFace
 
     Raises
     ------

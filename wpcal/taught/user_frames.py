@@ -77,7 +77,6 @@ def usable_points(program: TaughtProgram, *, arm: Arm | None = None) -> tuple[tu
 
     Parameters
     ----------
-    program : TaughtProgram
     arm : Arm, optional
         Makes joint values usable.
     """
@@ -93,11 +92,6 @@ def usable_points(program: TaughtProgram, *, arm: Arm | None = None) -> tuple[tu
 
 def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoints:
     """Return the points of a program in `base`.
-
-    Parameters
-    ----------
-    program : TaughtProgram
-    reading : ProgramReading
 
     Returns
     -------

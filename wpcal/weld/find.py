@@ -72,8 +72,6 @@ def find_welds(
     ----------
     seams : sequence of Seam
         All seams of the part, with frames in `base`.
-    T_base_part : RigidTransform
-    rules : RuleTable
     part_glb : bytes, optional
         The triangles of the part, with which plates are measured.
     stated : sequence of StatedWeld

@@ -44,7 +44,6 @@ class Groove:
 
     Parameters
     ----------
-    kind : WeldKind
     angle_deg : float
         Between both sides.
     left_share : float

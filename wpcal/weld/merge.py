@@ -26,7 +26,6 @@ def merge_stated(
 
     Returns
     -------
-    stated : tuple of StatedWeld
     notes : tuple of str
         One line per value of the first file that the second one changed.
     """

@@ -28,7 +28,6 @@ class Bead:
         Counted from 1; the numbers are the order of welding.
     y_mm, z_mm : float
         Where the wire points, in the frame of the seam: the middle of the ground on which the bead is laid.
-    area_mm2 : float
     outline_mm : tuple of tuple of float
         Corners (y, z) of its section.
     work_angle_deg : float
@@ -49,7 +48,6 @@ def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple
 
     Parameters
     ----------
-    section : Section
     passes : int
         Number of beads.
     first_side : int

@@ -33,7 +33,6 @@ class Place:
     ----------
     start_mm, middle_mm : tuple of float
         Points at the start and at half the length.
-    length_mm : float
     """
 
     start_mm: tuple[float, float, float]

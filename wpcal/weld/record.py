@@ -56,10 +56,8 @@ def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: R
 
     Parameters
     ----------
-    welds : sequence of SeamWeld
     left : sequence of StatedWeld
         Welds with values of the user whose seam is not there.
-    rules : RuleTable
     """
     return {
         "schema": WELDS_SCHEMA,
@@ -116,7 +114,6 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
 
     Parameters
     ----------
-    path : Path
     rules : RuleTable
         Which the values of rules will be taken from.
 

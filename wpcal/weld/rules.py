@@ -40,7 +40,6 @@ class Case:
 
     Parameters
     ----------
-    joint, weld : JointType, WeldType
     thickness_mm : float or None
         Of the thinner plate; None if it is not known.
     position : str or None
@@ -59,7 +58,6 @@ class Row:
 
     Parameters
     ----------
-    name, source : str
     joint, weld, position : tuple of str
         Empty: any.
     thickness_mm : tuple of float or None
@@ -98,7 +96,6 @@ class RuleTable:
 
     Parameters
     ----------
-    rows : tuple of Row
     file : str
         As the user named it; empty for the table of wpcal.
     """

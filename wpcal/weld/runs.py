@@ -42,13 +42,7 @@ class WeaveBy(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RunChoice:
-    """Which runs a program has.
-
-    Parameters
-    ----------
-    tacks : Tacks
-    weave : WeaveBy
-    """
+    """Which runs a program has."""
 
     tacks: Tacks = Tacks.FIRST
     weave: WeaveBy = WeaveBy.CONTROLLER
@@ -63,12 +57,10 @@ class WeldRun:
     seam : Seam
         What is welded, under the name of the run: ``W1``, ``W1.p2`` (second pass), ``W1.s3`` (third stretch), ``W1.t1``
         (first tack weld).
-    weld : SeamWeld
     bead : Bead or None
         None for the only bead.
     u95_mm : ndarray, shape (n,), or None
         The 95 % error at the frames, mm.
-    is_tack : bool
     speed_ratio : float
         Of the wire to the travel: more than 1 for a weave that is made of points; 1 for all others.
     """
@@ -95,7 +87,6 @@ def chosen_runs(
     ----------
     seams : sequence of (Seam, SeamWeld, ndarray of shape (n,) or None)
         Each with n frames, its weld, and the 95 % error at its frames, mm.
-    choice : RunChoice
     speed_mm_s : float
         Along a seam whose weld data states none.
 
@@ -168,7 +159,6 @@ def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
 
     Parameters
     ----------
-    run : WeldRun
     speed_mm_s : float
         Of travel along the seam.
 

@@ -47,7 +47,6 @@ class Origin:
 
     Parameters
     ----------
-    source : Source
     of : str
         The rule or the file; empty for the user. The model is measured in ``part.glb``.
     given : object
@@ -71,7 +70,6 @@ class SeamWeld:
         By which the seam is recognised under another name.
     joint, weld : JointType, WeldType
         Of the seam.
-    values : WeldValues
     origins : mapping
         By the name of a value: where it came from. A value that a person set to none has an origin, too.
     beads : tuple of Bead
@@ -129,8 +127,6 @@ def weld_for(
     ----------
     seam : Seam
         With frames, in any coordinates.
-    place : Place
-    rules : RuleTable
     user : mapping, optional
         What a person stated: names of `WeldValues` and values as JSON holds them; null for none.
     from_files : mapping, optional
@@ -139,10 +135,6 @@ def weld_for(
         The side of y at which layers of beads begin.
     groove : Groove, optional
         As the model has it. What a person or a file states counts before it.
-
-    Returns
-    -------
-    SeamWeld
 
     Raises
     ------

@@ -112,7 +112,6 @@ def section_of(
 
     Parameters
     ----------
-    values : WeldValues
     joint, weld : JointType, WeldType
         Of the seam.
     normals_rad : float

@@ -26,7 +26,6 @@ def stretches(stitch: Stitch | None, length_mm: float, *, closed: bool = False) 
         None: the whole seam.
     length_mm : float
         Of the seam.
-    closed : bool
 
     Raises
     ------

@@ -29,7 +29,6 @@ def plate_thicknesses(frames: SeamFrames, material: Material) -> tuple[float | N
     ----------
     frames : SeamFrames
         In the coordinates of `material`.
-    material : Material
 
     Returns
     -------

@@ -78,7 +78,6 @@ class Crater:
 
     Parameters
     ----------
-    time_s : float
     current_a, voltage_v : float or None
         None: those of the weld.
     """
@@ -117,7 +116,6 @@ class WeldValues:
         Of the thinner plate.
     position : str
         ``PA`` … ``PG`` (ISO 6947).
-    weld : WeldKind
     throat_mm, leg_mm : float
         Size of a fillet, a or z of ISO 2553; one of the two.
     depth_mm : float
@@ -144,8 +142,6 @@ class WeldValues:
         Of the torch: from the bisector, positive towards y; positive is push.
     start_delay_s, end_delay_s : float
         The arc burns before the torch moves, and after it has stopped.
-    weave : Weave
-    crater : Crater
     stitch : Stitch
         None: the whole seam is welded.
     tacks : Stitch

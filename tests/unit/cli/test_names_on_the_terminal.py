@@ -9,8 +9,8 @@ from rich.table import Table
 from tests.running import run_process
 from wpcal.cli.console import plain_console
 from wpcal.cli.streams import PrintableText
+from wpcal.core.printable import printable
 from wpcal.pages.html import build_page
-from wpcal.printable import printable
 
 EVIL = "plate \x1b]0;owned\x07\x1b[2J\x9b31m\u202egnp"
 SHOWN = r"plate \u001b]0;owned\u0007\u001b[2J\u009b31m\u202egnp"

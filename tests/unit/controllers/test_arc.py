@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.audit.arc import LANGUAGES, arc_faults
+from wpcal.controllers.audit.arc import LANGUAGES, arc_faults
 
 OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 LANGUAGE_FILES = {

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from wpcal.audit.arc import arc_faults
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.audit.arc import arc_faults
 from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.kawasaki.arc import conditions
 from wpcal.controllers.kawasaki.read import frame_from_oat

@@ -12,7 +12,6 @@ from wpcal.controllers.compensation import compensate_program
 from wpcal.controllers.followed_program import program_for_arm
 from wpcal.controllers.program import build_program
 from wpcal.controllers.reachable_spin import ArmAtTool
-from wpcal.moves import Arc, PathTolerance
 from wpcal.results.folder import read_finished
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
@@ -20,6 +19,7 @@ from wpcal.robot.identify.simulation import XIONG_2015_ERRORS
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD
 from wpcal.robot.kinematics.inverse import follow_path
+from wpcal.robot.moves import Arc, PathTolerance
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 SAME = 1e-6  # of joints that are followed to a pose, and those that were computed for it

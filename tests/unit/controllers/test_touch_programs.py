@@ -12,8 +12,8 @@ import pytest
 
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
-from wpcal.audit.programs import WrittenWrongError
-from wpcal.audit.touches import check_touches_written, is_touch_program, touch_faults
+from wpcal.controllers.audit.programs import WrittenWrongError
+from wpcal.controllers.audit.touches import check_touches_written, is_touch_program, touch_faults
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.touch_program import TouchProgram
@@ -21,8 +21,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.searches import TouchSetup, touches_record
-from wpcal.searches.setup import FanucSetup, InformSetup, KrlSetup, RapidSetup, UrSetup
+from wpcal.touch.searches import TouchSetup, touches_record
+from wpcal.touch.searches.setup import FanucSetup, InformSetup, KrlSetup, RapidSetup, UrSetup
 
 LANGUAGES = ("rapid", "krl", "fanuc", "inform", "urscript", "as")
 NUMBERED = LANGUAGES[1:]

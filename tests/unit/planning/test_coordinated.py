@@ -11,15 +11,14 @@ import pytest
 from tests.coordinated_faults import Seam, faults
 from tests.coordinated_programs import READERS, followed
 from tests.saddle import CELLS
-from wpcal.audit import audit_path
 from wpcal.controllers.arc_settings import ArcSettings
+from wpcal.controllers.audit import audit_path
 from wpcal.controllers.coordinated_program import build_coordinated_program
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.two_robots import HeldWeld, possible_coordinated
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc, PathTolerance
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
 from wpcal.planning.plan.coordinated import coordinate_run
@@ -29,6 +28,7 @@ from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.schedule import schedule_plan
 from wpcal.planning.plan.seam_file import read_held_seams
 from wpcal.robot.kinematics.inverse import follow_path
+from wpcal.robot.moves import Arc, PathTolerance
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules

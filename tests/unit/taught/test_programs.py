@@ -5,8 +5,8 @@ import pytest
 
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import ErrorCode, FormatError, InputError
-from wpcal.features import FeatureKind, ReferenceFeature
 from wpcal.taught import ProgramPoint, ProgramPoints, ProgramReader, ProgramReading, TaughtPoints, TaughtProgram
+from wpcal.taught.features import FeatureKind, ReferenceFeature
 from wpcal.taught.programs import BASE, frame_from_xyz_angles, joint_values, names_as_features, unusable_point
 from wpcal.taught.user_frames import parse_uframes, points_in_base, usable_points
 

@@ -8,7 +8,7 @@ import pytest
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import FormatError, FrameError, InputError
 from wpcal.core.robot_space import RobotSpace
-from wpcal.features import FeatureKind, ReferenceFeature
+from wpcal.taught.features import FeatureKind, ReferenceFeature
 from wpcal.taught.table import TaughtPoints, pair_points, read_taught
 
 CORNERS = np.array([[0, 0, 0], [10, 0, 0], [0, 20, 0], [0, 0, 30]], dtype=float)

@@ -81,7 +81,6 @@ class Bends:
 
         Parameters
         ----------
-        direction : int
         s_mm : ndarray, shape (n,)
             Along the axis from the middle of the body; beyond its ends the ends count.
 
@@ -120,10 +119,6 @@ def find_bends(points: Sequence[FloatArray], normals: Sequence[FloatArray], sigm
         Unit normals of its plane faces.
     sigma_mm : float
         Root mean square displacement of a body of 1 m.
-
-    Returns
-    -------
-    Bends
 
     Raises
     ------

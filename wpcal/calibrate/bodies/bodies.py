@@ -91,10 +91,8 @@ class Bodies:
 
     Parameters
     ----------
-    names : tuple of str, length b
     centroid_part : ndarray, shape (b, 3)
         The points about which they turn, in `part`, mm.
-    tolerances : tuple of TackTolerance, length b
     bends : Bends
         How those of them bend that are long.
     """

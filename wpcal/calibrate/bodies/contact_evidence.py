@@ -81,7 +81,6 @@ def judge_contacts(touched: Whitened, contacts: Contacts, wrong: IntArray) -> tu
     ----------
     touched : Whitened
         Of touches, then of all `contacts`.
-    contacts : Contacts
     wrong : ndarray of int, shape (w,)
         Rows of touches that are wrong also without contacts; they are left out.
 

@@ -34,7 +34,6 @@ def find_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, 
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
     face_body : ndarray of int, shape (F,)
         The body of every face; -1: it does not move.
     gap_mm : float

@@ -73,7 +73,6 @@ class MeetingErrors:
 
     Parameters
     ----------
-    total_mm : ndarray
     across_mm : ndarray
         Across the seam. A seam goes on along itself, so only its ends see the rest.
     placing_mm : ndarray
@@ -91,11 +90,6 @@ class MeetingErrors:
 def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
     """Differentiate points by the motions of `BodiesFit.covariance`.
 
-    Parameters
-    ----------
-    motions : Motions
-    points : MeetingPoints
-
     Returns
     -------
     ndarray, shape (n, 3, 6 + 6 b + k)
@@ -112,17 +106,7 @@ def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
 
 
 def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
-    """Return the 95 % errors of points where moved faces meet.
-
-    Parameters
-    ----------
-    fit : BodiesFit
-    points : MeetingPoints
-
-    Returns
-    -------
-    MeetingErrors
-    """
+    """Return the 95 % errors of points where moved faces meet."""
     found = np.empty((4, len(points.p_part)))
     pairs, pair = np.unique(np.stack([points.wall_body, points.base_body]), axis=1, return_inverse=True)
     for number in range(pairs.shape[1]):  # points of two bodies depend on few of the unknowns
@@ -164,11 +148,6 @@ def joint_error(J: FloatArray, covariance: FloatArray) -> float:
 
 def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     """Return the 95 % errors of the gaps between the bodies of the wall and the faces of the base.
-
-    Parameters
-    ----------
-    fit : BodiesFit
-    points : MeetingPoints
 
     Returns
     -------

@@ -104,13 +104,8 @@ def judge_motion(touched: Whitened, *, seed: int = 0) -> MotionEvidence:
 
     Parameters
     ----------
-    touched : Whitened
     seed : int
         Of the drawn rigid parts.
-
-    Returns
-    -------
-    MotionEvidence
     """
     free = _Restricted.of(touched)
     values, vectors = np.linalg.eigh(free.Z @ free.Z.T)
@@ -164,7 +159,6 @@ def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
 
     Parameters
     ----------
-    touched : Whitened
     bodies : Bodies
         With the tolerances on which `touched` rests.
 

@@ -61,7 +61,6 @@ class BodiesFit:
 
     Parameters
     ----------
-    motions : Motions
     residuals_mm : ndarray, shape (n,)
         Distances of the touches from the moved bodies.
     covariance : ndarray, shape (6 + 6 b + k, 6 + 6 b + k)
@@ -119,11 +118,6 @@ def fit_bodies(
         ``T_base_part`` of the rigid fit.
     sigma_mm : float, optional
         Teaching error per axis; needed where the touches carry no covariances.
-    contacts : Contacts, optional
-
-    Returns
-    -------
-    BodiesFit
 
     Raises
     ------

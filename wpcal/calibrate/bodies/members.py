@@ -23,10 +23,6 @@ LEAST_FACES = 4
 def find_members(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     """Cut the faces of one solid into members.
 
-    Parameters
-    ----------
-    trimmed : TrimmedFaces
-
     Returns
     -------
     names : tuple of str

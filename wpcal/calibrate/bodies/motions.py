@@ -29,8 +29,6 @@ class Motions:
 
     Parameters
     ----------
-    bodies : Bodies
-    T_base_part : RigidTransform
     omega : ndarray, shape (b, 3)
         Rotation vectors of the bodies about their centroids, in `part`, rad.
     v_mm : ndarray, shape (b, 3)

@@ -48,8 +48,6 @@ class MovedBodies:
 
     Parameters
     ----------
-    fit : BodiesFit
-    evidence : MotionEvidence
     source : ToleranceSource
         How the tack tolerances are known.
     touches : ndarray of int, shape (b,)
@@ -240,10 +238,6 @@ def fit_moved_bodies(
         Estimate the tack tolerances where there are enough touches.
     seed : int
         Of the drawn rigid parts.
-
-    Returns
-    -------
-    MovedBodies
 
     Raises
     ------

@@ -103,10 +103,8 @@ def predict_body_errors(found: MovedBodies, p_part: ArrayLike, body: Sequence[st
 
     Parameters
     ----------
-    found : MovedBodies
     p_part : array_like, shape (n, 3)
         In the model, mm.
-    body : sequence of str, length n
 
     Returns
     -------

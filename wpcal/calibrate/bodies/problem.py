@@ -265,7 +265,6 @@ def touched_poses(touches: Touches, body: IntArray, motions: Motions) -> tuple[F
     touches : Touches
         n of them.
     body : ndarray of int, shape (n,)
-    motions : Motions
 
     Returns
     -------

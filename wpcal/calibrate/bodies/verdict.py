@@ -46,12 +46,10 @@ class BodiesEvidence:
 
     Parameters
     ----------
-    moved : MovedBodies
     touch_names : tuple of str
         Of the fitted touches.
     points : MeetingPoints
         k points of the accepted seams; of the fitted touches if there is no seam.
-    seam_names : sequence of str, length k or 0
     sigma : Sigma
         The error of the touches.
     bias_mm : float
@@ -60,7 +58,6 @@ class BodiesEvidence:
         Touches that were not fitted, with their place on the moved part in `part`, and the body of each.
     issues : sequence of Issue
         Of the part as one body.
-    tolerance_mm : float
     """
 
     moved: MovedBodies
@@ -75,16 +72,7 @@ class BodiesEvidence:
 
 
 def judge_bodies(evidence: BodiesEvidence) -> Verdict:
-    """Judge whether the seams are shown to be within the tolerance.
-
-    Parameters
-    ----------
-    evidence : BodiesEvidence
-
-    Returns
-    -------
-    Verdict
-    """
+    """Judge whether the seams are shown to be within the tolerance."""
     moved, tolerance = evidence.moved, evidence.tolerance_mm
     own = meeting_errors(moved.fit, evidence.points).total_mm
     worst = np.argsort(-own, kind="stable")[:MOST_POINTS]
@@ -188,15 +176,10 @@ def unchecked_touches(moved: MovedBodies, names: Sequence[str], sigma_mm: float)
 
     Parameters
     ----------
-    moved : MovedBodies
     names : sequence of str
         Of the fitted touches.
     sigma_mm : float
         Error of the touches per axis.
-
-    Returns
-    -------
-    tuple of str
 
     References
     ----------

@@ -78,13 +78,11 @@ def anneal_pairs(
         ``T_nominal_part``: where the published schedule starts.
     schedule : AnnealingSchedule, optional
         Its `variables` say which six variables are searched.
-    seed : int
 
     Returns
     -------
     T : RigidTransform
         ``T_target_source``, not polished.
-    report : AnnealingReport
     """
     chosen = schedule or AnnealingSchedule.default()
     rows = core_subset(pairs.p_source, pairs.p_target)

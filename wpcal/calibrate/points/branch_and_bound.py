@@ -111,10 +111,6 @@ def bound_cells(
         Radius of the balls, rad.
     goal : float
         A ball is left alone once its bound has reached this, mm.
-
-    Returns
-    -------
-    CellBounds
     """
     residuals = q - p @ R.transpose(0, 2, 1)
     best, value = np.full(len(R), -1.0), np.full(len(R), np.inf)

@@ -42,10 +42,6 @@ def nearest_fit(R: FloatArray, towards: FloatArray) -> int:
     ----------
     R : ndarray, shape (k, 3, 3)
     towards : ndarray, shape (3, 3)
-
-    Returns
-    -------
-    int
     """
     left = np.arange(len(R))
     for aim in (towards, *FURTHER):

@@ -129,10 +129,6 @@ def solve_minimax(
     nominal : RigidTransform, optional
         Of equally good fits the one turned least from this is taken. By default the one turned least at all.
 
-    Returns
-    -------
-    MinimaxSolution
-
     Raises
     ------
     GeometryError

@@ -64,7 +64,6 @@ class Neighbour:
 
     Parameters
     ----------
-    row : int
     place : int
         Index into the places.
     total : float

@@ -129,10 +129,6 @@ def find_wrong(rows: ErrorRows) -> Contradiction:
     ----------
     rows : ErrorRows
         At least four.
-
-    Returns
-    -------
-    Contradiction
     """
     found = _search(rows)
     if found.remains and rows.scaled:
@@ -220,13 +216,8 @@ def weigh_one(rows: ErrorRows, left_out: tuple[int, ...]) -> Contradiction:
 
     Parameters
     ----------
-    rows : ErrorRows
     left_out : tuple of int
         Not empty. The point of it that is least off is exchanged for each of the others.
-
-    Returns
-    -------
-    Contradiction
     """
     n, out = len(rows), np.array(left_out, dtype=np.int64)
     keep = np.delete(np.arange(n), out)

@@ -269,9 +269,6 @@ def search_points(
         mm.
     nominal : RigidTransform
         ``T_nominal_part``.
-    solver : Solver
-    schedule : AnnealingSchedule or None
-    seed : int
     certify : bool
         Close a gap between answer and bound by branch and bound over all rotations.
     """

@@ -48,7 +48,6 @@ class RobustSolution:
 
     Parameters
     ----------
-    T : RigidTransform
     inlier : ndarray of bool, shape (n,)
         Points that pass the test.
     deviation_mm : ndarray, shape (n,)

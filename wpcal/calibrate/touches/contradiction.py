@@ -166,14 +166,11 @@ def squares_of(touches: Touches, start: Pose, sigma_mm: float | None) -> tuple[P
 
     Parameters
     ----------
-    touches : Touches
-    start : Pose
     sigma_mm : float or None
         Teaching error per axis of touches without covariances, if stated.
 
     Returns
     -------
-    pose : Pose
     information : ndarray, shape (n, 3, 3)
     jacobians : ndarray, shape (n, 3, 6)
         By comparable coordinates of the motion of the part.
@@ -188,13 +185,6 @@ def least_without(touches: Touches, pose: Pose, sigma_mm: float | None, names: S
     """Return the sum of squares without touches, or if none are named the least without a single one.
 
     None if the rest does not hold the part.
-
-    Parameters
-    ----------
-    touches : Touches
-    pose : Pose
-    sigma_mm : float or None
-    names : sequence of str
     """
     rows = _Rows.of(touches, pose, sigma_mm)
     if not names:

@@ -38,10 +38,8 @@ def propagate_covariance(
         Those that were fitted. If they carry covariances, these say how far each may be off.
     pose : Pose
         The fit.
-    criterion : Criterion
     teaching : TeachingError
         Of touches without covariances. If it states nothing, the residuals of the least-squares fit tell.
-    seed : int
 
     Returns
     -------

@@ -38,7 +38,6 @@ class StartsEvidence:
 
     Parameters
     ----------
-    starts : int
     agreeing : int
         Starts that ended at the answer.
     next_best_rms_mm : float or None
@@ -89,7 +88,6 @@ class TouchEvidence:
     ----------
     lies_on : tuple of str, length n
         What each fitted touch lies on, in words.
-    starts : StartsEvidence
     motions : tuple of HeldMotion, length 6
         The best held motion comes first.
     """

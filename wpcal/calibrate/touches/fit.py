@@ -54,7 +54,6 @@ class Pose:
     Parameters
     ----------
     R, t : ndarray, shapes (3, 3), (3,)
-    at : Linearised
     """
 
     R: FloatArray
@@ -112,14 +111,8 @@ def fit_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pos
 
     Parameters
     ----------
-    touches : Touches
-    start : Pose
     weighted : bool
         Weight with the inverse covariances of the touches instead of equally.
-
-    Returns
-    -------
-    Pose
     """
     starts = fit_squares_of(touches, start.R[None], start.t[None], weighted=weighted)
     return starts.pose(0)
@@ -156,17 +149,12 @@ def fit_squares_of(
 
     Parameters
     ----------
-    touches : Touches
     R, t : ndarray, shapes (m, 3, 3), (m, 3)
         The starts ``T_base_part``.
     weighted : bool
         Weight with the inverse covariances of the touches instead of equally.
     kept : ndarray, shape (m, n), optional
         1 for touches that a fit takes, 0 for those it leaves out. By default each fit takes all.
-
-    Returns
-    -------
-    Fits
     """
     covariances = touches.covariances if weighted else None
     unit = math.sqrt(float(touches.linearised(R[0], t[0]).information(covariances).max()))
@@ -210,7 +198,6 @@ def fit_minimax(touches: Touches, start: Pose) -> Pose:
 
     Parameters
     ----------
-    touches : Touches
     start : Pose
         The least-squares fit is the best choice.
 

@@ -71,12 +71,6 @@ def free_words(free: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequ
         A basis of the motions in `part`: the rotation about the pivot times `length_mm`, and the translation.
     pivot : ndarray, shape (3,)
         In `part`, mm.
-    length_mm : float
-    axes : sequence of NamedAxis
-
-    Returns
-    -------
-    str
     """
     return "; ".join(_motion(xi, pivot, length_mm, axes) for xi in _spoken(free))
 

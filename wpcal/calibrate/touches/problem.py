@@ -44,7 +44,6 @@ class TouchProblem:
 
     Parameters
     ----------
-    touches : Touches
     teaching : TeachingError
         Of touches that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
     seed : int
@@ -238,9 +237,6 @@ def search_touches(
         ``T_nominal_part``.
     solver : Solver
         ``ANNEALING`` searches all poses; ``EXACT`` starts from the rotations of a cube only.
-    schedule : AnnealingSchedule or None
-    seed : int
-    teaching : TeachingError
     seam_points : ndarray, shape (k, 3), optional
         Part frame, mm: where two places are compared. By default the touched points.
     check : Touches, optional

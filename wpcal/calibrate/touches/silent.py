@@ -42,11 +42,6 @@ class SilentSearches:
 def silent_issues(silent: SilentSearches, fit: CriterionFit) -> tuple[Issue, ...]:
     """Name the searches that contradict a fit.
 
-    Parameters
-    ----------
-    silent : SilentSearches
-    fit : CriterionFit
-
     Returns
     -------
     tuple of Issue

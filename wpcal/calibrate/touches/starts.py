@@ -45,11 +45,8 @@ class PoseSearch:
 
     Parameters
     ----------
-    pose : Pose
     annealed : Pose or None
         The annealer's best, before the polish.
-    run : AnnealingReport or None
-    evidence : StartsEvidence
     rival : Pose or None
         Another place that fits equally well, if no nominal place decides between them.
     """
@@ -74,20 +71,14 @@ def search_pose(
 
     Parameters
     ----------
-    touches : Touches
     nominal : RigidTransform, optional
         ``T_base_part`` where the cell's model has the part: one more start, and the tie break between equal answers.
     schedule : AnnealingSchedule or None
         None: no annealing, only the starts.
-    seed : int
     sigma_mm : float, optional
         Teaching error per axis of touches without covariances. By default estimated from the residuals.
     seam_points : ndarray, shape (k, 3), optional
         Part frame, mm: where the distance between two places is measured. By default the touched points.
-
-    Returns
-    -------
-    PoseSearch
     """
     placed = [] if nominal is None else [(nominal.R, nominal.t_mm)]
     run, annealed = None, None

@@ -43,11 +43,6 @@ class TargetKind(IntEnum):
 def faces_on_surface(graph: BrepGraph, face: int) -> IntArray:
     """Return the faces of a solid that lie on one plane, cylinder or sphere with a face, itself among them.
 
-    Parameters
-    ----------
-    graph : BrepGraph
-    face : int
-
     Returns
     -------
     ndarray of int

@@ -105,7 +105,6 @@ class NamedAxis:
 
     Parameters
     ----------
-    name : str
     point, direction : ndarray, shape (3,)
         In `part`; mm and a unit vector.
     """
@@ -121,18 +120,15 @@ class Touches:
 
     Parameters
     ----------
-    names : tuple of str, length n
     p_base : ndarray, shape (n, 3)
         The controlled point (wire tip or centre of the ball) at each touch, in `base`, mm.
     radius_mm : ndarray, shape (n,)
         Distance of that point from the face along the outward normal: radius of the ball, or the wire's stick-out
         beyond the point that the controller shows. Zero at points and edges.
-    targets : TouchTargets
     words : tuple of str, length n
         What each touch lies on, in words: ``plane F3``.
     covariances : ndarray, shape (n, 3, 3), or None
         Of the touched positions in `base`, mm².
-    space : RobotSpace
     rows : ndarray of int, shape (n,)
         The target of each touch.
     axes : tuple of NamedAxis

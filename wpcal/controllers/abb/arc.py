@@ -58,7 +58,6 @@ def arc_data(path: WeldPath, stem: str, speed_mm_s: float, rules: NameRules) -> 
 
     Parameters
     ----------
-    path : WeldPath
     stem : str
         The name of the seam in the module.
     speed_mm_s : float

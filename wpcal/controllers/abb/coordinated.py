@@ -46,10 +46,6 @@ START, HELD = "start", "held"
 def write_coordinated_rapid(program: CoordinatedProgram) -> dict[str, str]:
     """Write one RAPID module per robot.
 
-    Parameters
-    ----------
-    program : CoordinatedProgram
-
     Returns
     -------
     dict of str to str

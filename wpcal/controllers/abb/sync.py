@@ -37,10 +37,6 @@ NO_TOOL = "tool0"
 def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
     """Write one RAPID module per robot.
 
-    Parameters
-    ----------
-    program : SyncProgram
-
     Returns
     -------
     dict of str to str

@@ -62,10 +62,6 @@ HELD_MM = 0.01
 def write_touch_rapid(program: TouchProgram) -> dict[str, str]:
     """Write a RAPID module of searches and a module of their results.
 
-    Parameters
-    ----------
-    program : TouchProgram
-
     Returns
     -------
     dict of str to str

@@ -25,7 +25,7 @@ from wpcal.controllers.rounding import rounded
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc
+from wpcal.robot.moves import Arc
 
 KEYWORDS = (
     "alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc "
@@ -75,10 +75,6 @@ TURN_DEG_S = 500
 
 def write_rapid(program: WeldProgram) -> dict[str, str]:
     """Write a RAPID module.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------

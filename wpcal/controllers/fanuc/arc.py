@@ -26,7 +26,6 @@ def start_lines(path: WeldPath, speed_mm_s: float) -> list[str]:
 
     Parameters
     ----------
-    path : WeldPath
     speed_mm_s : float
         Along the seam.
 

@@ -46,7 +46,7 @@ from wpcal.controllers.touch_program import (
 )
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.searches import halves_of
+from wpcal.touch.searches import halves_of
 
 LARGEST_INPUT = 4096
 LARGEST_FRAME = 9
@@ -64,10 +64,6 @@ PARALLEL = 1e-3
 
 def write_touch_fanuc(program: TouchProgram) -> dict[str, str]:
     """Write a TP program of searches.
-
-    Parameters
-    ----------
-    program : TouchProgram
 
     Returns
     -------

@@ -13,10 +13,11 @@ import numpy as np
 
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.searches.plan import TouchPlan
-from wpcal.searches.results import SearchResults
-from wpcal.searches.setup import TouchSetup
-from wpcal.searches.stored import (
+from wpcal.taught.programs import coordinates, frame_from_xyz_angles
+from wpcal.touch.searches.plan import TouchPlan
+from wpcal.touch.searches.results import SearchResults
+from wpcal.touch.searches.setup import TouchSetup
+from wpcal.touch.searches.stored import (
     ResultsFile,
     StoredValues,
     fingerprint_of_stored,
@@ -24,7 +25,6 @@ from wpcal.searches.stored import (
     parsed_number,
     text_number,
 )
-from wpcal.taught.programs import coordinates, frame_from_xyz_angles
 
 POSITIONS = re.compile(r"^\[\*POSREG\*\]\$POSREG\b", re.MULTILINE)
 NUMBERS = re.compile(r"^\[\*NUMREG\*\]\$NUMREG\b", re.MULTILINE)

@@ -27,7 +27,7 @@ from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, wr
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc
+from wpcal.robot.moves import Arc
 
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
 """Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
@@ -67,10 +67,6 @@ LANGUAGE = JobLanguage(
 
 def write_fanuc(program: WeldProgram) -> dict[str, str]:
     """Write TP programs.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 from wpcal.controllers.arc_values import end_time_s, needed, refuse
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.moves import Arc, Move
+from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "AS"
 VALUES = "without a job the values are written"
@@ -129,7 +129,6 @@ def weld_moves(path: WeldPath, along: Sequence[str], stops: Sequence[bool], own:
 
     Parameters
     ----------
-    path : WeldPath
     along : sequence of str
         Names of the points of the seam.
     stops : sequence of bool

@@ -51,10 +51,6 @@ PART, HOME = "wpt_part", "#wpt_home"
 def write_touch_as(program: TouchProgram) -> dict[str, str]:
     """Write an AS file of searches.
 
-    Parameters
-    ----------
-    program : TouchProgram
-
     Returns
     -------
     dict of str to str

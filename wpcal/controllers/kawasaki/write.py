@@ -56,10 +56,6 @@ JOINTS = "#wpj"
 def write_as(program: WeldProgram) -> dict[str, str]:
     """Write an AS file.
 
-    Parameters
-    ----------
-    program : WeldProgram
-
     Returns
     -------
     dict of str to str

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.arc_values import end_time_s, refuse
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.moves import Arc, Move
+from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "KRL"
 LONGEST_PREFIX = len("LCPDAT")
@@ -93,7 +93,6 @@ def fold_moves(path: WeldPath, along: Sequence[str], program: WeldProgram, stops
         With weld data that name a data set.
     along : sequence of str
         Names of the points, without the X of a fold.
-    program : WeldProgram
     stops : sequence of bool
         For each move, whether the tool stops at its end.
     """

@@ -46,10 +46,6 @@ START = "START"
 def write_coordinated_krl(program: CoordinatedProgram) -> dict[str, str]:
     """Write one KRL program and its data list per robot.
 
-    Parameters
-    ----------
-    program : CoordinatedProgram
-
     Returns
     -------
     dict of str to str

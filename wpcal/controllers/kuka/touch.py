@@ -60,10 +60,6 @@ NOWHERE = "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0,S 0,T 0,E1 0.0,E2 0.0,E3 0.0,E4 
 def write_touch_krl(program: TouchProgram) -> dict[str, str]:
     """Write a KRL program of searches and its data list.
 
-    Parameters
-    ----------
-    program : TouchProgram
-
     Returns
     -------
     dict of str to str

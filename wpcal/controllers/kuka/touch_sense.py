@@ -31,8 +31,6 @@ def sense_data(program: TouchProgram, steps: TouchSteps, T_base_frame: RigidTran
 
     Parameters
     ----------
-    program : TouchProgram
-    steps : TouchSteps
     T_base_frame : RigidTransform
         Of the frame that `steps` are relative to.
     start : str

@@ -33,7 +33,7 @@ from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc
+from wpcal.robot.moves import Arc
 
 KEYWORDS = (
     "anin anout axis b_and b_exor b_not b_or begin bool brake case cast_from cast_to ccirc channel char circ "
@@ -63,10 +63,6 @@ BLEND_MM = 1.0
 
 def write_krl(program: WeldProgram) -> dict[str, str]:
     """Write a KRL program and its data list.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------

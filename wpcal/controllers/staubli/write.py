@@ -27,7 +27,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc
+from wpcal.robot.moves import Arc
 
 KEYWORDS = (
     "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
@@ -62,10 +62,6 @@ XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
 
 def write_val3(program: WeldProgram) -> dict[str, str]:
     """Write a VAL3 application.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------

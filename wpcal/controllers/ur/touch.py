@@ -53,10 +53,6 @@ RAD_DECIMALS = 9
 def write_touch_urscript(program: TouchProgram) -> dict[str, str]:
     """Write a URScript program of searches.
 
-    Parameters
-    ----------
-    program : TouchProgram
-
     Returns
     -------
     dict of str to str

@@ -26,7 +26,7 @@ from wpcal.controllers.ur.arc import SWITCH, how
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc
+from wpcal.robot.moves import Arc
 
 NAMES = NameRules(
     "URScript",
@@ -52,10 +52,6 @@ LONGEST_COMMENT = 100
 
 def write_urscript(program: WeldProgram) -> dict[str, str]:
     """Write a URScript program.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------

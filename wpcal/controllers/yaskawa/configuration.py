@@ -28,7 +28,6 @@ def rconf(posture: Posture, given: str) -> list[str]:
 
     Parameters
     ----------
-    posture : Posture
     given : str
         The RCONF of a taught job in the same posture: numbers with commas, at least six for the ranges to be written.
 

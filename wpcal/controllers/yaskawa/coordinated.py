@@ -31,10 +31,6 @@ HOLDER_TOOL = 0
 def write_coordinated_inform(program: CoordinatedProgram) -> dict[str, str]:
     """Write one INFORM job that moves both robots.
 
-    Parameters
-    ----------
-    program : CoordinatedProgram
-
     Returns
     -------
     dict of str to str

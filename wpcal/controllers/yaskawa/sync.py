@@ -36,10 +36,6 @@ SYNC_NUMBERS = 8
 def write_sync_inform(program: SyncProgram) -> dict[str, str]:
     """Write one INFORM job per robot, and one that starts both.
 
-    Parameters
-    ----------
-    program : SyncProgram
-
     Returns
     -------
     dict of str to str
@@ -87,7 +83,6 @@ def joint_rows(arm: Arm, joints: FloatArray, kind: str) -> list[str]:
 
     Parameters
     ----------
-    arm : Arm
     joints : ndarray, shape (n, 6)
         Shown angles, rad.
     kind : str
@@ -125,10 +120,6 @@ def joint_percents(program: SyncProgram) -> FloatArray:
 
     :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger percentage and
     rounded up for the other. The other robot arrives early and waits, so its rounding does not slow the step.
-
-    Parameters
-    ----------
-    program : SyncProgram
 
     Returns
     -------

@@ -48,7 +48,7 @@ from wpcal.controllers.yaskawa.write import (
     joint_rows,
 )
 from wpcal.core.transform import RigidTransform
-from wpcal.searches import halves_of
+from wpcal.touch.searches import halves_of
 
 DIRECT_INPUTS = 6
 """The controllers have RIN#(1) to RIN#(5) or RIN#(6)."""
@@ -67,10 +67,6 @@ HOME_ENDING = "H"
 
 def write_touch_inform(program: TouchProgram) -> dict[str, str]:
     """Write an INFORM job of searches, and one that goes home where the plan has a home.
-
-    Parameters
-    ----------
-    program : TouchProgram
 
     Returns
     -------

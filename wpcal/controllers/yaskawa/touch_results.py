@@ -16,10 +16,11 @@ from wpcal.controllers.rounding import rounded_frame
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, MM_DECIMALS
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
-from wpcal.searches.plan import TouchPlan
-from wpcal.searches.results import SearchResults
-from wpcal.searches.setup import TouchSetup
-from wpcal.searches.stored import (
+from wpcal.taught.programs import coordinates, frame_from_xyz_angles
+from wpcal.touch.searches.plan import TouchPlan
+from wpcal.touch.searches.results import SearchResults
+from wpcal.touch.searches.setup import TouchSetup
+from wpcal.touch.searches.stored import (
     ResultsFile,
     StoredValues,
     fingerprint_of_stored,
@@ -27,7 +28,6 @@ from wpcal.searches.stored import (
     parsed_number,
     text_number,
 )
-from wpcal.taught.programs import coordinates, frame_from_xyz_angles
 
 SECTION = re.compile(r"^///(?P<kind>[A-Z]{1,2})\s*$")
 ROW = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?+(?P<values>[-+.\d].*)$")

@@ -29,8 +29,8 @@ from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.moves import Arc
 from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.moves import Arc
 
 NAMES = NameRules("INFORM", 32)
 """Names of jobs have up to 32 characters."""
@@ -73,10 +73,6 @@ LANGUAGE = JobLanguage(
 
 def write_inform(program: WeldProgram) -> dict[str, str]:
     """Write INFORM jobs.
-
-    Parameters
-    ----------
-    program : WeldProgram
 
     Returns
     -------
@@ -170,7 +166,6 @@ def joint_rows(joints: FloatArray, arm: Arm | None) -> tuple[str, list[list[str]
     ----------
     joints : ndarray, shape (n, 6)
         Shown angles, rad.
-    arm : Arm or None
     """
     if arm is not None and all(joint.pulses_per_deg is not None for joint in arm.joints):
         return "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(joints)]

@@ -81,10 +81,6 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
     tolerance_mm : float
         Largest residual of the verdict.
 
-    Returns
-    -------
-    MeasuredBases
-
     Raises
     ------
     GeometryError

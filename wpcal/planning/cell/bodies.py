@@ -46,7 +46,6 @@ class Body:
     Parameters
     ----------
     shape : Shape
-    owner : Owner
     link : int
         0 to 6; 7 for torch and part.
     carrier : int
@@ -70,7 +69,6 @@ class BodyPairs:
 
     Parameters
     ----------
-    bodies : tuple of Body
     first, second : ndarray of int, shape (m,)
         Rows of `bodies`.
     safety_mm : ndarray, shape (m,)
@@ -136,7 +134,6 @@ def body_frames(cell: RobotCell, state: CellState) -> tuple[Frames, ...]:
 
     Parameters
     ----------
-    cell : RobotCell
     state : CellState
         n points.
 
@@ -160,8 +157,6 @@ def arm_frames(
 
     Parameters
     ----------
-    arm : Arm
-    T_world_base : RigidTransform
     joints : ndarray, shape (n, k)
         Shown angles, rad.
     shift_mm : ndarray, shape (3, n), optional

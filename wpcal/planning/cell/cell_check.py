@@ -38,10 +38,6 @@ SAMPLES = 17
 def check_cell(cell: RobotCell) -> tuple[Issue, ...]:
     """Return everything that is odd in a cell.
 
-    Parameters
-    ----------
-    cell : RobotCell
-
     Returns
     -------
     tuple of Issue

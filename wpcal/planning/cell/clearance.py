@@ -39,7 +39,6 @@ class Clearance:
         Distance of the pair with the least margin, mm; negative where capsules overlap.
     pair : ndarray of int, shape (n,)
         The pair with the least margin, a row of `pairs`; -1 in a cell without pairs.
-    pairs : BodyPairs
     """
 
     margin_mm: FloatArray
@@ -68,13 +67,8 @@ def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
 
     Parameters
     ----------
-    cell : RobotCell
     state : CellState
         n points.
-
-    Returns
-    -------
-    Clearance
 
     Notes
     -----

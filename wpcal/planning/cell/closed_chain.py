@@ -41,7 +41,6 @@ class SeamPath:
 
     Parameters
     ----------
-    name : str
     s_mm : ndarray, shape (n,)
         Arc length, increasing, mm.
     p : ndarray, shape (n, 3)
@@ -97,7 +96,6 @@ def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tu
 
     Parameters
     ----------
-    cell : RobotCell
     path : SeamPath
         N points.
     coordinates : ndarray, shape (N, 9)
@@ -131,7 +129,6 @@ def all_joints(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tupl
 
     Parameters
     ----------
-    cell : RobotCell
     path : SeamPath
         N points.
     coordinates : ndarray, shape (N, 9)
@@ -152,7 +149,6 @@ def joints_along(
 
     Parameters
     ----------
-    cell : RobotCell
     path : SeamPath
         n points in the order of travel.
     coordinates : ndarray, shape (n, 9)
@@ -198,7 +194,6 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
 
     Parameters
     ----------
-    cell : RobotCell
     coordinates : ndarray, shape (n, 9)
     joints : ndarray, shape (n, 12)
         The joints that belong to the coordinates, rad.

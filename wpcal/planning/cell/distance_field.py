@@ -32,7 +32,6 @@ class DistanceField:
     ----------
     low : ndarray, shape (3,)
         Corner of the grid, mm.
-    cell_mm : float
     bound_mm : ndarray, shape (a, b, c)
         Lower bounds, mm, not negative.
     box : ndarray, shape (2, 3)

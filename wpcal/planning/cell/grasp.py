@@ -96,13 +96,8 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
     Parameters
     ----------
-    holding : Holding
     T_base1_part : RigidTransform
         Result of a calibration with points that robot 1 touched; the names of its frames are ignored.
-
-    Returns
-    -------
-    RigidTransform
 
     Notes
     -----
@@ -118,11 +113,6 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
 def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, Any]:
     """Return the files of the cell with a grasp, by name: ``cell.json``, and the arm files beside the cell file.
-
-    Parameters
-    ----------
-    holding : Holding
-    T_flange2_part : RigidTransform
 
     Returns
     -------

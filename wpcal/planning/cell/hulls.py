@@ -35,7 +35,6 @@ def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
 
     Parameters
     ----------
-    cell : RobotCell
     state : CellState
         n points.
 

@@ -44,7 +44,6 @@ class NewCell:
     ----------
     robot : str
         Shipped arm, arm file or URDF file.
-    T_world_base : RigidTransform
     T_flange_tool : RigidTransform or None
         None: not known yet; the cell file says so, and a plan asks for it.
     torch : TorchShape
@@ -55,7 +54,6 @@ class NewCell:
         In the frame `flange`, mm.
     positioner : str or None
         Arm file or URDF file with one or two axes.
-    T_world_positioner : RigidTransform
     T_carrier_part : RigidTransform or None
         The part on the positioner, or in `world`.
     boxes : sequence of (low, high)
@@ -63,7 +61,6 @@ class NewCell:
     rail : mapping or None
         As in the cell file.
     home_deg : sequence of float or None
-    safety_mm : float
     couplings : sequence of Coupling
         Of the robot's joints, which a URDF file cannot name.
     """
@@ -91,7 +88,6 @@ def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> One
     ----------
     arm : str
         Shipped arm, arm file or URDF file.
-    T_flange_tool : RigidTransform
     torch : TorchShape
 
     Raises

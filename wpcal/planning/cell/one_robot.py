@@ -74,7 +74,6 @@ class Positioner:
     ----------
     arm : Arm
         The part is carried by its flange.
-    T_world_base : RigidTransform
     links : tuple of Shape
         Bodies; link 0 is the frame, 1 and 2 are moved by the axes.
 
@@ -102,7 +101,6 @@ class OneRobotCell:
 
     Parameters
     ----------
-    name : str
     arm : Arm
         The robot with the torch.
     T_world_base : RigidTransform
@@ -115,8 +113,6 @@ class OneRobotCell:
         Safety distance between bodies, mm.
     home : array_like, shape (k,)
         Where programs start and end: all axes, rad and mm.
-    rail : Rail or None
-    positioner : Positioner or None
     touched_at : array_like, shape (k - 6,)
         External axes while the part was touched, rad and mm.
     links, torch, bench : tuple of Shape
@@ -294,10 +290,6 @@ class OneRobotCell:
         ----------
         T_base_part : RigidTransform
             Result of a calibration in the base of the robot.
-
-        Returns
-        -------
-        OneRobotCell
         """
         q = np.concatenate([self.home[:JOINTS], self.touched_at])[None]
         T_world_part = self.base_places(q)[0] @ T_base_part.matrix

@@ -28,10 +28,6 @@ WIRE_MM = 80.0
 def check_one_robot(cell: OneRobotCell) -> tuple[Issue, ...]:
     """Return everything that is odd in a cell with one robot.
 
-    Parameters
-    ----------
-    cell : OneRobotCell
-
     Returns
     -------
     tuple of Issue

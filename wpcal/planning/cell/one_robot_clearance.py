@@ -173,10 +173,6 @@ class OneRobotClearance:
         ----------
         q : ndarray, shape (n, k)
             All axes, rad and mm.
-
-        Returns
-        -------
-        Margins
         """
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
         by_carriers = np.full((len(self.carriers), len(q)), np.inf)

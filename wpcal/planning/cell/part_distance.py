@@ -25,7 +25,6 @@ def part_distances(
 
     Parameters
     ----------
-    part : TriangleMaterial
     starts, ends : ndarray, shape (n, 3)
         In the frame of the triangles, mm.
     within : ndarray, shape (n,)

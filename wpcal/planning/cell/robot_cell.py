@@ -26,7 +26,6 @@ class Shape:
 
     Parameters
     ----------
-    name : str
     p, q : array_like, shape (k, 3)
         Ends of the capsules' axes in the frame of the body, mm; equal ends make a ball.
     radius_mm : array_like, shape (k,)
@@ -74,10 +73,8 @@ class RobotCell:
 
     Parameters
     ----------
-    name : str
     arm1, arm2 : Arm
         Robot 1 with the torch, robot 2 with the part.
-    T_world_base1, T_world_base2 : RigidTransform
     T_flange1_tool : RigidTransform
         The torch: z of `tool` is the wire direction, its origin the tip of the wire.
     T_flange2_part : RigidTransform

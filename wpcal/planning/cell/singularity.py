@@ -59,7 +59,6 @@ def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
 
     Parameters
     ----------
-    arm : Arm
     q : ndarray, shape (..., 6)
         Shown angles, rad; NaN where there are none.
 
@@ -77,7 +76,6 @@ def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
 
     Parameters
     ----------
-    arm : Arm
     q : ndarray, shape (..., 6)
         Shown angles, rad; NaN where there are none.
 

@@ -43,7 +43,6 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
 
     Parameters
     ----------
-    name : str
     hull : ndarray, shape (n, 3)
         Corners in the frame of the body, mm.
     **more : object
@@ -61,7 +60,6 @@ def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[di
     ----------
     shape : TorchShape
         Straight, or with a neck.
-    T_flange_tool : RigidTransform
 
     Returns
     -------
@@ -125,7 +123,6 @@ def bodies_of_capsules(
     ----------
     capsules : sequence of (p, q, radius)
         Ends, shape (3,) each, in the frame `flange`, and the radius, mm.
-    T_flange_tool : RigidTransform
     """
     T, bodies = T_flange_tool.inverse(), []
     for number, (p, q, radius) in enumerate(capsules, start=1):
@@ -152,7 +149,6 @@ def bodies_of_mesh(path: Path, T_flange_tool: RigidTransform, wire_mm: float) ->
     ----------
     path : Path
         STL file in the frame `flange`, mm.
-    T_flange_tool : RigidTransform
     wire_mm : float
         From the tip of the wire to the nozzle.
 

@@ -43,7 +43,6 @@ def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    arm : Arm
     T_base_flange : ndarray, shape (N, 4, 4)
         mm.
 

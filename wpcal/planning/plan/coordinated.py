@@ -15,7 +15,6 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.moves import Arc, MovePath, PathTolerance, fit_moves
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.planning.plan.holder_moves import HolderMove, HolderPath, HolderTolerance, differences
@@ -24,6 +23,7 @@ from wpcal.planning.plan.recheck import PathCheck, check_path
 from wpcal.planning.plan.run import CellRun, away_along_wire
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN, follow_path
+from wpcal.robot.moves import Arc, MovePath, PathTolerance, fit_moves
 
 STEP_MM = 1.0
 """Between computed states of the torch along the seam: joints interpolated between them are off by micrometres."""
@@ -43,7 +43,6 @@ class CoordinatedRun:
     ----------
     run : CellRun
         The planned run.
-    cell : RobotCell
     moves : MovePath
         The torch in `part`, k poses.
     holder : HolderMove
@@ -104,15 +103,12 @@ def coordinate_run(
 
     Parameters
     ----------
-    run : CellRun
-    cell : RobotCell
     path : SeamPath
         The seam of the plan, with its n points.
     holder : HolderMove
         How the controller moves robot 2.
     arcs : bool
         Whether the torch may move on arcs.
-    tolerance : PathTolerance, optional
 
     Raises
     ------
@@ -260,7 +256,6 @@ def _whole_turns(arm: Arm, joints: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    arm : Arm
     joints : ndarray, shape (m, 6)
         Shown angles along a run, rad.
 

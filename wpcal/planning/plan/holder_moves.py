@@ -14,9 +14,9 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.moves.interpolation import turns_between
 from wpcal.planning.cell.robot_cell import RobotCell, part_in_world
 from wpcal.robot.kinematics.inverse import nearest_joints
+from wpcal.robot.moves.interpolation import turns_between
 
 MOST_POINTS = 15
 """Planned points at which a move is compared: the largest difference is measured everywhere afterwards."""
@@ -55,15 +55,12 @@ class HolderPath:
 
     Parameters
     ----------
-    cell : RobotCell
     s_mm : ndarray, shape (n,)
         Length along the seam at the planned points, mm.
     joints : ndarray, shape (n, 6)
         Shown angles of robot 2 there, rad, unwrapped.
     p_part : ndarray, shape (n, 3)
         The weld points in `part`, mm.
-    kind : HolderMove
-    tolerance : HolderTolerance
     """
 
     cell: RobotCell

@@ -142,13 +142,8 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
     ----------
     plan : Plan
         n points.
-    cell : RobotCell
     refine : int
         Parts into which each step is divided: (n - 1) refine + 1 states are measured, or more (see `check_path`).
-
-    Returns
-    -------
-    PathCheck
 
     Raises
     ------
@@ -170,7 +165,6 @@ def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine:
         n states.
     s_mm : ndarray, shape (n,)
         Arc length along the seam at the states, mm.
-    cell : RobotCell
     refine : int
         Parts into which each step is divided at first.
 
@@ -265,11 +259,6 @@ def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: Rob
         Arc length along the seam at the states, mm.
     t_s : ndarray, shape (n,)
         Their times, s; between them joints move evenly.
-    cell : RobotCell
-
-    Returns
-    -------
-    TipMotion
     """
     tip = _tip_in_part(cell, finer_states(planned, refine=REFINE))
     off, at = _off_chords(tip, REFINE), np.arange(len(tip)) / REFINE

@@ -46,8 +46,6 @@ class CellRun:
 
     Parameters
     ----------
-    plan : Plan
-    schedule : Schedule
     state : CellState
         N states; rows `first` to `last` are the plan.
     t_s : ndarray, shape (N,)
@@ -105,8 +103,6 @@ def build_run(
 
     Parameters
     ----------
-    plan : Plan
-    cell : RobotCell
     schedule : Schedule
         Times of the plan.
     approach_mm : float
@@ -115,10 +111,6 @@ def build_run(
         Speed of the wire tip on approach and retract; less where a joint cannot follow.
     refine : int or None
         Parts into which each step is divided for the check; None leaves the run unchecked.
-
-    Returns
-    -------
-    CellRun
 
     Raises
     ------
@@ -156,7 +148,6 @@ def away_along_wire(
 
     Parameters
     ----------
-    cell : RobotCell
     joints1, joints2 : ndarray, shape (6,)
         At the pose, rad.
     distance_mm : float

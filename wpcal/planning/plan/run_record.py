@@ -9,12 +9,12 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
-from wpcal.moves import Arc
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.recheck import PathCheck, TipMotion
 from wpcal.planning.plan.run import CellRun
+from wpcal.robot.moves import Arc
 
 PLAN_SCHEMA = "wpcal/plan/1"
 CSV_DIGITS = 10
@@ -28,8 +28,6 @@ def run_record(
 
     Parameters
     ----------
-    run : CellRun
-    cell : RobotCell
     coordinated : mapping of str to CoordinatedRun, optional
         By language, the motions in its programs.
 

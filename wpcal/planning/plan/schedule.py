@@ -88,14 +88,8 @@ def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S
 
     Parameters
     ----------
-    plan : Plan
-    cell : RobotCell
     speed_mm_s : float
         Asked speed of the wire along the seam.
-
-    Returns
-    -------
-    Schedule
 
     Raises
     ------

@@ -45,7 +45,6 @@ def obstacle_at(
 
     Parameters
     ----------
-    problem : PlanningProblem
     place : ndarray, shape (3,)
         Of the weld point, in `middle`, mm.
     branches : tuple of int
@@ -98,7 +97,6 @@ def limit_excess(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    problem : PlanningProblem
     joints : ndarray, shape (n, 12)
         Robot 1, then robot 2, rad.
 
@@ -117,7 +115,6 @@ def clearance_advice(problem: PlanningProblem, between: tuple[str, str], best_mm
 
     Parameters
     ----------
-    problem : PlanningProblem
     between : tuple of str
         Names as in `Body.name`.
     best_mm : float

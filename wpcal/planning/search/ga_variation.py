@@ -70,7 +70,6 @@ class PathEncoding:
 
     Parameters
     ----------
-    problem : PlanningProblem
     bases : ndarray, shape (m, n, 9)
         Base paths; neighbours are similar. A single row of zeros means that there are none.
     branches : ndarray of int, shape (m, 2)

@@ -69,8 +69,6 @@ def build_ladder(problem: PlanningProblem, reachable: ReachablePlace, *, leaning
 
     Parameters
     ----------
-    problem : PlanningProblem
-    reachable : ReachablePlace
     leaning : bool
         Whether the torch leans at rungs that have no state at the target torch angles: by the least of some angles that
         gives a state.
@@ -150,8 +148,6 @@ def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) ->
 
     Parameters
     ----------
-    problem : PlanningProblem
-    ladder : Ladder
     weights : mapping of Objective to float
         Of the squared objectives.
     """
@@ -166,8 +162,6 @@ def ladder_obstacle(problem: PlanningProblem, ladder: Ladder, weights: Weights) 
 
     Parameters
     ----------
-    problem : PlanningProblem
-    ladder : Ladder
     weights : mapping of Objective to float
         Of the squared objectives.
     """

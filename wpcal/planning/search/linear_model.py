@@ -40,8 +40,6 @@ def linearise(
 
     Parameters
     ----------
-    problem : PlanningProblem
-    path : CandidatePath
     weights : mapping of Objective to float
         Of the squared objectives.
     stiffness : float

@@ -35,7 +35,6 @@ class Nsga2Options:
 
     Parameters
     ----------
-    population, generations : int
     seed : int
         Of every random number.
     seeded : bool
@@ -64,11 +63,8 @@ def evolve_paths(
 
     Parameters
     ----------
-    problem : PlanningProblem
     seeds : sequence of CandidatePath
         The deterministic front.
-    options : Nsga2Options
-    progress : callable
 
     Returns
     -------

@@ -34,8 +34,6 @@ class PathValues:
 
     Parameters
     ----------
-    cell : RobotCell
-    targets : WeldTargets
     s_mm : ndarray, shape (n,)
         Arc length at the points of the seam.
     coordinates : ndarray, shape (..., n, 9)
@@ -107,7 +105,6 @@ def root_mean_square_deviation(path: PathValues, columns: tuple[int, ...]) -> Fl
 
     Parameters
     ----------
-    path : PathValues
     columns : tuple of int
         Of `ATTITUDE`.
 

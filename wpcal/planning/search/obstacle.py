@@ -28,7 +28,6 @@ class Obstacle:
 
     Parameters
     ----------
-    constraint : Constraint
     says : str
         What was found, where, and what was asked, for people.
     advice : str
@@ -100,13 +99,11 @@ def too_near(between: tuple[str, str], s_mm: float, best_mm: float, asked_mm: fl
 
     Parameters
     ----------
-    between : tuple of str
     s_mm : float
         Place along the seam, mm.
     best_mm, asked_mm : float
         Largest distance that was attained there, and the safety distance, mm. Capsules that overlap have a negative
         distance.
-    advice : str
     """
     one, two = between
     found = f"{best_mm:.1f} mm" if best_mm >= 0 else f"overlapping by {-best_mm:.1f} mm"

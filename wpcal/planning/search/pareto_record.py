@@ -28,7 +28,6 @@ def pareto_record(
 
     Parameters
     ----------
-    result : PlanningResult
     preference : Preference
         Which plan was chosen.
     runs : sequence of CellRun
@@ -70,7 +69,6 @@ def failed_record(problem: PlanningProblem, why: str, obstacle: Obstacle | None 
 
     Parameters
     ----------
-    problem : PlanningProblem
     why : str
         The limit that failed most, with its place.
     obstacle : Obstacle, optional

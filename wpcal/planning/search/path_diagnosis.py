@@ -35,8 +35,6 @@ def no_plan(
 
     Parameters
     ----------
-    problem : PlanningProblem
-    tried : sequence of CandidatePath
     refused : sequence of PathCheck
         Checks of the paths that keep all limits at their points, but not between them.
     """
@@ -58,10 +56,8 @@ def path_obstacle(problem: PlanningProblem, paths: Sequence[CandidatePath], cons
 
     Parameters
     ----------
-    problem : PlanningProblem
     paths : sequence of CandidatePath
         At least one breaks the limit.
-    constraint : Constraint
     """
     broken = [(problem.excesses(path).get(constraint.value, 0.0), path) for path in paths]
     path = min((one for one in broken if one[0] > ALLOWED_EXCESS), key=lambda one: one[0])[1]

@@ -39,7 +39,6 @@ def plan_seam(
 
     Parameters
     ----------
-    problem : PlanningProblem
     weights : sequence of mapping of Objective to float
         Of the squared objectives, one set per path, in an order in which neighbours are near.
     genetic : Nsga2Options, optional
@@ -114,15 +113,10 @@ def judge_paths(
 
     Parameters
     ----------
-    problem : PlanningProblem
     swept, bred : sequence of CandidatePath
         What the deterministic search and the genetic algorithm found; they may break limits.
     interrupted : bool
         Whether the user ended the search early.
-
-    Returns
-    -------
-    PlanningResult
 
     Raises
     ------

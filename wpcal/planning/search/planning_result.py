@@ -15,7 +15,6 @@ class PlanningResult:
 
     Parameters
     ----------
-    problem : PlanningProblem
     front : ParetoSet
         The best plans of all methods. Every plan was checked by hulls between its points.
     ladder, genetic : ParetoSet or None

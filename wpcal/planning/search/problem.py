@@ -59,10 +59,8 @@ class PlanningProblem:
 
     Parameters
     ----------
-    cell : RobotCell
     path : SeamPath
         n points in `part`.
-    targets : WeldTargets, optional
     speed_mm_s : float
         Of the torch along the seam: no joint may need more than its largest speed.
     """

@@ -75,7 +75,6 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
 
     Parameters
     ----------
-    problem : PlanningProblem
     coordinates : ndarray, shape (N, 9)
     path : SeamPath
         N points.
@@ -99,7 +98,6 @@ def find_reachable_places(problem: PlanningProblem, count: int) -> list[Reachabl
 
     Parameters
     ----------
-    problem : PlanningProblem
     count : int
         Most places.
 

@@ -25,12 +25,6 @@ objective, for example where the target weld position is not clear."""
 def refine_within_limits(problem: PlanningProblem, path: CandidatePath, weights: Weights) -> CandidatePath:
     """Refine a path with stiffer and stiffer limits until it keeps them, or the stiffest do not help.
 
-    Parameters
-    ----------
-    problem : PlanningProblem
-    path : CandidatePath
-    weights : mapping of Objective to float
-
     Returns
     -------
     CandidatePath
@@ -50,7 +44,6 @@ def refine_path(
 
     Parameters
     ----------
-    problem : PlanningProblem
     path : CandidatePath
         The start; its branches stay.
     weights : mapping of Objective to float

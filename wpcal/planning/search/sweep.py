@@ -41,8 +41,6 @@ def sweep_paths(
 
     Parameters
     ----------
-    problem : PlanningProblem
-    progress : callable
     weights : sequence of mapping of Objective to float
         In an order in which neighbours are near.
 

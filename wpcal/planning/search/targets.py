@@ -91,7 +91,6 @@ def deviations(coordinates: FloatArray, targets: WeldTargets) -> FloatArray:
     Parameters
     ----------
     coordinates : ndarray, shape (..., 9)
-    targets : WeldTargets
 
     Returns
     -------

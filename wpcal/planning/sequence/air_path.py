@@ -44,7 +44,6 @@ class AirPath:
     ----------
     q : ndarray, shape (n, k)
         Straight moves in the axes lead from state to state, rad and mm.
-    check : CheckedMove
     found_by : str
         ``straight``, ``roadmap`` or ``rrt-connect``.
     """
@@ -59,8 +58,6 @@ class AirPlanner:
 
     Parameters
     ----------
-    cell : OneRobotCell
-    checker : MotionChecker
     seed : int
         Of all random numbers.
     """
@@ -77,10 +74,6 @@ class AirPlanner:
         ----------
         start, end : ndarray, shape (k,)
             All axes, rad and mm.
-
-        Returns
-        -------
-        AirPath
 
         Raises
         ------

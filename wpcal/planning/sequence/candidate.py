@@ -25,7 +25,6 @@ class Candidate:
         All axes at the points, rad and mm.
     angles : ndarray, shape (n, 3)
         Work, travel and spin, rad.
-    branch : int
     off_position_rad : float
         Largest distance from the asked weld position.
     off_torch_rad : float
@@ -56,7 +55,6 @@ class Candidate:
 
         Parameters
         ----------
-        cell : OneRobotCell
         asked_mm_s : float
             Where the seam has no speed of its own.
         """

@@ -32,10 +32,8 @@ class Unwelded:
 
     Parameters
     ----------
-    seam : str
     from_mm, to_mm : float
         Arc length along the seam.
-    why : str
     help : tuple of Help
         Changes with which it is welded, as a trial showed; empty if none was found.
     is_searched : bool
@@ -79,16 +77,13 @@ def cut_seam(search: SeamSearch, task: SeamTask, remedies: RemedySearch) -> tupl
 
     Parameters
     ----------
-    search : SeamSearch
     task : SeamTask
         A seam for which `SeamSearch.whole` found nothing.
-    remedies : RemedySearch
 
     Returns
     -------
     pieces : list of Candidate
         In the order of the seam; neighbours may share a point.
-    unwelded : list of Unwelded
     """
     ways = _ways(search, task)
     spans = best_cuts(task.s_mm, [way.span for way in ways], min(LEAST_PIECE_MM, task.length_mm))

@@ -71,7 +71,6 @@ def values_along(values: FloatArray, task: SeamTask, rows: IntArray) -> FloatArr
     ----------
     values : ndarray, shape (C, 2, e)
         At its start and at its end.
-    task : SeamTask
     rows : ndarray of int, shape (n,)
         Its points.
 
@@ -85,12 +84,6 @@ def values_along(values: FloatArray, task: SeamTask, rows: IntArray) -> FloatArr
 
 def external_axes(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets) -> ExternalAxes:
     """Return where the external axes may be while a seam is welded.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-    task : SeamTask
-    targets : SequenceTargets
 
     Returns
     -------

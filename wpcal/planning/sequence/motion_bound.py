@@ -32,7 +32,6 @@ def motion_per_axis(cell: OneRobotCell, clearance: OneRobotClearance) -> FloatAr
 
     Parameters
     ----------
-    cell : OneRobotCell
     clearance : OneRobotClearance
         With the part.
 

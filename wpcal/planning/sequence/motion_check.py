@@ -32,7 +32,6 @@ class CheckedMove:
 
     Parameters
     ----------
-    is_free : bool
     states : ndarray, shape (m, k)
         The measured states in order, rad and mm.
     at : ndarray, shape (m,)
@@ -48,13 +47,7 @@ class CheckedMove:
 
 
 class MotionChecker:
-    """Checks straight moves in the axes of a cell.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-    clearance : OneRobotClearance
-    """
+    """Checks straight moves in the axes of a cell."""
 
     def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance) -> None:
         self.cell, self.clearance = cell, clearance

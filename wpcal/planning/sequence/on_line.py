@@ -26,7 +26,6 @@ def states_on_lines(cell: OneRobotCell, q: FloatArray) -> tuple[FloatArray, Floa
 
     Parameters
     ----------
-    cell : OneRobotCell
     q : ndarray, shape (n, k)
         Neighbouring states of a weld with its approach and retract, rad and mm.
 

@@ -78,13 +78,8 @@ def find_order(
         Where the sequence starts and ends.
     speeds : ndarray, shape (k,)
         Of the axes through the air.
-    rule : WeldOrder
     blocked : sequence of (stop, way, stop, way)
         Moves that are not free; -1 is home.
-
-    Returns
-    -------
-    Order
     """
     seconds = _Seconds(stops, home, speeds, blocked)
     if rule is WeldOrder.LISTED:

@@ -63,7 +63,6 @@ class PlaceMap:
 
     Parameters
     ----------
-    moved : Moved
     x_mm, y_mm : ndarray, shapes (a,) and (b,)
         Moves in `world` from where the cell has it.
     turn_deg : ndarray, shape (a, b)
@@ -131,15 +130,8 @@ def map_places(
         In `part`, for the torch.
     seams : sequence of PlannedSeam
         In `part`.
-    targets : SequenceTargets
-    moved : Moved
     range_mm, step_mm : float
         Of the moves in x and y of `world`.
-    progress : Progress, optional
-
-    Returns
-    -------
-    PlaceMap
 
     Notes
     -----

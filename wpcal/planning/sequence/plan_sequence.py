@@ -96,15 +96,8 @@ def plan_sequence(
         With the part in its place.
     part : TriangleMaterial or None
         In `part`; without it no collision with the part is looked at.
-    seams : sequence of PlannedSeam
-    targets : SequenceTargets
     prefer : SequencePreference
         Which plan is worked out.
-    progress : Progress, optional
-
-    Returns
-    -------
-    SequenceChoice
 
     Raises
     ------

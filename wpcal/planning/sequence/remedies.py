@@ -50,7 +50,6 @@ class Help:
 
     Parameters
     ----------
-    text : str
     turn_deg : float
         Of the part about the vertical.
     move_mm : tuple of float
@@ -178,8 +177,6 @@ def changed_cell(cell: OneRobotCell, help_: Help, centre: FloatArray) -> OneRobo
 
     Parameters
     ----------
-    cell : OneRobotCell
-    help_ : Help
     centre : ndarray, shape (3,)
         What the part turns about, mm in `part`.
     """

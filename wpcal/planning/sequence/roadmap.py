@@ -42,14 +42,7 @@ SMALL = 400
 
 
 class Roadmap:
-    """Free states and free straight moves between them.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-    checker : MotionChecker
-    seed : int
-    """
+    """Free states and free straight moves between them."""
 
     def __init__(self, cell: OneRobotCell, checker: MotionChecker, seed: int) -> None:
         self.checker = checker

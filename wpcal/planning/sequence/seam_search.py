@@ -59,14 +59,7 @@ class Climb:
 
 
 class SeamSearch:
-    """Searches ways to weld seams in one cell.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-    clearance : OneRobotClearance
-    targets : SequenceTargets
-    """
+    """Searches ways to weld seams in one cell."""
 
     def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance, targets: SequenceTargets) -> None:
         self.cell, self.clearance, self.targets = cell, clearance, targets
@@ -81,7 +74,6 @@ class SeamSearch:
 
         Parameters
         ----------
-        task : SeamTask
         most_axes : int, optional
             Positions of the external axes that are tried; by default all.
         tilts : sequence of bool
@@ -144,7 +136,6 @@ class SeamSearch:
 
         Parameters
         ----------
-        task : SeamTask
         poses : TorchPoses
             m rungs, K poses each.
         values : ndarray, shape (C, 2, k - 6)
@@ -242,18 +233,15 @@ class SeamSearch:
 
         Parameters
         ----------
-        task : SeamTask
         angles : ndarray, shape (n, 3)
             Work, travel and spin at its first n points, rad.
         values : ndarray, shape (2, k - 6)
             External axes at the start and at the end of the seam.
-        branch : int
 
         Returns
         -------
         q : ndarray, shape (n, k)
             rad and mm; up to the point before the returned one.
-        bad : int or None
         """
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
@@ -284,7 +272,6 @@ class SeamSearch:
             Work, travel and spin, rad.
         q : ndarray, shape (n, k)
             All axes, rad and mm.
-        branch : int
         """
         R_world_part = self.cell.part_places(q)[:, :3, :3]
         off = float(self.targets.off_position(R_world_part @ task.R).max())

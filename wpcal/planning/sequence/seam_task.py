@@ -25,7 +25,6 @@ class SeamTask:
 
     Parameters
     ----------
-    name : str
     s_mm : ndarray, shape (n,)
         Arc length, increasing, mm.
     p, R : ndarray, shapes (n, 3) and (n, 3, 3)

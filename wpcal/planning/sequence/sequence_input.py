@@ -81,7 +81,6 @@ class SequenceInput:
         Where the robot found the part; None if the seams were found without a calibration.
     part : TriangleMaterial or None
         In `part`; None if there is no ``part.glb``.
-    part_glb : bytes or None
     torch : TorchShape or None
         With which reach was felt when the seams were found; None in files that do not state it.
     """
@@ -138,7 +137,6 @@ class SequenceInput:
         ----------
         welds : mapping
             By the names of the seams.
-        choice : RunChoice
         speed_mm_s : float
             Along a seam whose weld data states none.
 

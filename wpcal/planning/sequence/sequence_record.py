@@ -27,7 +27,6 @@ def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mappi
 
     Parameters
     ----------
-    choice : SequenceChoice
     line : Timeline
         Of the chosen sequence.
     no_program : mapping of str to str

@@ -127,7 +127,6 @@ def smoothed(search: SeamSearch, way: Candidate, *, may_tilt: bool = True) -> Ca
     ----------
     search : SeamSearch
         Checks the new way: limits, singular poses, collisions, also between points.
-    way : Candidate
     may_tilt : bool
         Whether the torch may leave its targets so that the joints move less.
 

@@ -22,7 +22,6 @@ def require_sound_start(cell: OneRobotCell, clearance: OneRobotClearance) -> Non
 
     Parameters
     ----------
-    cell : OneRobotCell
     clearance : OneRobotClearance
         Of this cell, with the part if there is one.
 

@@ -45,14 +45,12 @@ class SequenceTargets:
 
     Parameters
     ----------
-    position : WeldPosition
     position_tol_rad : float
         A seam is in position if it is off by no more anywhere.
     work_rad, travel_rad : float
         Target torch angles (DESIGN §3).
     torch_range_rad : float
         Largest deviation from the target angles.
-    order : WeldOrder
     speed_mm_s : float
         Along the seam.
     air_speed_mm_s : float

@@ -33,7 +33,6 @@ class Timeline:
         All axes, rad and mm.
     t_s : ndarray, shape (N,)
         Increasing, 0 at home.
-    phase : tuple of SequencePhase
     piece : ndarray of int, shape (N,)
         Row of the piece, -1 in the air.
     s_mm : ndarray, shape (N,)

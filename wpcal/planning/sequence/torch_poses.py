@@ -60,7 +60,6 @@ def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArr
 
     Parameters
     ----------
-    task : SeamTask
     rows : ndarray of int, shape (n,)
         Its points.
     angles : ndarray, shape (n, 3)
@@ -84,15 +83,8 @@ def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotCle
 
     Parameters
     ----------
-    task : SeamTask
-    targets : SequenceTargets
-    clearance : OneRobotClearance
     tilted : bool
         Whether the torch angles may leave their targets.
-
-    Returns
-    -------
-    TorchPoses
     """
     rungs = task.rungs()
     tilts = np.array(TILTS if tilted and targets.torch_range_rad > 0.0 else (0.0,)) * targets.torch_range_rad

@@ -28,12 +28,10 @@ class WeldPiece:
     ----------
     name : str
         The seam's, with a letter where the seam is welded in pieces.
-    candidate : Candidate
     before, after : ndarray, shapes (a, k) and (b, k)
         States on the wire's line before and after the stretch, in the order of travel; perhaps none.
     check : CheckedMove
         Of approach, stretch and retract.
-    speed_mm_s : float
     slowed_by : str or None
         The axis that does not allow the asked speed.
     """
@@ -87,13 +85,10 @@ class WeldSequence:
     ----------
     cell : OneRobotCell
         With the part in its place.
-    targets : SequenceTargets
     pieces : tuple of WeldPiece
         In the order of welding.
     air : tuple of AirPath
         From home to the first piece, between pieces, and home: one more than pieces.
-    unwelded : tuple of Unwelded
-    values : SequenceValues
     """
 
     cell: OneRobotCell
@@ -127,8 +122,6 @@ def sequence_values(
 
     Parameters
     ----------
-    cell : OneRobotCell
-    targets : SequenceTargets
     chosen : list of Candidate
         One or more.
     air_s : float

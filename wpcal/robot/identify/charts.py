@@ -24,7 +24,6 @@ def write_charts(result: Identification, folder: Path) -> list[str]:
 
     Parameters
     ----------
-    result : Identification
     folder : Path
         ``errors.png``: errors of the test poses before and after. ``parameters.png``: changes with 95 % intervals.
         ``fitness.png``: the search, where there was one.

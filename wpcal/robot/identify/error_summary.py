@@ -65,7 +65,6 @@ class Verdict:
 
     Parameters
     ----------
-    improved : bool
     chance : float
         Probability of such a gain by luck (Wilcoxon's signed-rank test on the paired distances).
     reasons : tuple of str
@@ -113,10 +112,6 @@ def judge(before: FloatArray, after: FloatArray, *, changes: Mapping[str, tuple[
         Errors of the nominal and of the identified arm, as `pose_errors` gives them.
     changes : mapping of str to (float, bool), optional
         Change of each link parameter, mm or rad, and whether it is a length.
-
-    Returns
-    -------
-    Verdict
     """
     gain = distances_mm(before) - distances_mm(after)
     left = float(np.sqrt(np.mean(distances_mm(after) ** 2)))

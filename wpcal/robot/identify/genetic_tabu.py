@@ -43,7 +43,6 @@ class PoseFitness:
         Link parameters: the coordinates of a state, as corrections in mm and rad.
     theta : ndarray, shape (N, n)
         Model angles, rad.
-    observations : PoseObservations
     angle_length_mm : float
         L.
     """
@@ -94,12 +93,8 @@ class GeneticTabuFit:
 
     Parameters
     ----------
-    model : KinematicModel
-    parameters : tuple of Parameter
     steps : ndarray, shape (m,)
         Identified minus nominal values, mm and rad.
-    genetic : GeneticResult
-    tabu : TabuResult
     """
 
     model: KinematicModel
@@ -130,15 +125,8 @@ def solve_genetic_tabu(
     parameters : sequence of Parameter
         Link parameters that the measurements determine.
     theta : ndarray, shape (N, n)
-    observations : PoseObservations
-    rng : numpy.random.Generator
     expected_mm, expected_rad : float
         Expected errors; the search box is three times as wide to each side.
-    genetic, tabu : options, optional
-
-    Returns
-    -------
-    GeneticTabuFit
     """
     fitness = PoseFitness(start, parameters, theta, observations)
     width = BOUND_FACTOR * np.where([p.is_length for p in parameters], expected_mm, expected_rad)

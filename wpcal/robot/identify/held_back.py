@@ -19,10 +19,8 @@ def split_poses(observations: PoseObservations, test: BoolArray | None, seed: in
 
     Parameters
     ----------
-    observations : PoseObservations
     test : ndarray of bool, shape (N,), or None
         Rows to keep back; drawn with the seed unless given.
-    seed : int
     """
     if test is not None:
         return np.flatnonzero(~test), np.flatnonzero(test)
@@ -58,10 +56,8 @@ def without_rows(
 
     Parameters
     ----------
-    observations : PoseObservations
     test : ndarray of bool, shape (N,), or None
         Rows to keep back.
-    lines : tuple of int
 
     Raises
     ------

@@ -37,7 +37,6 @@ class Unseen:
 
     Parameters
     ----------
-    parameter : Parameter
     like : tuple of str
         Names of the kept parameters it cannot be told from: those with a large share.
     shares : tuple of float
@@ -71,7 +70,6 @@ def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> Flo
         Derivatives of the poses: turn (rad), then position (mm).
     observations : PoseObservations
         Say whether orientations were measured.
-    noise : Noise
 
     Returns
     -------
@@ -99,12 +97,6 @@ def split_determined(
         If some cannot be told apart, the earlier ones are kept.
     theta : ndarray, shape (N, n)
         Model angles, rad.
-    observations : PoseObservations
-
-    Returns
-    -------
-    kept : tuple of Parameter
-    unseen : tuple of Unseen
     """
     J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, TRACKER)
     norms = np.linalg.norm(J, axis=0)

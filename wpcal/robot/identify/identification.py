@@ -49,7 +49,6 @@ class IdentifyOptions:
 
     Parameters
     ----------
-    solver : IdentificationSolver
     free_base : bool
         Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
     free_tool : bool
@@ -91,7 +90,6 @@ class Identification:
         The identified arm, with the base and flange frames of the nominal one.
     fit : LeastSquaresFit
         Rank, covariance and noise. After `GENETIC_TABU` it belongs to the point that the search found.
-    search : GeneticTabuFit or None
     nominal : KinematicModel
         Nominal links with the base and tool that suit them best.
     train, test : ndarray of int
@@ -105,8 +103,6 @@ class Identification:
         `GENETIC_TABU`: that search stops short of the minimum which such an interval is about.
     outliers : tuple of OutlierPose
         Poses that the others contradict.
-    verdict : Verdict
-    issues : tuple of Issue
     """
 
     arm: Arm
@@ -148,14 +144,8 @@ def identify_arm(
     ----------
     arm : Arm
         Nominal, or identified before; then the search starts from its nominal chain.
-    observations : PoseObservations
-    options : IdentifyOptions, optional
     test : ndarray of bool, shape (N,), optional
         Rows to keep back; two sevenths of the poses drawn with the seed unless given, or unless `folds` is set.
-
-    Returns
-    -------
-    Identification
 
     Raises
     ------

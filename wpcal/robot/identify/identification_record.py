@@ -18,12 +18,7 @@ IDENTIFICATION_SCHEMA = "wpcal/identification/1"
 
 
 def identification_record(result: Identification) -> dict[str, Any]:
-    """Return the record of an identification; lengths in mm, angles in degrees.
-
-    Parameters
-    ----------
-    result : Identification
-    """
+    """Return the record of an identification; lengths in mm, angles in degrees."""
     fit, options, observations = result.fit, result.options, result.observations
     return {
         "schema": IDENTIFICATION_SCHEMA,

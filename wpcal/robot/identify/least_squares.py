@@ -54,7 +54,6 @@ class LeastSquaresFit:
         Given, or estimated from the residuals.
     degrees_of_freedom : int
         Measured numbers minus parameters.
-    iterations : int
     residuals : ndarray, shape (M,)
         Whitened, of every measured number.
     jacobian : ndarray, shape (M, m)
@@ -95,7 +94,6 @@ class LeastSquaresFit:
 
         Parameters
         ----------
-        level : float
         absorbed : ndarray, shape (m,), optional
             Standard deviations that unseen parameters add (`absorbed_errors`), mm and rad; none unless given.
         """
@@ -141,13 +139,8 @@ def solve_least_squares(
         What may change; where some cannot be told from others, earlier ones are kept and later ones stay fixed.
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
     noise : Noise, optional
         Estimated from the residuals of position and orientation (variance components) unless given.
-
-    Returns
-    -------
-    LeastSquaresFit
 
     Raises
     ------
@@ -197,18 +190,12 @@ def assess(
         The nominal model; differences are measured from it.
     model : KinematicModel
         The model to assess.
-    parameters : tuple of Parameter
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
     unseen : tuple of Unseen
         Parameters left at their start.
     noise : Noise, optional
         Estimated from the residuals unless given.
-
-    Returns
-    -------
-    LeastSquaresFit
     """
     found = evaluate(model, parameters, theta, observations, noise or TRACKER)
     if noise is None:
@@ -232,10 +219,8 @@ def absorbed_errors(
 
     Parameters
     ----------
-    fit : LeastSquaresFit
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
     expected_mm, expected_rad : float
         Standard deviation of true lengths and angles about their nominal values.
 
@@ -281,7 +266,6 @@ def clustered_covariance(J: FloatArray, r: FloatArray, observations: PoseObserva
     Returns
     -------
     covariance : ndarray, shape (m, m)
-    clusters : int
 
     References
     ----------

@@ -56,7 +56,6 @@ class PosePlan:
         O1 of a random set of as many of the candidates (the mean of twenty): what the choice gains over chance.
     expected_sigma : ndarray, shape (m,)
         Standard deviation to expect of each parameter with a laser tracker's noise, mm and rad.
-    parameters : tuple of Parameter
     """
 
     joints: FloatArray
@@ -101,19 +100,12 @@ def plan_poses(
 
     Parameters
     ----------
-    arm : Arm
-    count : int
     parameters : sequence of Parameter
         What is to be identified; those that no pose can tell apart are left out.
-    rng : numpy.random.Generator
     positions_only : bool
         Whether the instrument gives positions without orientations.
     above_mm : float, optional
         Height in the base that the flange stays above: the floor, a table.
-
-    Returns
-    -------
-    PosePlan
 
     Raises
     ------

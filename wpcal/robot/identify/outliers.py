@@ -73,7 +73,6 @@ def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tu
     ----------
     fit : LeastSquaresFit
         A fit of these observations with `residuals` and `jacobian`.
-    observations : PoseObservations
 
     Returns
     -------
@@ -159,7 +158,6 @@ def unexpected_poses(fit: LeastSquaresFit, theta: FloatArray, observations: Pose
 
     Parameters
     ----------
-    fit : LeastSquaresFit
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
     observations : PoseObservations

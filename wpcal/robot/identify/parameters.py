@@ -40,7 +40,6 @@ class Parameter:
     ----------
     name : str
         ``theta1``, ``beta2``, ``base_rz``, ``tool_x``, ``A_y`` (y of the reflector named A).
-    group : Group
     symbol : str
         One of `LINK_SYMBOLS`, or of `POSE_SYMBOLS`.
     index : int
@@ -118,7 +117,6 @@ def surrounding_parameters(
 
     Parameters
     ----------
-    free_base, free_tool : bool
     reflectors : sequence of str or None
         Names of the reflectors on the tool, where only positions are measured; None where full poses are.
     """

@@ -43,7 +43,6 @@ def require_plausible(
         The nominal chain.
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
     free_base, free_tool : bool
         What of the set-up is unknown.
 

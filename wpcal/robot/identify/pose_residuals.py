@@ -67,18 +67,12 @@ def evaluate(
 
     Parameters
     ----------
-    model : KinematicModel
     parameters : tuple of Parameter
         Columns of the Jacobian.
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
     noise : Noise
         The residuals are divided by it.
-
-    Returns
-    -------
-    Minimum
     """
     problem = _PoseProblem(parameters, theta, observations, noise)
     at = problem.at(model)
@@ -102,12 +96,6 @@ def minimise(
         What may change.
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
-    noise : Noise
-
-    Returns
-    -------
-    Minimum
     """
     problem = _PoseProblem(parameters, theta, observations, noise)
     still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * float(np.sqrt(observations.equations))

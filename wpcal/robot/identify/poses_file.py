@@ -39,13 +39,11 @@ def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None
 
     Parameters
     ----------
-    path : Path
     arm : Arm
         Tells how many joints there are, their limits and couplings.
 
     Returns
     -------
-    observations : PoseObservations
     test : ndarray of bool, shape (N,), or None
         Rows of the set ``test``; None where the file does not say.
 
@@ -125,14 +123,8 @@ def _refuse_twice(table: Table, joints: FloatArray, reflector: np.ndarray[tuple[
 def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArray, list[dict[str, str]]]:
     """Read ``name,q1_deg…qn_deg[, other columns]``: joint angles taught with the robot.
 
-    Parameters
-    ----------
-    path : Path
-    arm : Arm
-
     Returns
     -------
-    names : tuple of str
     joints : ndarray, shape (N, n)
         Shown angles, rad.
     others : list of dict
@@ -172,12 +164,10 @@ def corrected_table(
 
     Parameters
     ----------
-    names : sequence of str, length N
     points : ndarray, shape (N, 3)
         In the base, mm; written to 1e-6 mm.
     others : sequence of dict
         Cells of the other columns.
-    space : RobotSpace
     tcp_bias_mm : float
         Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
     postures : ndarray, shape (N, 3, 3), optional
@@ -201,7 +191,6 @@ def plan_table(arm: Arm, joints: FloatArray) -> str:
 
     Parameters
     ----------
-    arm : Arm
     joints : ndarray, shape (N, n)
         Shown joint angles, rad.
     """
@@ -218,7 +207,6 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
 
     Returns
     -------
-    T_flange_tool : RigidTransform
     error_95_mm : float or None
         Of the tool centre point, where a file states it.
 

@@ -31,17 +31,11 @@ def register(
 
     Parameters
     ----------
-    chain : MDHChain
     theta : ndarray, shape (N, n)
         Model angles of the rows, rad.
-    observations : PoseObservations
     free_base, free_tool : bool
         Which of the two is unknown; what is known stays as the chain has it. An unknown tool is a pose where
         orientations were measured, and one offset a reflector where not.
-
-    Returns
-    -------
-    KinematicModel
     """
     T = forward_kinematics(chain, theta)
     R, p = T[:, :3, :3], T[:, :3, 3]

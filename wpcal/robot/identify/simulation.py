@@ -46,7 +46,6 @@ def simulate_poses(
         Real minus nominal value of its `link_parameters`, mm and rad.
     joints : array_like, shape (N, n)
         Shown angles, rad.
-    rng : numpy.random.Generator
     noise : Noise, optional
         Normally distributed, independent; none unless given.
     """

@@ -67,14 +67,10 @@ class Arm:
 
     Parameters
     ----------
-    name : str
-    chain : MDHChain
     joints : tuple of Joint
         One a link.
-    couplings : tuple of Coupling
     source, licence : str
         Where the numbers come from.
-    notes : tuple of str
     mount_mm : array_like, shape (3,)
         Origin of the mounting face in the base frame: the origin of drawings and meshes of the arm.
     space : RobotSpace

@@ -29,7 +29,6 @@ class Broken:
     ----------
     row : int
         The first pose that the arm does not get to.
-    why : str
     """
 
     row: int
@@ -41,7 +40,6 @@ def continue_branch(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray 
 
     Parameters
     ----------
-    arm : Arm
     joints : array_like, shape (N, n)
         Shown angles of one branch, each in the turn around zero, rad; NaN where the branch does not reach.
     near : array_like, shape (n,)

@@ -114,7 +114,6 @@ def forward_kinematics(chain: MDHChain, theta: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    chain : MDHChain
     theta : array_like, shape (N, n)
         Joint angles of the model without its offsets, rad.
 
@@ -143,7 +142,6 @@ def geometric_jacobian(chain: MDHChain, theta: ArrayLike, *, point: ArrayLike = 
 
     Parameters
     ----------
-    chain : MDHChain
     theta : array_like, shape (N, n)
         Joint angles, rad.
     point : array_like, shape (3,) or (3, N), optional

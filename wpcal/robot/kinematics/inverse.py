@@ -60,13 +60,8 @@ def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
 
     Parameters
     ----------
-    arm : Arm
     T_base_flange : array_like, shape (N, 4, 4)
         Flange poses in the base, mm.
-
-    Returns
-    -------
-    JointSolutions
 
     Raises
     ------
@@ -130,7 +125,6 @@ def turn_into_limits(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray
 
     Parameters
     ----------
-    arm : Arm
     joints : array_like, shape (..., n)
         Shown angles, rad.
     near : array_like, shape broadcasting with `joints`
@@ -153,7 +147,6 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
 
     Parameters
     ----------
-    arm : Arm
     T_base_flange : array_like, shape (N, 4, 4)
     near : array_like, shape (n,) or (N, n)
         Shown angles, rad.
@@ -186,7 +179,6 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
 
     Parameters
     ----------
-    arm : Arm
     T_base_flange : array_like, shape (N, 4, 4)
         Flange poses in the order of travel.
     start : array_like, shape (n,)

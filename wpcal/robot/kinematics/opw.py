@@ -174,7 +174,6 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: fl
 
     Parameters
     ----------
-    geometry : OPWGeometry
     T_base_flange : array_like, shape (N, 4, 4)
         Flange poses, mm.
     least_bend : float, optional

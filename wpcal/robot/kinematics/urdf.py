@@ -255,10 +255,6 @@ def chain_from_axes(points: FloatArray, directions: FloatArray, T_base_flange: F
         A point on each axis (mm) and its unit direction, in the base.
     T_base_flange : ndarray, shape (4, 4)
         The flange at zero, in the base.
-
-    Returns
-    -------
-    MDHChain
     """
     n = len(points)
     frame = _first_frame(points, directions, T_base_flange)

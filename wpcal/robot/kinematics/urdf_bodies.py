@@ -66,7 +66,6 @@ def read_link_hulls(path: Path, arm: Arm) -> tuple[LinkHull, ...]:
 
     Parameters
     ----------
-    path : Path
     arm : Arm
         The same file as `read_urdf` reads it.
 

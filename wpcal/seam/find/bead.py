@@ -51,7 +51,6 @@ class Strip:
 
     Parameters
     ----------
-    face : int
     sides : tuple of int
         The faces beside it.
     edges : tuple of tuple of int
@@ -70,7 +69,6 @@ def find_strips(
 
     Parameters
     ----------
-    graph : BrepGraph
     solids : ndarray of bool, shape (S,), optional
         Only these solids are searched; by default all.
     min_length_mm : float
@@ -144,7 +142,6 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     options : SeamOptions
@@ -153,7 +150,6 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
 
     Returns
     -------
-    graph : BrepGraph
     pieces : JoinedPieces
         Wall and base are the faces beside the strips.
     """

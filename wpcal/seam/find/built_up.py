@@ -61,7 +61,6 @@ def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: B
     ----------
     graph, trimmed :
         The part.
-    solid : int
     but : ndarray of bool, shape (F,), optional
         Faces that do not count: strips that may be beads.
     """
@@ -121,8 +120,6 @@ def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> 
 
     Parameters
     ----------
-    graph : BrepGraph
-    solid : int
     but : ndarray of bool, shape (F,), optional
         Faces that do not count, such as holes.
     """
@@ -146,7 +143,6 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
     ----------
     graph, trimmed :
         The part.
-    solid : int
     but : ndarray of bool, shape (F,), optional
         Faces that do not count.
     """
@@ -167,7 +163,6 @@ def built_up_shares(
     ----------
     graph, trimmed :
         The part.
-    solid : int
     counts : sequence of int
         Ascending. More points take more time.
     but : ndarray of bool, shape (F,), optional
@@ -188,7 +183,6 @@ def surface_points(
     ----------
     graph, trimmed :
         The part.
-    solid : int
     count : int
         Most points.
 
@@ -211,11 +205,9 @@ class _Lines:
 
     Parameters
     ----------
-    solid : int
     centre : ndarray, shape (3,)
     radius : float
         Of the ball, mm.
-    rng : numpy.random.Generator
     rounds : list of int
         How many points there are after each round of lines.
     face : ndarray of int, shape (n,)

@@ -51,7 +51,6 @@ def without_small_changes(
     ----------
     graph, trimmed :
         The part.
-    contacts : Contacts
     stretches : Stretches
         Of these contacts, in their order.
     gap_mm : float
@@ -100,7 +99,6 @@ class _Run:
         Which of its pieces are reversed.
     length_mm : dict
         The length of each of its pieces.
-    gap_mm : float
     """
 
     graph: BrepGraph

@@ -23,7 +23,6 @@ def find_concave_edges(
 
     Parameters
     ----------
-    graph : BrepGraph
     solids : ndarray of bool, shape (S,), optional
         Only these solids are searched; by default all.
     min_length_mm : float

@@ -64,7 +64,6 @@ def find_contacts(
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     gap_mm : float
@@ -157,7 +156,6 @@ def clipped_range(
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     edge, face : ndarray of int, shape (k,)

@@ -34,7 +34,6 @@ def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph, or of one with fewer added edges.
 

@@ -18,7 +18,6 @@ def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
 

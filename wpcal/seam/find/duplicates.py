@@ -53,7 +53,6 @@ def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float)
 
     Parameters
     ----------
-    graph : BrepGraph
     joined : JoinedPieces
         Of contacts, each piece along its edge (t0 < t1).
     gap_mm : float
@@ -168,8 +167,6 @@ def without_covered(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) ->
 
     Parameters
     ----------
-    graph : BrepGraph
-    joined : JoinedPieces
     gap_mm : float
         Gap within which they were found, mm.
     """
@@ -242,7 +239,6 @@ def outward(graph: BrepGraph, pieces: SeamPieces, t: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    graph : BrepGraph
     pieces : SeamPieces
         k pieces.
     t : ndarray, shape (k,)

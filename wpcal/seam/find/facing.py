@@ -53,7 +53,6 @@ def find_facing(graph: BrepGraph, trimmed: TrimmedFaces, *, most_mm: float) -> F
     ----------
     graph, trimmed :
         The part.
-    most_mm : float
 
     Returns
     -------
@@ -122,7 +121,6 @@ def widths_mm(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
     faces : ndarray of int, shape (k,)
 
     Returns

@@ -26,7 +26,6 @@ def exact_ends(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: Fl
 
     Parameters
     ----------
-    search : FlareSearch
     pairs : FacePairs
         n pairs.
     s : ndarray, shape (n,)
@@ -86,7 +85,6 @@ def nearest_edges(trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> 
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
     face : ndarray of int, shape (n,)
     points : ndarray, shape (n, 3)
         In `part`, mm.

@@ -58,15 +58,8 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph, or of one with fewer added edges.
-    options : SeamOptions
-
-    Returns
-    -------
-    graph : BrepGraph
-    grooves : FlareGrooves
     """
     search = FlareSearch(graph, trimmed, options.gap_for(graph))
     found = search.find()

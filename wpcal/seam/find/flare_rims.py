@@ -29,7 +29,6 @@ def along_rims(search: FlareSearch, found: Grooves, joined: JoinedPieces, shapes
 
     Parameters
     ----------
-    search : FlareSearch
     found : Grooves
         n grooves.
     joined : JoinedPieces

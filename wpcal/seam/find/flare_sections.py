@@ -78,7 +78,6 @@ def find_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
 
     Parameters
     ----------
-    graph : BrepGraph
     pairs : FacePairs
         n pairs.
     s : ndarray, shape (n,)
@@ -167,7 +166,6 @@ def ball_centres(graph: BrepGraph, pairs: FacePairs, roots: Roots, ball_mm: Floa
 
     Parameters
     ----------
-    graph : BrepGraph
     pairs : FacePairs
         n pairs.
     roots : Roots

@@ -51,7 +51,6 @@ def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm
 
     Parameters
     ----------
-    search : FlareSearch
     pairs : FacePairs
         n pairs.
     roots : Roots

@@ -87,7 +87,6 @@ def is_profile(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     ----------
     graph, trimmed :
         The part.
-    solid : int
     """
     edges, pairs = _roots(graph, np.arange(len(graph.solid_names)) == solid)
     if len(edges) == 0 or (graph.edge_kind[edges] != CurveKind.LINE).any():

@@ -24,14 +24,7 @@ EXTENT_SAMPLES = 40
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JoinedPieces:
-    """Pieces of seams with the words for their joints.
-
-    Parameters
-    ----------
-    pieces : SeamPieces
-    joint : tuple of JointType
-    weld : tuple of WeldType
-    """
+    """Pieces of seams with the words for their joints."""
 
     pieces: SeamPieces
     joint: tuple[JointType, ...]
@@ -94,13 +87,8 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
     ----------
     graph, trimmed :
         The part.
-    contacts : Contacts
     gap_mm : float
         The gap with which they were found, mm.
-
-    Returns
-    -------
-    JoinedPieces
     """
     stretches = divide_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
     stretches = without_small_changes(graph, trimmed, contacts, stretches, gap_mm=gap_mm)

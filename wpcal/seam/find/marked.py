@@ -63,7 +63,6 @@ def take_marked(
         The part.
     joined : JoinedPieces
         The contacts.
-    marked : MarkedEdges
     gap_mm : float
         The gap with which the contacts were found, mm.
 

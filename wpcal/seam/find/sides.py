@@ -117,7 +117,6 @@ def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
     ----------
     normal, slope : ndarray, shape (m, 3)
         Normals of a face, and directions of the edge.
-    sign : float
     """
     x = _unit(slope)
     across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
@@ -161,17 +160,12 @@ def find_sides(
     ----------
     graph, trimmed :
         The part.
-    contacts : Contacts
     contact : ndarray of int, shape (m,)
         Rows of `contacts`.
     t : ndarray, shape (m,)
         Parameters on their edges.
     ledge_mm : float
         How far the base must go on in front of the wall, mm.
-
-    Returns
-    -------
-    Sides
     """
     edge, face = contacts.edge[contact], contacts.face[contact]
     p, slope = evaluate_edges(graph, edge, t)
@@ -277,7 +271,6 @@ def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts,
     ----------
     graph, trimmed :
         The part.
-    contacts : Contacts
     gap_mm : float
         The gap with which they were found, mm.
 

@@ -44,7 +44,6 @@ def find_tubes(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Tubes:
     ----------
     graph, trimmed :
         The part.
-    solid : int
 
     Returns
     -------

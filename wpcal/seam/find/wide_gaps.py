@@ -52,10 +52,6 @@ def find_wide_gaps(
         The gap with which contacts were found, mm.
     play : tuple of Play
         Gaps that several joints have. They are meant, also on faces of several directions.
-
-    Returns
-    -------
-    JoinedPieces
     """
     wide_mm = max(WIDE_GAPS * gap_mm, *(one.most_mm for one in play), 0.0)
     pairs = candidate_pairs(graph, trimmed, wide_mm)

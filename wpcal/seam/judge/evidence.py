@@ -63,7 +63,6 @@ def judge_seams(
         The part.
     seams : sequence of Seam
         With frames in `part`; where a torch was felt, with its leans or with the solids in its way.
-    options : SeamOptions
     judge : Judge
         Of the same part.
 
@@ -140,20 +139,16 @@ class Judge:
 
     Parameters
     ----------
-    graph : BrepGraph
     number : dict
         Numbers of the solids by their names.
-    members : Members
     rolling : dict
         Solids that roll or lie loose, with the words for it.
-    holes : Holes
     hole_of_face : dict
         The row of each face in `holes`.
     clamps : dict
         By the numbers of the two solids, ascending.
     gap_mm, min_length_mm : float
         Largest gap between members, and least length of a seam, mm.
-    level : Level
     has_marks : bool
         Whether edges of the part are marked as seams.
     reach : Reach

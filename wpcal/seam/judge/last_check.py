@@ -37,7 +37,6 @@ def refuse_frames_in_material(
         The part.
     seams : sequence of Seam
         With frames in `part`; accepted ones with the torch's leans.
-    options : SeamOptions
     """
     rows = [row for row, seam in enumerate(seams) if seam.accepted and len(seam.frames) > 1]
     if not rows:

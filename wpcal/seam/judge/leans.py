@@ -200,8 +200,6 @@ def feel_seams(
         The part.
     seams : sequence of Seam
         With frames in `part`. Each is felt with the torch's usual wire and `Seam.more_wire_mm`.
-    reach : Reach
-    stations : FeltAt
 
     Returns
     -------

@@ -90,10 +90,6 @@ def find_poses_in_material(
     bend : ndarray, shape (n, 3), optional
         Unit directions towards which the neck bends. None: neck and body are not felt.
 
-    Returns
-    -------
-    PosesInMaterial
-
     Notes
     -----
     Triangles are felt by the whole tubes of wire and nozzle; they are within their deflection of the part, and so is
@@ -170,7 +166,6 @@ def place_tube(
 
     Parameters
     ----------
-    tube : Tube
     mouth : ndarray, shape (n, 3)
         Middles of the mouths of the nozzles, mm.
     back, bend : ndarray, shape (n, 3)

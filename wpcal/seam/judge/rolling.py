@@ -68,7 +68,6 @@ def has_round_tread(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
     ----------
     graph, trimmed :
         The part.
-    solid : int
     """
     faces = np.flatnonzero(graph.face_solid == solid)
     kind, out = graph.face_kind[faces], graph.face_outward[faces]

@@ -31,7 +31,6 @@ def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
         The part.
     seams : sequence of Seam
         With frames in `part`.
-    options : SeamOptions
 
     Returns
     -------
@@ -75,7 +74,6 @@ class Cut:
 
     Parameters
     ----------
-    seam : Seam
     stretches : sequence of Stretch
         From start to end. In a closed seam the last and the first are joined if both are free, or neither is.
     reason : str
@@ -96,8 +94,6 @@ def cut_at(
     ----------
     graph, trimmed :
         The part.
-    cuts : sequence of Cut
-    options : SeamOptions
 
     Returns
     -------

@@ -110,7 +110,6 @@ def find_solids_met(
     ----------
     graph, trimmed :
         The part.
-    poses : TorchPoses
     is_between : bool
         Whether the poses are between others that were felt: the axis and the outermost circle are then enough.
     """
@@ -150,7 +149,6 @@ def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: Torc
     ----------
     graph, trimmed :
         The part.
-    poses : TorchPoses
     """
     if poses.torch.neck is None:
         return np.full(len(poses), -1)
@@ -293,7 +291,6 @@ def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
     ----------
     graph, trimmed :
         The part.
-    poses : TorchPoses
     """
     n = len(poses)
     first = first_rows(poses.owner, poses.back)

@@ -42,7 +42,6 @@ def cut_where_unreached(
         The part.
     seams : sequence of Seam
         n seams with frames in `part`.
-    options : SeamOptions
 
     Returns
     -------
@@ -150,7 +149,6 @@ def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], r
         The part.
     seams : sequence of Seam
         With frames in `part`.
-    reach : Reach
     """
     found = []
     for seam, felt in zip(seams, feel_seams(graph, trimmed, seams, reach), strict=True):

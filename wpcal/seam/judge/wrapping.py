@@ -56,7 +56,6 @@ def weld_round_corners(
         The part.
     seams : sequence of Seam
         Judged, with frames in `part`.
-    options : SeamOptions
     judge : Judge
         Of the same part.
 

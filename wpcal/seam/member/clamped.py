@@ -119,7 +119,6 @@ def find_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
     """
@@ -241,7 +240,6 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
 
     Parameters
     ----------
-    holes : Holes
     fasteners : mapping
         Fasteners by number of the solid; they and their holes are no members.
 

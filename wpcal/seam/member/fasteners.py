@@ -84,7 +84,6 @@ def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastene
 
     Parameters
     ----------
-    graph : BrepGraph
     trimmed : TrimmedFaces
         Of the same graph.
 

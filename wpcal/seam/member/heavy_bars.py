@@ -112,7 +112,6 @@ def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
     ----------
     graph, trimmed :
         The part.
-    solid : int
 
     Notes
     -----

@@ -49,7 +49,6 @@ class Hit:
 
     Parameters
     ----------
-    kind : Kind
     word : str
         The word, phrase or number that says so.
     is_standard : bool

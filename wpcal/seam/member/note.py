@@ -38,7 +38,6 @@ class Member:
 
     Parameters
     ----------
-    solid : str
     taken_as : str
         In words: ``steel``, ``a bolt or screw``, ``wood``.
     findings : tuple of Finding
@@ -84,7 +83,6 @@ class MemberNotes:
 
     Parameters
     ----------
-    judging : Judging
     members : tuple of Member
         In the order of the solids.
     play : tuple of Play
@@ -137,7 +135,6 @@ class Members:
 
     Parameters
     ----------
-    notes : MemberNotes
     fasteners : dict
         By number of the solid.
     """
@@ -160,10 +157,6 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
         Of the same graph.
     judging : Judging
         What a person says about solids.
-
-    Returns
-    -------
-    Members
 
     Raises
     ------
@@ -190,11 +183,8 @@ class _Evidence:
 
     Parameters
     ----------
-    name : str
-    facts : SolidFacts
     common : set of str
         Names that belong to all solids of the part: they say nothing about one of them.
-    fastener : Fastener or None
     copy_of : str or None
         The solid that fills its room and counts instead of it.
     """

@@ -105,7 +105,6 @@ def has_one_section(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
     ----------
     graph, trimmed :
         The part.
-    solid : int
     """
     faces = np.flatnonzero(graph.face_solid == solid)
     kind, hole = graph.face_kind[faces], are_holes(graph)[faces]

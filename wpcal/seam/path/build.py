@@ -33,9 +33,6 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
 
     Parameters
     ----------
-    graph : BrepGraph
-    joined : JoinedPieces
-    options : SeamOptions
     source : SeamSource
         How the pieces were found.
 
@@ -102,12 +99,10 @@ def measured(
 
     Parameters
     ----------
-    graph : BrepGraph
     runs : Runs
         n runs.
     closed : ndarray of bool, shape (n,)
         Runs that are known to be closed; those whose ends meet without a corner are closed as well.
-    options : SeamOptions
 
     Returns
     -------

@@ -72,8 +72,6 @@ def turns(graph: BrepGraph, pieces: SeamPieces, before: IntArray, after: IntArra
 
     Parameters
     ----------
-    graph : BrepGraph
-    pieces : SeamPieces
     before, after : ndarray of int, shape (n,)
         Rows of `pieces`.
 
@@ -95,8 +93,6 @@ def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamF
 
     Parameters
     ----------
-    graph : BrepGraph
-    runs : Runs
     stations : Stations
         Along these runs.
     frames : SeamFrames
@@ -104,7 +100,6 @@ def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamF
 
     Returns
     -------
-    stations : Stations
     frames : SeamFrames
         Unchanged where there is no corner. Near a corner x is not the tangent of the edge, but turns with the torch.
     """

@@ -39,8 +39,6 @@ def parameters_at(graph: BrepGraph, run: SeamPieces, row: IntArray, s_mm: FloatA
 
     Parameters
     ----------
-    graph : BrepGraph
-    run : SeamPieces
     row : ndarray of int, shape (n,)
         The piece of each length.
     s_mm : ndarray, shape (n,)
@@ -66,8 +64,6 @@ def points_at(graph: BrepGraph, run: SeamPieces, s_mm: FloatArray) -> FloatArray
 
     Parameters
     ----------
-    graph : BrepGraph
-    run : SeamPieces
     s_mm : ndarray, shape (n,)
 
     Returns

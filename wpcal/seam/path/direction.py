@@ -71,8 +71,6 @@ def directed_runs(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> 
 
     Parameters
     ----------
-    graph : BrepGraph
-    pieces : SeamPieces
     chains : list of Chain
         Rows of `pieces` in order, one or more each.
 

@@ -58,12 +58,6 @@ class Stations:
 def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
     """Place points along runs.
 
-    Parameters
-    ----------
-    graph : BrepGraph
-    runs : Runs
-    options : StepOptions
-
     Returns
     -------
     Stations
@@ -214,7 +208,6 @@ def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArra
 
     Parameters
     ----------
-    graph : BrepGraph
     edge : ndarray of int, shape (m,)
     t0, t1 : ndarray, shape (m,)
         Parameters of the ends.

@@ -25,10 +25,8 @@ def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> Sea
 
     Parameters
     ----------
-    graph : BrepGraph
     pieces : SeamPieces
         Of all runs, in order and direction.
-    stations : Stations
 
     Returns
     -------

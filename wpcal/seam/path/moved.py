@@ -81,7 +81,6 @@ class StillSeams:
 
     Parameters
     ----------
-    graph : BrepGraph
     seams : tuple of Seam
         In `part`.
     start : ndarray of int, shape (seams + 1,)
@@ -164,16 +163,10 @@ def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, mo
 
     Parameters
     ----------
-    graph : BrepGraph
     seams : sequence of Seam
         In `part`.
     face_body : ndarray of int, shape (F,)
         The body of every face; -1: it does not move.
-    moves : BodyMoves
-
-    Returns
-    -------
-    list of MovedSeam
 
     Notes
     -----

@@ -145,15 +145,10 @@ def weld_positions(
     ----------
     R : array_like, shape (n, 3, 3)
         Seam frames (columns x, y, z) in a frame in which `up` is known, `base` as a rule.
-    weld : WeldType
     up : array_like, shape (3,)
         Against gravity; scaled to unit length.
     rules : sequence of PositionRule
         The first one that matches names the frame. A frame without a match is called ``-``.
-
-    Returns
-    -------
-    WeldPositions
 
     Raises
     ------

@@ -29,16 +29,13 @@ def limit_turn(
 
     Parameters
     ----------
-    graph : BrepGraph
     pieces : SeamPieces
         Of all runs.
-    stations : Stations
     turn_rad : float
         Largest angle of the rotation between neighbouring frames, rad.
 
     Returns
     -------
-    stations : Stations
     frames : SeamFrames
         At these stations.
 

@@ -83,7 +83,6 @@ class XmcfSeam:
         Points along its stretches, in the coordinates of the parts.
     parts : tuple of str
         Labels of the parts that it joins.
-    sides : tuple of WeldSide
     thicknesses_mm, gaps_mm, angles_deg : tuple of float
         Of the sheets, where the file states them.
     """

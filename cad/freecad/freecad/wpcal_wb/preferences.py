@@ -21,12 +21,7 @@ GOOD, BAD = "color: #1b7f4b", "color: #b00020"
 
 
 class PreferencePage:
-    """The page in FreeCAD's preferences. FreeCAD makes it, shows `form`, and calls the two methods.
-
-    Attributes
-    ----------
-    form : QWidget
-    """
+    """The page in FreeCAD's preferences. FreeCAD makes it, shows `form`, and calls the two methods."""
 
     def __init__(self, _parent: object = None) -> None:
         self.form = widgets().QWidget()

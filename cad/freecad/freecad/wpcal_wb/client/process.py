@@ -132,7 +132,6 @@ class Client:
 
         Parameters
         ----------
-        method : str
         params : dict, optional
             Plain values.
         on_result : callable, optional

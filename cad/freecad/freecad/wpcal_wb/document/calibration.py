@@ -23,7 +23,6 @@ def fit_params(document: Any, options: Mapping[str, Any] | None = None) -> dict[
 
     Parameters
     ----------
-    document : FreeCAD.Document
     options : mapping, optional
         Of the fit, instead of those that the document keeps.
 

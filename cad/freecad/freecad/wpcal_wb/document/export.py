@@ -38,7 +38,6 @@ class ExportedPart(NamedTuple):
 
     Attributes
     ----------
-    path : Path
     objects : tuple
         The objects of the document that are in the file.
     frame : FreeCAD.Placement
@@ -58,7 +57,6 @@ def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:
 
     Parameters
     ----------
-    document : FreeCAD.Document
     chosen : sequence, optional
         What the user selected. What has no solid (a sketch, an object of this workbench) is left out.
 

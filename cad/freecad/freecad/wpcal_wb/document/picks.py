@@ -23,7 +23,6 @@ class Pick(NamedTuple):
 
     Attributes
     ----------
-    object : FreeCAD.DocumentObject
     name : str
         Its element: `Vertex3`, `Edge7`, `Face2`; of our own objects `V3` or `W1`.
     shape : Part.Shape or None
@@ -95,7 +94,6 @@ def feature_under(
     ----------
     point : FreeCAD.Vector
         Where the model was clicked, in the document.
-    features : iterable of dict
     frame : FreeCAD.Placement
         Where the part lies in the document.
     on_screen : callable

@@ -45,7 +45,6 @@ def place_part(
 
     Parameters
     ----------
-    document : FreeCAD.Document
     objects : sequence
         The objects of the exported part.
     pose : FreeCAD.Placement
@@ -132,7 +131,6 @@ def seam_frames(seams: Iterable[Any], T_part_base: Any, *, ends_only: bool) -> l
     ----------
     seams : iterable of dict
         With frames in the base, as `calibrate` answers.
-    T_part_base : FreeCAD.Placement
     ends_only : bool
         Whether only the first and the last frame of every seam are wanted.
     """

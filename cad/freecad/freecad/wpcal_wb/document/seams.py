@@ -33,12 +33,7 @@ LARGEST_TURN = math.radians(40)
 
 
 class SeamModel:
-    """The seams of a document.
-
-    Parameters
-    ----------
-    session : Session
-    """
+    """The seams of a document."""
 
     def __init__(self, session: Session) -> None:
         self.session = session

@@ -73,8 +73,6 @@ class Session:
 
     Attributes
     ----------
-    document : FreeCAD.Document
-    client : Client
     part : ExportedPart or None
         The part as it was written last.
     opened : dict or None

@@ -27,12 +27,7 @@ Vector = Sequence[float]
 
 
 class TaughtModel:
-    """The taught points of a document.
-
-    Parameters
-    ----------
-    session : Session
-    """
+    """The taught points of a document."""
 
     def __init__(self, session: Session) -> None:
         self.session = session

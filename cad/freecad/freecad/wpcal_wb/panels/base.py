@@ -25,8 +25,6 @@ class TaskPanel:
 
     Attributes
     ----------
-    document : FreeCAD.Document
-    session : Session
     form : QWidget
         What FreeCAD shows.
     body : QVBoxLayout
@@ -71,7 +69,6 @@ class TaskPanel:
 
         Parameters
         ----------
-        method : str
         params : dict or None
             Without `handle`.
         on_result : callable

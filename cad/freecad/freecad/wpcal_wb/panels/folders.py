@@ -13,13 +13,7 @@ from .base import TaskPanel
 
 
 class FolderLine:
-    """The result folder of a document: a line of text and a button that asks for it.
-
-    Attributes
-    ----------
-    widget : QWidget
-    edit : QLineEdit
-    """
+    """The result folder of a document: a line of text and a button that asks for it."""
 
     def __init__(self, document: Any, *, default: str = "result") -> None:
         self._document = document

@@ -22,7 +22,6 @@ class OptionForm:
 
     Attributes
     ----------
-    widget : QWidget
     changed : callable or None
         Called after a field was changed, without arguments.
     """

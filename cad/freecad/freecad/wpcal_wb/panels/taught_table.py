@@ -23,7 +23,6 @@ class TaughtTable:
 
     Parameters
     ----------
-    model : TaughtModel
     typed : callable
         Takes row, name of the column and text of a cell that was typed.
     chose : callable

@@ -31,7 +31,6 @@ def calibration_node(fit: dict[str, Any], frame: Any, shown: Shown) -> coin.SoSe
         The answer of `calibrate` with the frames of the seams.
     frame : FreeCAD.Placement
         Where the coordinates of the part lie in the document.
-    shown : Shown
     """
     drawn = _in_base(fit, shown)
     root = coin.SoSeparator()

@@ -1,0 +1,133 @@
+"""Written programs are read back: a pose that is lost, changed, out of reach or inside the part does not pass."""
+
+import re
+import shutil
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.running import run_here
+from tests.unit.conftest import CONFIGURATIONS
+from wpcal.controllers.audit import audit_path
+from wpcal.controllers.audit.programs import WrittenWrongError, check_written
+from wpcal.controllers.checked_program import check_program
+from wpcal.controllers.program import ControllerSettings, WeldProgram, build_program
+from wpcal.controllers.registry import controller_named
+from wpcal.controllers.sync_program import SyncProgram
+from wpcal.formats.registry import exporter_named
+from wpcal.results.folder import read_finished
+from wpcal.robot.kinematics.arm_file import find_arm
+
+FIXTURES = Path(__file__).parents[3] / "fixtures"
+WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as")
+COORDINATE = {
+    "rapid": (r"(W2_0007:=\[\[)([-\d.]+)", 1.0),
+    "krl": (r"(W2_0007=\{X )([-\d.]+)", 1.0),
+    "fanuc": (r"(P\[7\]\{.*?X =\s*)([-\d.]+)", 1.0),
+    "inform": (r"(C00007=)([-\d.]+)", 1.0),
+    "urscript": (r"(# W3.*?# ARC ON.*?p\[)([-\d.]+)", 0.001),
+    "val3": (r'(<Data name="W2".*?key="7" x=")([-\d.]+)', 1.0),
+    "as": (r"(W2_0002 )([-\d.]+)(?= [-\d.]+ [-\d.]+ )", 1.0),
+}
+"""Where an x of a point of a seam is in each language, and a millimetre there."""
+
+
+@cache
+def program(part: str = "tee") -> WeldProgram:
+    finished = read_finished(FIXTURES / part / "golden").select()
+    settings = ControllerSettings(configurations=CONFIGURATIONS)
+    return check_program(build_program(finished, controller=settings))
+
+
+def moved(text: str, name: str, by_mm: float) -> str:
+    """The text with another x at one point of a seam."""
+    pattern, mm = COORDINATE[name]
+    changed, count = re.subn(pattern, lambda m: f"{m[1]}{float(m[2]) + by_mm * mm:.6f}", text, count=1, flags=re.DOTALL)
+    assert count in (0, 1)
+    return changed
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_is_written_is_read_back_as_it_was_asked_for(name: str) -> None:
+    asked = sum(len(path) for path in program().paths) + 1
+    assert check_written(exporter_named(name).write(program()), program(), name=name) >= asked
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("by_mm", [0.5, -40.0, float("nan")])
+def test_a_changed_number_is_found(name: str, by_mm: float) -> None:
+    files = dict(exporter_named(name).write(program()))
+    changed = {file: moved(str(text), name, by_mm) for file, text in files.items()}
+    assert changed != files
+    with pytest.raises(WrittenWrongError, match="nothing is written") as caught:
+        check_written(changed, program(), name=name)
+    assert caught.value.exit_code == 70
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("by_mm", [float("nan"), 2e5])
+def test_an_audit_finds_a_number_that_is_no_coordinate(name: str, by_mm: float, tmp_path: Path) -> None:
+    for file, text in exporter_named(name).write(program()).items():
+        (tmp_path / file).write_bytes(moved(str(text), name, by_mm).encode("utf-8"))
+    faults = [fault for file in audit_path(tmp_path).files for fault in file.faults]
+    assert faults
+    assert all(fault.line is not None or fault.field is not None or name == "val3" for fault in faults)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_an_audit_finds_a_pose_inside_the_part(name: str, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    shutil.copytree(FIXTURES / "tee" / "golden", folder)
+    (folder / name).mkdir()
+    first, second, *others = program().paths
+    p = second.p_base.copy()
+    row = second.weld_rows.start + 4
+    p[row] += 8.0 * second.R_base[row, :, 2]  # 8 mm into the joint
+    wrong = replace(program(), paths=(first, replace(second, p_base=p), *others))
+    for is_wrong, written in ((False, program()), (True, wrong)):
+        for file, text in exporter_named(name).write(written).items():
+            (folder / name / file).write_bytes(str(text).encode("utf-8"))
+        faults = [fault for file in audit_path(folder).files for fault in file.faults]
+        assert len(faults) == is_wrong
+    assert "of a straight torch of 300 mm" in faults[0].message
+    assert str(faults[0].field).startswith("point ")
+
+
+def test_an_arm_that_does_not_reach_the_part_is_named(tmp_path: Path) -> None:
+    (text,) = exporter_named("rapid").write(program()).values()
+    path = tmp_path / "WPCAL.mod"
+    path.write_text(str(text), encoding="utf-8")
+    far = re.sub(r'(wpPart:=\[FALSE,TRUE,"",\[\[)[-\d.]+', r"\g<1>9000", str(text))
+    near = run_here("audit", path, "--robot", "mh6", "--tool", "0,0,300")
+    path.write_text(far, encoding="utf-8")
+    ended = run_here("audit", path, "--robot", "mh6", "--tool", "0,0,300")
+    assert near.returncode in (0, 1)
+    assert ended.returncode == 1
+    assert "no joint angles within the limits of" in ended.stdout
+    assert ended.stdout.count("point ") > near.stdout.count("point ")
+
+
+def test_a_program_that_reads_back_differently_is_not_put_in_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from wpcal.controllers.abb import write
+
+    right = write.write_rapid
+    monkeypatch.setattr(write, "write_rapid", lambda one: {k: moved(v, "rapid", 1.0) for k, v in right(one).items()})
+    golden = FIXTURES / "tee" / "golden"
+    ended = run_here("export", golden, "--every-point", "-f", "krl", "-f", "rapid", "-o", tmp_path / "out")
+    assert ended.returncode == 70
+    assert "rapid: the pose at base" in ended.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["rapid", "inform"])
+def test_programs_of_two_robots_which_hold_joints_are_clean(name: str, tmp_path: Path) -> None:
+    arms = (find_arm("irb1600_6_12"), find_arm("mh6"))
+    moves = SyncProgram("W1", arms, (np.zeros((4, 6)), np.zeros((4, 6))), np.ones(3), 1, 2)
+    for file, text in controller_named(name).write_sync(moves).items():
+        (tmp_path / file).write_text(text, encoding="utf-8", newline="")
+    assert audit_path(tmp_path).fault_count == 0

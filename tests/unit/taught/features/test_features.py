@@ -1,0 +1,199 @@
+"""Reference features of parts whose every size is known: a milled block, rounded boxes, brackets; all saved graphs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.saved_graphs import saved_graph
+from wpcal.brep import BrepGraph, SurfaceKind
+from wpcal.core.arrays import IntArray
+from wpcal.taught.features import Ease, FeatureKind, HoleForm, ReferenceFeature, find_features, judge_features
+
+ROUND_OFF_MM = 1e-9
+"""Coordinates of some hundred mm through a few products in double precision."""
+FAR_MM = 1000.0
+"""Five times the tee."""
+CHORD_AREA_MM2 = 2.0
+"""Circles as polylines with a sag of 0.01 mm: at most two thirds of it along 250 mm of rims."""
+
+
+def of_kind(features: tuple[ReferenceFeature, ...], kind: FeatureKind) -> list[ReferenceFeature]:
+    return [feature for feature in features if feature.kind is kind]
+
+
+def steps(hole: ReferenceFeature) -> list[tuple[float, float, float]]:
+    return [(step.diameter_mm, step.from_mm, step.to_mm) for step in hole.steps]
+
+
+def test_holes_have_entry_depth_and_form() -> None:
+    graph = saved_graph("block")
+    holes = of_kind(find_features(graph), FeatureKind.HOLE)
+    counterbored, blind, through, sunk = holes
+    p = np.array([[30, 30, 20], [70, 30, 20], [110, 30, 20], [150, 30, 17]])
+    np.testing.assert_allclose([hole.p_mm for hole in holes], p, rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose([hole.direction for hole in holes], [[0, 0, 1]] * 4, rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose([hole.diameter_mm for hole in holes], [18, 8, 12, 6], rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose([hole.depth_mm for hole in holes], [20, 12, 20, 20], rtol=0, atol=ROUND_OFF_MM)
+    assert [hole.is_through for hole in holes] == [True, False, True, True]
+    plain = HoleForm.PLAIN
+    assert [hole.form for hole in holes] == [HoleForm.COUNTERBORE, plain, plain, HoleForm.COUNTERSINK]
+    np.testing.assert_allclose(steps(counterbored), [(18, 0, 6), (10, 6, 20)], rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose(steps(sunk), [(6, 3, 20)], rtol=0, atol=ROUND_OFF_MM)
+    for hole in (counterbored, blind, through):
+        assert (graph.face_kind[list(hole.faces)] == SurfaceKind.CYLINDER).all()
+        assert 2 * graph.face_param[hole.faces[0], 0] == pytest.approx(hole.diameter_mm, rel=0, abs=ROUND_OFF_MM)
+
+
+def test_a_boss_is_no_hole() -> None:
+    (boss,) = of_kind(find_features(saved_graph("block")), FeatureKind.BOSS)
+    np.testing.assert_allclose(boss.p_mm, [50, 70, 35], rtol=0, atol=ROUND_OFF_MM)
+    np.testing.assert_allclose([boss.diameter_mm, boss.length_mm], [20, 15], rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_slot() -> None:
+    (slot,) = of_kind(find_features(saved_graph("block")), FeatureKind.SLOT)
+    np.testing.assert_allclose(slot.p_mm, [130, 70, 20], rtol=0, atol=ROUND_OFF_MM)
+    sizes = [slot.diameter_mm, slot.length_mm, slot.depth_mm]
+    np.testing.assert_allclose(sizes, [12, 40, 20], rtol=0, atol=ROUND_OFF_MM)
+    assert slot.is_through
+    assert len(slot.faces) == 4
+
+
+def test_datum_planes_and_axes_carry_their_faces() -> None:
+    graph = saved_graph("block")
+    features = find_features(graph)
+    planes, axes = of_kind(features, FeatureKind.PLANE), of_kind(features, FeatureKind.AXIS)
+    low = next(plane for plane in planes if plane.direction is not None and plane.direction[2] < -0.5)
+    slot = 28 * 12 + math.pi * 36
+    bottom = 200 * 100 - math.pi * (25 + 36 + 9) - slot
+    assert low.area_mm2 == pytest.approx(bottom, rel=0, abs=CHORD_AREA_MM2)
+    assert sorted(round(axis.diameter_mm or 0, 9) for axis in axes) == [6, 8, 10, 12, 12, 12, 18, 20]
+    for feature, kind in [*((p, SurfaceKind.PLANE) for p in planes), *((a, SurfaceKind.CYLINDER) for a in axes)]:
+        assert feature.faces
+        assert (graph.face_kind[list(feature.faces)] == kind).all()
+
+
+def test_faces_in_one_plane_are_one_datum() -> None:
+    planes = of_kind(find_features(saved_graph("comb")), FeatureKind.PLANE)
+    (top,) = [plane for plane in planes if plane.p_mm[2] > 20 - ROUND_OFF_MM]
+    assert len(top.faces) == 2
+    assert top.area_mm2 == pytest.approx(80 * 40, rel=0, abs=ROUND_OFF_MM)
+    np.testing.assert_allclose(top.p_mm, [50, 20, 20], rtol=0, atol=ROUND_OFF_MM)
+
+
+def corners(x: float, y: float, z: float) -> set[tuple[float, ...]]:
+    return {(a, b, c) for a in (0.0, x) for b in (0.0, y) for c in (0.0, z)}
+
+
+@pytest.mark.parametrize("rounded", ["rounded-upright", "rounded-all", "rounded-top"])
+def test_rounds_leave_virtual_corners(rounded: str) -> None:
+    graph = saved_graph(rounded)
+    features = find_features(graph)
+    virtual = of_kind(features, FeatureKind.VIRTUAL_CORNER)
+    assert {tuple((feature.p_mm.round(9) + 0.0).tolist()) for feature in virtual} == corners(80, 60, 40)
+    assert len(virtual) == 8
+    assert all(len(feature.faces) == 3 for feature in virtual)
+    judged = judge_features(graph, features)
+    assert all(item.ease is Ease.INDIRECT for item in judged if item.feature in virtual)
+    assert all(item.ease is Ease.VAGUE for item in judged if item.feature.kind is FeatureKind.VERTEX)
+
+
+def test_a_sharp_box_has_no_virtual_corner() -> None:
+    features = find_features(saved_graph("sharp-box"))
+    kinds = Counter(feature.kind for feature in features)
+    assert kinds == {FeatureKind.VERTEX: 8, FeatureKind.EDGE_MIDPOINT: 12, FeatureKind.PLANE: 6}
+
+
+def test_the_two_flanges_of_a_bracket_have_two_holes_and_one_axis() -> None:
+    features = find_features(saved_graph("bracket"))
+    left, right = of_kind(features, FeatureKind.HOLE)
+    np.testing.assert_allclose([left.depth_mm, right.depth_mm], [10, 10], rtol=0, atol=ROUND_OFF_MM)
+    (axis,) = of_kind(features, FeatureKind.AXIS)
+    assert sorted(axis.faces) == sorted(left.faces + right.faces)
+    assert axis.length_mm == pytest.approx(60, rel=0, abs=ROUND_OFF_MM)
+
+
+def test_a_cross_hole_does_not_make_a_blind_hole_through() -> None:
+    holes = of_kind(find_features(saved_graph("cross-hole")), FeatureKind.HOLE)
+    wide = next(hole for hole in holes if hole.diameter_mm == 16)
+    assert wide.is_through is False
+
+
+def test_a_drill_point_is_not_counted_as_depth() -> None:
+    (hole,) = of_kind(find_features(saved_graph("drilled")), FeatureKind.HOLE)
+    assert hole.depth_mm == pytest.approx(25, rel=0, abs=ROUND_OFF_MM)
+    assert hole.is_through is False
+    assert hole.form is HoleForm.PLAIN
+
+
+def shuffled(graph: BrepGraph, seed: int) -> tuple[BrepGraph, IntArray]:
+    """The same part with its faces, edges and coedges in another order; and the new number of each face."""
+    rng = np.random.default_rng(seed)
+    face, edge, coedge = (rng.permutation(n) for n in (graph.face_count, graph.edge_count, len(graph.coedge_face)))
+    names = [field.name for field in dataclasses.fields(graph) if getattr(graph, field.name) is not None]
+    columns: dict[str, Any] = {n: getattr(graph, n)[face] for n in names if n.startswith("face_")}
+    columns |= {n: getattr(graph, n)[edge] for n in names if n.startswith("edge_")}
+    columns["coedge_face"] = np.argsort(face)[graph.coedge_face][coedge]
+    columns["coedge_edge"] = np.argsort(edge)[graph.coedge_edge][coedge]
+    columns["coedge_forward"] = graph.coedge_forward[coedge]
+    return dataclasses.replace(graph, **columns), np.argsort(face)
+
+
+def same(a: ReferenceFeature, b: ReferenceFeature) -> bool:
+    sizes = [(f.diameter_mm, f.length_mm, f.depth_mm, f.area_mm2) for f in (a, b)]
+    close = [
+        (x is None and y is None) or (x is not None and y is not None and abs(x - y) <= ROUND_OFF_MM * max(1.0, x))
+        for x, y in zip(*sizes, strict=True)
+    ]
+    return a.name == b.name and a.form is b.form and a.is_through == b.is_through and all(close)
+
+
+def test_the_order_of_faces_changes_no_name() -> None:
+    graph = saved_graph("block")
+    other, number = shuffled(graph, 4)
+    for a, b in zip(find_features(graph), find_features(other), strict=True):
+        assert same(a, b)
+        np.testing.assert_allclose(a.p_mm, b.p_mm, rtol=0, atol=ROUND_OFF_MM)
+        assert sorted(number[list(a.faces)].tolist()) == sorted(b.faces)
+
+
+def test_a_shifted_part_has_the_same_names() -> None:
+    shift = (312.5, -77.25, 40.125)
+    features, moved = find_features(saved_graph("block")), find_features(saved_graph("block-shifted"))
+    for a, b in zip(features, moved, strict=True):
+        assert same(a, b)
+        np.testing.assert_allclose(a.p_mm + shift, b.p_mm, rtol=0, atol=ROUND_OFF_MM)
+
+
+def test_a_turned_part_has_turned_features() -> None:
+    a, b, c = (Rotation.from_rotvec(np.radians(turn)) for turn in ([20, 0, 0], [0, -35, 0], [0, 0, 70]))
+    R, shift = (a * b * c).as_matrix(), np.array([31, -7, 44])
+    features, turned = find_features(saved_graph("block")), find_features(saved_graph("block-turned"))
+    assert Counter(f.kind for f in features) == Counter(f.kind for f in turned)
+    for kind in FeatureKind:  # a through hole's entry is the upper one: turned, it may be the other
+        p = np.array([f.p_mm for f in of_kind(features, kind) if kind is not FeatureKind.HOLE]).reshape(-1, 3)
+        q = np.array([f.p_mm for f in of_kind(turned, kind)]).reshape(-1, 3)
+        for place in p @ R.T + shift:
+            assert np.linalg.norm(q - place, axis=1).min() <= ROUND_OFF_MM
+
+
+def test_a_copy_far_away_changes_nothing() -> None:
+    """What meets at a corner, lies against it or is in front of it is found by place among all solids."""
+    alone, both = (judged_at(saved_graph(name), FAR_MM) for name in ("tee", "tee-and-far-copy"))
+    assert both == {place: ease + ease for place, ease in alone.items()}
+
+
+def judged_at(graph: BrepGraph, pitch_mm: float) -> dict[tuple[Any, ...], list[Ease]]:
+    """The ease of what is at a place, copies at the pitch counted as there."""
+    found: dict[tuple[Any, ...], list[Ease]] = {}
+    for item in judge_features(graph, find_features(graph)):
+        place = item.feature.p_mm - [pitch_mm * (item.feature.p_mm[0] > pitch_mm / 2), 0.0, 0.0]
+        found.setdefault((item.feature.kind, *np.round(place, 6)), []).append(item.ease)
+    return found

@@ -1,0 +1,77 @@
+"""A plan with an arm: its joints give the searches, one branch along each, and its ways keep away from everything."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.one_robot_cells import TEE, fixed_cell
+from tests.touch_parts import touch_part
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.new_cell import bare_cell
+from wpcal.seam.torch import USUAL_TORCH
+from wpcal.touch.plan import TouchOptions, plan_touches
+from wpcal.touch.plan.reach import MOST_TURN_RAD, ArmReach
+
+PLACE_MM = 1e-6
+STATES = 40
+"""States on each move in the air that are measured again."""
+
+
+@pytest.fixture(scope="module")
+def reach() -> ArmReach:
+    """Return the mh6 with the tee in front of it."""
+    material = TriangleMaterial.of(read_part_glb((TEE / "part.glb").read_bytes()))
+    return ArmReach.of(fixed_cell((700.0, -100.0, 150.0)), None, material)
+
+
+def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach) -> None:
+    cell = reach.cell
+    options = TouchOptions(up_base=reach.up_base, post_base=(500.0, 300.0, 300.0))
+    plan = plan_touches(
+        replace(touch_part("tee"), material=reach.clearance.part),
+        options=options,
+        T_base_part=reach.T_base_part,
+        reach=reach,
+    )
+    assert [search.name for search in plan.searches] == ["POST", *(f"T{k}" for k in range(1, 9))]
+    assert plan.robot == cell.arm.name
+    assert plan.home_joints is not None
+    before = plan.home_joints
+    for search in plan.searches:
+        assert search.joints is not None
+        assert search.via_joints is not None
+        T = cell.arm.forward(search.joints) @ cell.T_flange_tool.matrix
+        places = plan.T_base_part.apply(np.stack([search.approach, search.start, search.end]))
+        np.testing.assert_allclose(T[:, :3, 3], places, rtol=0, atol=PLACE_MM)
+        np.testing.assert_allclose(T[0, :3, :3], plan.T_base_part.rotate(search.R_part_tool.T).T, rtol=0, atol=1e-9)
+        assert np.abs(np.diff(search.joints, axis=0)).max() <= MOST_TURN_RAD
+        assert cell.arm.within_limits(search.joints).all()
+        via = (
+            cell.arm.forward(search.via_joints) @ cell.T_flange_tool.matrix if len(search.via) else np.empty((0, 4, 4))
+        )
+        np.testing.assert_allclose(via[:, :3, 3], plan.T_base_part.apply(search.via), rtol=0, atol=PLACE_MM)
+        way = np.concatenate([before[None], search.via_joints, search.joints[:1]])
+        share = np.linspace(0.0, 1.0, STATES)[:, None]
+        states = np.concatenate([a + share * (b - a) for a, b in pairwise(way)])
+        assert reach.clearance.margins(states).is_clear.all()
+        before = search.joints[0]
+
+
+def test_a_part_out_of_reach_is_one_line(reach: ArmReach) -> None:
+    far = RigidTransform(np.eye(3), [4000.0, 0.0, 200.0], "base", "part")
+    away = ArmReach.of(reach.cell, far, None)
+    with pytest.raises(GeometryError, match=r"reaches no start of a search, such as .* out of reach") as caught:
+        plan_touches(touch_part("tee"), options=TouchOptions(), T_base_part=away.T_base_part, reach=away)
+    assert caught.value.code is ErrorCode.JOINT_PATH
+
+
+def test_an_arm_alone_has_no_floor() -> None:
+    tool = RigidTransform(np.eye(3), [0.0, 0.0, 350.0], "flange", "tool")
+    cell = bare_cell("mh6", tool, USUAL_TORCH)
+    assert cell.floor_z_mm < -1e4
+    assert cell.torch

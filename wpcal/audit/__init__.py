@@ -1,6 +1,0 @@
-"""Audit files: every fault of what wpcal reads and writes, with its place. Readers and schemas give the rules."""
-
-from wpcal.audit.fault import AuditReport, Fault, FileAudit
-from wpcal.audit.files import audit_path
-
-__all__ = ["AuditReport", "Fault", "FileAudit", "audit_path"]

@@ -1,0 +1,172 @@
+"""Audit a file or a folder: which kind each file is, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.controllers.audit.arc import arc_faults, has_arc_language
+from wpcal.controllers.audit.fault import AuditReport, Fault, FileAudit
+from wpcal.controllers.audit.programs import Surroundings, audit_program
+from wpcal.controllers.audit.read_back import is_weld_program
+from wpcal.controllers.audit.records import audit_record
+from wpcal.controllers.audit.tables import audit_table
+from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
+from wpcal.controllers.audit.touches import is_touch_program, touch_faults
+from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
+from wpcal.core.errors import FormatError, InputError, WpcalError
+from wpcal.core.input_file import read_bytes
+from wpcal.core.progress import Progress, no_progress
+from wpcal.core.robot_space import RobotSpace
+from wpcal.results.folder import (
+    CALIBRATION_FILE,
+    PART_FILE,
+    SEAMS_FILE,
+    FinishedCalibration,
+    read_finished,
+    read_record,
+)
+from wpcal.robot.kinematics.urdf import read_urdf
+from wpcal.seam.judge.stations import start_mm
+
+TABLE_SUFFIXES = (".csv", ".tsv", ".txt")
+MOST_LEVELS = 4
+"""Folders in folders: the programs of a result folder are one level below it."""
+
+
+def audit_path(path: Path, around: Surroundings | None = None, *, progress: Progress = no_progress) -> AuditReport:
+    """Audit a file, or every file of a folder and the folders in it.
+
+    Parameters
+    ----------
+    around : Surroundings, optional
+        The torch, the tool and the arm of programs. The part and its place come from the result folder that holds a
+        program.
+
+    Raises
+    ------
+    InputError
+        When there is no such file, or no file of a kind that wpcal knows.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder")
+    audit = _Audit(around or Surroundings(), is_named=not path.is_dir())
+    paths = sorted(_files_in(path, MOST_LEVELS)) if path.is_dir() else [path]
+    found = []
+    for count, one in enumerate(paths, 1):
+        progress(f"auditing files: {count} of {len(paths)}")
+        found.append((one, audit.file(one)))
+    report = AuditReport(
+        tuple(file for _, file in found if file is not None), tuple(str(one) for one, file in found if file is None)
+    )
+    if not report.files:
+        what = "holds no file" if path.is_dir() else "is not a file"
+        raise InputError(f"{path}: {what} of a kind that wpcal reads or writes; nothing is audited")
+    return report
+
+
+def _files_in(folder: Path, levels: int) -> Iterator[Path]:
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError as error:
+        raise InputError(f"{folder}: {(error.strerror or str(error)).lower()}") from None
+    for path in entries:
+        if path.name.startswith("."):
+            continue
+        if path.is_dir() and not path.is_symlink():
+            if levels:
+                yield from _files_in(path, levels - 1)
+        else:
+            yield path
+
+
+def _result_folder_of(folder: Path) -> Path | None:
+    """Return the result folder in which a folder is, or that it is itself."""
+    return next((one for one in (folder, *folder.absolute().parents[:2]) if (one / CALIBRATION_FILE).is_file()), None)
+
+
+class _Audit:
+    """Audits files one by one, and reads each result folder once."""
+
+    def __init__(self, around: Surroundings, *, is_named: bool) -> None:
+        self.around, self.is_named = around, is_named
+        self.of_folder: dict[Path, Surroundings] = {}
+
+    def file(self, path: Path) -> FileAudit | None:
+        """Audit one file; None for a kind that wpcal does not know."""
+        try:
+            found = self._found(path)
+        except WpcalError as error:
+            found = FileAudit(str(path), path.suffix[1:].lower() or "file", (Fault.of(error, str(path)),))
+        return found
+
+    def _found(self, path: Path) -> FileAudit | None:
+        suffix = path.suffix.lower()
+        if suffix == ".json":
+            record = audit_record(read_bytes(path), path)
+            if record is not None and not record[1] and path.name == CALIBRATION_FILE:
+                record = (record[0], _faults_of_folder(path.parent))
+            return None if record is None else FileAudit(str(path), record[0], tuple(record[1]))
+        if suffix in TABLE_SUFFIXES:
+            table = audit_table(read_bytes(path), path, is_named=self.is_named)
+            return None if table is None else FileAudit(str(path), table[0], tuple(table[1]))
+        if path.name == PART_FILE:
+            read_part_glb(read_bytes(path), path=str(path))
+            return FileAudit(str(path), "triangles of the part")
+        if suffix == ".urdf":
+            read_urdf(path)
+            return FileAudit(str(path), "robot description")
+        return self._program(path) if is_weld_program(path) or has_arc_language(path) else None
+
+    def _program(self, path: Path) -> FileAudit:
+        """Audit a program; of a file whose poses are elsewhere, as in KRL, only the arc instructions."""
+        raw, suffix, output = read_bytes(path), path.suffix.lower(), self.around.arc_output
+        if is_of_two_robots(raw, path):
+            faults = two_robot_faults(raw, path, output)
+            return FileAudit(str(path), f"program of two robots ({suffix})", tuple(faults), CHECKED)
+        if is_touch_program(raw, path):
+            return FileAudit(str(path), f"touch program ({suffix})", tuple(touch_faults(raw, path)), TOUCHES_CHECKED)
+        if not is_weld_program(path):
+            return FileAudit(str(path), f"program ({suffix})", tuple(arc_faults(raw, path, output)))
+        around = self._with_part(_result_folder_of(path.parent))
+        return FileAudit(str(path), f"program ({suffix})", tuple(audit_program(raw, path, around)), str(around))
+
+    def _with_part(self, result: Path | None) -> Surroundings:
+        """Add the part as calibrated; without it if its own files have faults, which their own audit lists."""
+        if result is None or self.around.part is not None:
+            return self.around
+        if result not in self.of_folder:
+            try:
+                self.of_folder[result] = self._of(result)
+            except WpcalError:
+                self.of_folder[result] = self.around
+        return self.of_folder[result]
+
+    def _of(self, result: Path) -> Surroundings:
+        finished = _finished(result)
+        start = max((start_mm(seam) for seam in finished.seams), default=self.around.start_mm)
+        part = None
+        is_corrected = RobotSpace.parse(finished.calibration["robot_space"]) is RobotSpace.IDENTIFIED
+        if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
+            part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
+        return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
+
+
+def _finished(folder: Path) -> FinishedCalibration:
+    space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])
+    return read_finished(folder, space=space)
+
+
+def _faults_of_folder(folder: Path) -> list[Fault]:
+    """Return what does not agree among the files of a result folder."""
+    if not (folder / SEAMS_FILE).is_file():
+        return []
+    try:
+        _finished(folder)
+    except WpcalError as error:
+        path = error.path if isinstance(error, FormatError) and error.path else str(folder / SEAMS_FILE)
+        return [replace(Fault.of(error, path), field=Path(path).name)]
+    return []

@@ -1,0 +1,78 @@
+"""Audit JSON records: every value that its schema or its reader refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from wpcal.controllers.audit.fault import Fault
+from wpcal.controllers.audit.repair import repairs_of_seams
+from wpcal.core.errors import WpcalError
+from wpcal.core.record_check import check_record, find_faults
+from wpcal.core.records import parse_json
+from wpcal.core.schemas import has_schema
+from wpcal.core.wording import shown
+from wpcal.planning.cell.cell_file import CELL_SCHEMA, read_cell
+from wpcal.results.folder import RECORD_SCHEMAS
+from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, read_arm
+from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
+from wpcal.seam.record_check import seam_faults
+from wpcal.weld.record import WELDS_SCHEMA, read_stated_welds
+from wpcal.weld.rules import RuleTable
+
+READERS: Mapping[str, Callable[[Path], object]] = {
+    CELL_SCHEMA: read_cell,
+    ARM_SCHEMA: read_arm,
+    WELDS_SCHEMA: lambda path: read_stated_welds(path, RuleTable((), "any")),
+}
+"""What a schema cannot say, the reader of the record does."""
+
+
+def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
+    """Return the kind of a record and its faults; None for a JSON file of another program.
+
+    Parameters
+    ----------
+    raw : bytes
+        Of the file.
+    path : Path
+        Files that the record names are looked up beside it.
+    """
+    expected = RECORD_SCHEMAS.get(path.name)
+    try:
+        record = parse_json(raw, path=str(path))
+    except WpcalError as error:
+        return expected or "JSON", [Fault.of(error, str(path))]
+    name = record.get("schema") if isinstance(record, dict) else None
+    if expected is not None and name != expected:
+        found = name if isinstance(name, str) else "none"
+        return expected, [Fault(f"expected a record of schema {expected}, found {found}", field="schema")]
+    if name is not None and not isinstance(name, str):
+        return "record", [Fault("expected the name of a schema, as wpcal/seams/1", field="schema")]
+    if name is None or not name.startswith("wpcal/"):
+        return None
+    if not has_schema(name):
+        what = f"the schema {shown(name)} is not known here: a newer version wrote the file"
+        return "record", [Fault(what, field="schema")]
+    faults = [Fault(what, field=place or None) for place, what in find_faults(record, name)]
+    return name, faults or list(_beyond_schema(record, name, path))
+
+
+def _beyond_schema(record: dict[str, Any], name: str, path: Path) -> list[Fault]:
+    """Return what a schema cannot say; fields that are missing, if the reader of the record needs them."""
+    try:
+        if name == SEAMS_SCHEMA:
+            seams_from_record(record, path=str(path))
+        elif name in READERS:  # people write cells, arms and welds, and may leave fields out
+            READERS[name](path)
+        else:
+            check_record(record, name, path=str(path), is_complete=True)
+    except WpcalError as error:
+        if name == SEAMS_SCHEMA:
+            with suppress(KeyError):  # a field is missing, which the error says
+                repairs = repairs_of_seams(record)
+                return [Fault(what, field=place, repair=repairs.get(place)) for place, what in seam_faults(record)]
+        return [Fault.of(error, str(path))]
+    return []

@@ -1,0 +1,149 @@
+"""Judge touch programs: their poses are numbers, and those of the plan; the plan that lies beside them is theirs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from wpcal.controllers.audit.fault import Fault
+from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, first_without_match, pose_faults
+from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back
+from wpcal.controllers.taught_program import ENCODING
+from wpcal.controllers.touch_program import TouchProgram
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError, WpcalError
+from wpcal.core.transform import RigidTransform
+from wpcal.touch.searches import TouchPlan, read_touch_plan
+from wpcal.touch.searches.record import TOUCHES_FILE
+
+RESULT = re.compile(r"wptP_|WPR_|WPPLACE\b|wptp_|XWPT_\w+_M$", re.IGNORECASE)
+"""Names of places that a program stores, and of those between start and end of a search of TouchSense."""
+_MARKS = {
+    ".mod": re.compile(r"\bwptO_\w+"),
+    ".src": re.compile(r"\bWPFIND\(|\bTS_Search\(XWPT_"),
+    ".dat": re.compile(r"\bWPO_\w+"),
+    ".ls": re.compile(r"\bSkip,LBL\[\d+\],PR\[|\bSearch Start\["),
+    ".jbi": re.compile(r"\bSRCH RIN#\("),
+    ".script": re.compile(r"\bwpt_search\(\)"),
+    ".as": re.compile(r"\bwpto_\w+"),
+}
+"""By the suffix: what only touch programs of wpcal, and their results, have."""
+_FINGERPRINT = re.compile(r"touches\.json,\s*(?:;\s*)?(?:\d+:)?[\s!;'#]*fingerprint[\s!;'#:\d]*?\b([0-9a-f]{8})\b")
+"""In the header, which may be wrapped into remarks."""
+CHECKED = "finite, rotations, the plan of touches beside it"
+
+
+def is_touch_program(raw: bytes, path: Path) -> bool:
+    """Tell whether a file is a touch program of wpcal, or holds its results."""
+    mark = _MARKS.get(path.suffix.lower())
+    return mark is not None and mark.search(raw.decode(ENCODING)) is not None
+
+
+def touch_faults(raw: bytes, path: Path) -> list[Fault]:
+    """Return the faults of one file of a touch program.
+
+    Parameters
+    ----------
+    path : Path
+        Its suffix tells the language. The plan is looked for in its folder and the one above.
+    """
+    plan = _plan_near(path)
+    if plan is not None:
+        stated = _FINGERPRINT.search(raw.decode(ENCODING))
+        if stated is not None and stated[1] != plan.fingerprint:
+            what = f"is of the plan {stated[1]}; {TOUCHES_FILE} beside it is {plan.fingerprint}: export it again"
+            return [Fault(what)]
+    if not is_weld_program(path):
+        return []
+    T_base_part = None if plan is None else plan.T_base_part
+    try:
+        poses = _poses(raw, path, T_base_part)
+    except WpcalError as error:
+        return [Fault.of(error, str(path))]
+    return list(pose_faults(poses, Surroundings(T_base_part)))
+
+
+def _plan_near(path: Path) -> TouchPlan | None:
+    """Return the plan beside a program, if it can be read: its own audit lists what is wrong with it."""
+    for folder in path.absolute().parents[:2]:
+        if (folder / TOUCHES_FILE).is_file():
+            try:
+                return read_touch_plan(folder)
+            except WpcalError:
+                return None
+    return None
+
+
+def _poses(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:
+    """Return the poses that a program goes to."""
+    return [pose for pose in read_poses_back(raw, path, T_base_part) if RESULT.match(pose.name) is None]
+
+
+def check_touches_written(files: Mapping[str, str], program: TouchProgram, *, name: str) -> int:
+    """Read written files back, and refuse them if their poses are not those of the plan.
+
+    Parameters
+    ----------
+    files : mapping of str to str
+        Names and contents.
+    program : TouchProgram
+        What was asked for.
+    name : str
+        Of the format, for the message.
+
+    Returns
+    -------
+    int
+        Number of poses that were read back.
+
+    Raises
+    ------
+    WrittenWrongError
+        When a file cannot be read, or has not the poses of the plan, and no template of the user made the files.
+    InputError
+        The same with templates of the user.
+    """
+    try:
+        return _check(files, program, name)
+    except WrittenWrongError as error:
+        if program.controller.templates is None:
+            raise
+        raise InputError(f"{program.controller.templates}: the templates break the program: {error}") from None
+
+
+def _check(files: Mapping[str, str], program: TouchProgram, name: str) -> int:
+    T = program.plan.T_base_part
+    found: list[ReadPose] = []
+    for file, text in files.items():
+        path = Path(file)
+        if not is_weld_program(path):
+            continue
+        try:
+            found += _poses(text.encode("utf-8"), path, T)
+        except WpcalError as error:
+            what = f"{name}: the written program cannot be read back: {error}; nothing is written"
+            raise WrittenWrongError(what) from None
+    for fault in pose_faults(found, Surroundings(T)):
+        raise InputError(f"{name}: {fault.field}: {fault.message}; nothing is written")
+    asked = _asked(program)
+    read = np.array([pose.p_base for pose in found]).reshape(-1, 3), np.array([pose.R_base for pose in found])
+    for these, others, what in ((asked, read, "is missing in"), (read, asked, "was not asked for, but is in")):
+        row = first_without_match(*these, *others) if len(others[0]) else 0
+        if row is not None:
+            x, y, z = these[0][row]
+            raise WrittenWrongError(
+                f"{name}: the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm {what} the written program, read back; nothing "
+                "is written"
+            )
+    return len(found)
+
+
+def _asked(program: TouchProgram) -> tuple[FloatArray, FloatArray]:
+    """Return the poses of the plan in `base`."""
+    T = program.plan.T_base_part
+    steps = program.steps(T)  # relative to the part itself
+    p: Sequence[FloatArray] = [T.apply(each.p) for each in steps]
+    return np.concatenate(p), np.concatenate([T.R @ each.R for each in steps])

@@ -1,0 +1,379 @@
+r"""The fewest lines and arcs that keep to a path: a shortest path over all moves that are allowed.
+
+A move leads from one point of the path to a later one. It is allowed if it is within the tolerance at every checked
+point between them. An arc goes through the point at half its length. The points are visited in layers: those that one
+move reaches, those that two moves reach, and so on. The layer in which the last point is found is the least number of
+moves: no choice of such moves has fewer. Among the paths with this number, the one with the fewest arcs is taken, and
+among these the one whose largest deviation is least.
+
+The turn about the wire is free. How the wire goes between two points depends only on the turn of the tool from one to
+the other, not on the turn that it has at the first. So every move chooses its own turn, and the search needs no states
+for it. Two turns are tried: as little as the wire allows, and the one that leads the wire through its direction at the
+middle. On a circle the tool then turns about the axis of the circle.
+
+All moves from a layer are tested in one array operation. For n points at most n² / 2 lines and as many arcs are tested
+once. A straight path needs one test. The moves are tested at 18 of their points at most, and those of the best path
+then at every point. If one of them fails there, the search is repeated with every point of every move. Either way the
+moves that are returned were tested at every point, and their number is the least.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from wpcal.core.errors import GeometryError, InputError
+from wpcal.robot.moves.course import Course
+from wpcal.robot.moves.interpolation import Moves, swings_between, turns_between, turns_through
+from wpcal.robot.moves.move import Arc, Line, Move, MovePath
+
+CHUNK = 200_000
+"""Checked points in one array: some 50 MB."""
+MOST_PAIRS = 100_000
+"""Moves in one array: some 100 MB."""
+FEW = 3
+"""Points at which a move is tested first: most moves that leave the path do so there."""
+SOME = 15
+"""Points at which the moves that are left are tested next. On a circle of n points nearly all n² / 4 arcs are left, and
+to test them at every point would take n³ / 16 operations."""
+
+
+@dataclass(frozen=True, slots=True)
+class PathTolerance:
+    """How far moves may be from the path.
+
+    Parameters
+    ----------
+    mm : float
+        Of the tip of the wire. 0.05 mm is the repeatability of a welding robot.
+    wire_rad : float
+        Of the direction of the wire.
+    side_rad : float
+        Of the direction across the wire, where it is given. Infinity: the turn about the wire is free.
+
+    Raises
+    ------
+    InputError
+        When a value is not positive.
+    """
+
+    mm: float = 0.05
+    wire_rad: float = math.radians(0.5)
+    side_rad: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name, value in (("path tolerance", self.mm), ("tolerance of the wire", self.wire_rad)):
+            if not 0.0 < value < math.inf:
+                raise InputError(f"{name}: expected a positive number, got {value:g}")
+
+
+USUAL_TOLERANCE = PathTolerance()
+Condition = Callable[[FloatArray, FloatArray], BoolArray]
+"""From the lengths along the path at which m moves begin and end, mm, to whether each is allowed; shapes (m,)."""
+
+
+class _Steps(NamedTuple):
+    """Moves between nodes: begin, end, point in the middle of an arc (-1: line), how far off, and rotation vector."""
+
+    first: IntArray
+    last: IntArray
+    via: IntArray
+    worst: FloatArray
+    turn: FloatArray
+
+    def select(self, rows: IntArray) -> _Steps:
+        return _Steps(self.first[rows], self.last[rows], self.via[rows], self.worst[rows], self.turn[rows])
+
+    def joined(self, more: _Steps) -> _Steps:
+        return _Steps(
+            np.concatenate([self.first, more.first]),
+            np.concatenate([self.last, more.last]),
+            np.concatenate([self.via, more.via]),
+            np.concatenate([self.worst, more.worst]),
+            np.concatenate([self.turn, more.turn]),
+        )
+
+
+def fit_moves(
+    p: ArrayLike,
+    R: ArrayLike,
+    *,
+    s_mm: ArrayLike | None = None,
+    headings: ArrayLike | None = None,
+    axis: int = 2,
+    standoff_mm: float = 0.0,
+    tolerance: PathTolerance = USUAL_TOLERANCE,
+    spin_is_free: bool = True,
+    arcs: bool = True,
+    also: Condition | None = None,
+) -> MovePath:
+    """Return the fewest lines and arcs along a path.
+
+    Parameters
+    ----------
+    p : array_like, shape (n, 3)
+        Tool centre points along the path, in any one frame, mm; at least two.
+    R : array_like, shape (n, 3, 3)
+        Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
+    s_mm : array_like, shape (n,), optional
+        Lengths along the path, increasing; by default those of the chords.
+    headings : array_like, shape (n, 3), optional
+        Directions of travel of the wire's tip. Without them the path is straight between two points.
+    axis : int
+        The axis of the tool along the wire: 0 for x, 2 for z.
+    standoff_mm : float
+        From the tool centre point to the tip of the wire, whose path is compared.
+    spin_is_free : bool
+        Whether only the wire has to keep its direction. The turn about the wire is then as each move makes it, starting
+        from the first pose. False: every move begins and ends with the given axes of the tool.
+    arcs : bool
+        Whether a move may be an arc.
+    also : Condition, optional
+        What else a move has to keep, for example the motion of a part that another robot turns meanwhile.
+
+    Returns
+    -------
+    MovePath
+        Its first pose is the first of the path. Its last is the last of the path; with a free spin it may be turned
+        about the wire.
+
+    Raises
+    ------
+    GeometryError
+        When there are fewer than two points.
+
+    Notes
+    -----
+    The path with one line for each step is always allowed: a step that no allowed move covers becomes a line, and
+    `off_mm`, `off_rad` say how far it is from the path.
+    """
+    p, R = np.asarray(p, dtype=np.float64), np.asarray(R, dtype=np.float64)
+    if len(p) < 2:
+        raise GeometryError(f"moves: expected at least 2 points, got {len(p)}")
+    chords = np.linalg.norm(np.diff(p, axis=0), axis=1)
+    s = np.concatenate([[0.0], np.cumsum(chords)]) if s_mm is None else np.asarray(s_mm, dtype=np.float64)
+    course = Course.along(
+        p,
+        R,
+        s_mm=s,
+        headings=None if headings is None else np.asarray(headings, dtype=np.float64),
+        axis=axis,
+        standoff_mm=standoff_mm,
+        most_mm=tolerance.mm,
+    )
+    search = _Search(course, tolerance, _FREE if spin_is_free else _GIVEN, SOME, arcs=arcs, also=also)
+    path = search.path()
+    if path.off_mm <= tolerance.mm and path.off_rad <= tolerance.wire_rad:
+        return path
+    return replace(search, most=None).path()
+
+
+class _Turn(Enum):
+    """How a move turns the tool; in the order in which a search tries them."""
+
+    GIVEN = "from the given axes to the given axes"
+    SWING = "as little as the wire allows"
+    CONE = "so that the wire passes its direction at the middle"
+
+
+_GIVEN, _FREE = (_Turn.GIVEN,), (_Turn.SWING, _Turn.CONE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    course: Course
+    tolerance: PathTolerance
+    kinds: tuple[_Turn, ...]
+    most: int | None
+    """Points at which a move is tested; None for all of them."""
+    arcs: bool
+    also: Condition | None
+
+    def path(self) -> MovePath:
+        """Return the fewest moves."""
+        whole = self.allowed(np.array([0]), np.array([len(self.course.nodes) - 1]))
+        if len(whole.first):
+            return _path(self.course, [whole], [0], self.tolerance)
+        layers, rows = self.layers(forced=False) or self.layers(forced=True) or ([], [])
+        return _path(self.course, layers, rows, self.tolerance)
+
+    def layers(self, *, forced: bool) -> tuple[list[_Steps], list[int]] | None:
+        """Return the best steps into each layer, and in each the row of the one that is taken; None if the end fails.
+
+        Parameters
+        ----------
+        forced : bool
+            Whether a step between neighbours that is not allowed becomes a line.
+        """
+        count = len(self.course.nodes)
+        arcs, worst = np.full(count, np.inf), np.full(count, np.inf)
+        arcs[0] = worst[0] = 0.0
+        layer, unreached = np.array([0]), np.ones(count, dtype=bool)
+        unreached[0] = False
+        layers: list[_Steps] = []
+        while len(layer) and unreached[-1]:
+            steps = self._from(layer, np.flatnonzero(unreached), forced=forced)
+            many = arcs[steps.first] + (steps.via >= 0)
+            most = np.maximum(worst[steps.first], steps.worst)
+            order = np.lexsort((most, many, steps.last))
+            layer, best = np.unique(steps.last[order], return_index=True)
+            chosen = order[best]
+            arcs[layer], worst[layer] = many[chosen], most[chosen]
+            unreached[layer] = False
+            layers.append(steps.select(chosen))
+        if unreached[-1]:
+            return None
+        rows, node = [], count - 1
+        for steps in reversed(layers):
+            row = int(np.searchsorted(steps.last, node))
+            rows.append(row)
+            node = int(steps.first[row])
+        return layers, rows[::-1]
+
+    def _from(self, layer: IntArray, targets: IntArray, *, forced: bool) -> _Steps:
+        """Return the allowed moves from a layer; those to the end only, if there are any."""
+        end = np.full(len(layer), targets[-1])
+        steps = self.allowed(layer, end)
+        if len(steps.first):
+            return steps
+        steps = steps.select(np.zeros(0, dtype=np.int64))
+        for part in np.array_split(layer, math.ceil(len(layer) * len(targets) / MOST_PAIRS)):
+            first, last = (x.ravel() for x in np.meshgrid(part, targets[:-1], indexing="ij"))
+            steps = steps.joined(self.allowed(first[first < last], last[first < last]))
+        if not forced:
+            return steps
+        lonely = np.setdiff1d(layer[np.isin(layer + 1, targets)], steps.first[steps.last == steps.first + 1])
+        lines = np.full(len(lonely), -1)
+        turn = self._turns(lonely, lonely + 1, self.kinds[0])
+        worst = self._worst(lonely, lonely + 1, lines, turn, reject=False)
+        return steps.joined(_Steps(lonely, lonely + 1, lines, worst, turn))
+
+    def allowed(self, first: IntArray, last: IntArray) -> _Steps:
+        """Return the allowed moves between nodes: a line where one is, else an arc; with the first turn that is."""
+        count = len(first)
+        worst, via, turn = np.full(count, np.inf), np.full(count, -1), np.zeros((count, 3))
+        s = self.course.s_mm[self.course.nodes]
+        may = np.ones(count, dtype=np.bool_) if self.also is None else self.also(s[first], s[last])
+        for is_arc in (False, True)[: 1 + self.arcs]:
+            for kind in self.kinds:
+                left = np.flatnonzero(~np.isfinite(worst) & may)
+                if not len(left):
+                    break
+                through = self._middles(first[left], last[left]) if is_arc else np.full(len(left), -1)
+                turns = self._turns(first[left], last[left], kind)
+                worst[left], via[left], turn[left] = (
+                    self._worst(first[left], last[left], through, turns),
+                    through,
+                    turns,
+                )
+        found = np.isfinite(worst)
+        return _Steps(first[found], last[found], via[found], worst[found], turn[found])
+
+    def _middles(self, first: IntArray, last: IntArray) -> IntArray:
+        """Return the checked points nearest to half the length between nodes."""
+        s, nodes = self.course.s_mm, self.course.nodes
+        both = s[nodes[first]] + s[nodes[last]]
+        after = np.clip(np.searchsorted(s, both / 2.0), 1, len(s) - 1)
+        return np.asarray(after - (s[after] + s[after - 1] > both), dtype=np.int64)
+
+    def _turns(self, first: IntArray, last: IntArray, kind: _Turn) -> FloatArray:
+        course, begin, end = self.course, self.course.nodes[first], self.course.nodes[last]
+        if kind is _Turn.GIVEN:
+            return turns_between(course.R[begin], course.R[end])
+        if kind is _Turn.SWING:
+            return swings_between(course.wire[begin], course.wire[end])
+        return turns_through(course.wire[begin], course.wire[self._middles(first, last)], course.wire[end])
+
+    def _worst(
+        self, first: IntArray, last: IntArray, via: IntArray, turn: FloatArray, *, reject: bool = True
+    ) -> FloatArray:
+        """Return the largest deviation of moves in shares of the tolerance; infinity where it is above 1."""
+        course, begin, end = self.course, self.course.nodes[first], self.course.nodes[last]
+        through = np.where((via >= 0)[:, None], course.p[via], np.nan)
+        moves = Moves.between(course.p[begin], course.R[begin], course.p[end], turn, through)
+        worst = np.where(moves.is_sound, 0.0, np.inf) if reject else np.zeros(len(begin))
+        inner = end - begin - 1
+        for most in (FEW, self.most):
+            left = np.flatnonzero(np.isfinite(worst) & (inner > 0))
+            for rows, own, at in _points(begin, inner, left, most):
+                off_mm, off_rad = deviations(course, moves.select(rows[own]), at)
+                share = np.maximum(off_mm / self.tolerance.mm, off_rad / self.tolerance.wire_rad)
+                if math.isfinite(self.tolerance.side_rad):
+                    share = np.maximum(share, self._side(moves.select(rows[own]), at) / self.tolerance.side_rad)
+                np.maximum.at(worst, rows[own], share)
+            if reject:
+                worst[worst > 1.0] = np.inf
+        return worst
+
+    def _side(self, moves: Moves, at: IntArray) -> FloatArray:
+        """Return the angle between the directions across the wire, rad."""
+        across = (self.course.axis + 1) % 3
+        side = moves.directions(moves.shares(self.course.p[at]), across)
+        apart = np.linalg.norm(side - self.course.R[at, :, across], axis=1)
+        return np.asarray(2.0 * np.arcsin(np.minimum(apart / 2.0, 1.0)), dtype=np.float64)
+
+
+def _points(
+    begin: IntArray, inner: IntArray, rows: IntArray, most: int | None
+) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
+    """Yield moves, and for each point to check the row of its move among them and its place on the course."""
+    counts = inner[rows] if most is None else np.minimum(inner[rows], most)
+    for part in np.array_split(np.arange(len(rows)), max(1, math.ceil(counts.sum() / CHUNK))):
+        count, first, span = counts[part], begin[rows[part]], inner[rows[part]]
+        own = np.repeat(np.arange(len(part)), count)
+        number = np.arange(len(own)) - np.repeat(np.cumsum(count) - count, count)
+        at = first[own] + ((number + 1) * (span[own] + 1)) // (count[own] + 1)
+        yield rows[part], own, at
+
+
+def deviations(course: Course, moves: Moves, at: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far moves are from points of a course, where they pass them.
+
+    Parameters
+    ----------
+    moves : Moves
+        k of them.
+    at : ndarray of int, shape (k,)
+        Rows of the course.
+
+    Returns
+    -------
+    off_mm, off_rad : ndarray, shape (k,)
+        Distance of the wire's tips, and angle between the wires.
+    """
+    share = moves.shares(course.p[at])
+    wire = moves.directions(share, course.axis)
+    tip = moves.positions(share) + course.standoff_mm * wire
+    apart = np.linalg.norm(wire - course.wire[at], axis=1)
+    return np.linalg.norm(tip - course.tip[at], axis=1), 2.0 * np.arcsin(np.minimum(apart / 2.0, 1.0))
+
+
+def _path(course: Course, layers: list[_Steps], rows: list[int], tolerance: PathTolerance) -> MovePath:
+    """Return the chosen moves; each arc gets the orientation that the tool has at its middle point."""
+    at, R, moves = [0], [course.R[0]], list[Move]()
+    for steps, row in zip(layers, rows, strict=True):
+        begin, end, turn = at[-1], int(course.nodes[steps.last[row]]), steps.turn[row : row + 1]
+        via = course.p[steps.via[row : row + 1]] if steps.via[row] >= 0 else np.full((1, 3), np.nan)
+        move = Moves.between(course.p[begin : begin + 1], R[-1][None], course.p[end : end + 1], turn, via)
+        if steps.via[row] >= 0:
+            at.append(int(steps.via[row]))
+            R.append(move.rotations(move.shares(via))[0])
+            moves.append(Arc(len(at) - 1, len(at)))
+        else:
+            moves.append(Line(len(at)))
+        at.append(end)
+        R.append(move.rotations(np.ones(1))[0])
+    chosen = np.array(at, dtype=np.int64)
+    path = MovePath(course.p[chosen], np.array(R), tuple(moves), course.s_mm[chosen])
+    ends = chosen[path.ends]
+    own = np.repeat(np.arange(len(moves)), np.diff(ends))
+    off_mm, off_rad = deviations(course, path.arrays.select(own), np.arange(ends[-1]))
+    off = float(off_mm.max()), float(off_rad.max())
+    return MovePath(frozen(path.p), frozen(path.R), path.moves, frozen(path.s_mm), *off, tolerance.mm)

@@ -1,0 +1,394 @@
+"""`advise`: the features to teach, the error they predict along the seams, and what each further point would gain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariances
+from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, largest_error_95
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.csv_text import csv_text
+from wpcal.core.errors import ErrorCode, GeometryError, InputError
+from wpcal.core.progress import Progress, no_progress
+from wpcal.seam.seam import Seam
+from wpcal.taught.features.reference import FeatureKind, ReferenceFeature
+from wpcal.taught.features.touchable import Ease, Touchable
+from wpcal.taught.match.places import Places
+from wpcal.taught.match.search import squares_limit
+from wpcal.touch.advise.candidates import easiest_places, fills_a_plane
+from wpcal.touch.advise.design import Design, farthest_rows, least_swap
+
+USUAL_COUNTS = (3, 4, 5, 6)
+"""Numbers of points that are compared: three are the least, and people rarely touch more than six."""
+MOST_SEAM_POINTS = 48
+"""Seam points that the search looks at, far from one another; the figures reported are those over all of them."""
+FINALISTS = 24
+"""Best sets of the search whose error is then predicted for the criterion asked for, over all seam points."""
+CLEAR_SWAP = 4.0
+"""An exchange of names is seen in the residuals if it leaves this many times the sum of squares of teaching errors."""
+ROUND_OFF = 1e-4
+"""The search looks quantiles up in a table, which is far more exact than this share."""
+SWAP_PRICE = 1.25
+"""A set whose names can be exchanged unseen is advised only if every other set has an error larger by this factor. On a
+frame whose only free corners are those of a box, the others have 1.6 times the error."""
+ADVICE_SCHEMA = "wpcal/advice/1"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdvisedSet:
+    """Features to teach together.
+
+    Parameters
+    ----------
+    error_95_mm : float
+        Largest predicted 95 % error along the seams, mm: the figure of `CalibrationResult.predict_error_mm`.
+    seam : str
+        The seam where that error occurs.
+    swap_rms_mm : float
+        Root mean square residual that the most hidden exchange of names would leave, mm.
+    swap : tuple of str
+        The features that it exchanges.
+    is_clear : bool
+        Whether that residual is larger than the teaching error can leave.
+    """
+
+    features: tuple[ReferenceFeature, ...]
+    error_95_mm: float
+    seam: str
+    swap_rms_mm: float
+    swap: tuple[str, ...]
+    is_clear: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the features."""
+        return tuple(feature.name for feature in self.features)
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {
+            "features": list(self.names),
+            "error_95_mm": self.error_95_mm,
+            "seam": self.seam,
+            "swap_rms_mm": self.swap_rms_mm,
+            "swap": list(self.swap),
+            "swap_is_seen": self.is_clear,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Advice:
+    """What to teach.
+
+    Parameters
+    ----------
+    chosen : AdvisedSet
+        With as many points as asked for.
+    by_count : tuple of AdvisedSet
+        The best set of each number of points.
+    with_next : AdvisedSet or None
+        The chosen set and the single best point to add to it.
+    next_point : ReferenceFeature or None
+        That point.
+    notes : tuple of str
+        What to watch when these features are touched.
+    """
+
+    chosen: AdvisedSet
+    by_count: tuple[AdvisedSet, ...]
+    with_next: AdvisedSet | None
+    next_point: ReferenceFeature | None
+    notes: tuple[str, ...]
+    sigma_mm: float
+    criterion: Criterion
+
+    @property
+    def misses_tolerance(self) -> bool:
+        """Whether a tolerance was asked for that is not reached: never, because none is."""
+        return False
+
+    def template_rows(self) -> list[tuple[str, str]]:
+        """Return name and place of each point, for `template_csv`."""
+        return [(feature.name, where_it_is(feature)) for feature in self.chosen.features]
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {
+            "schema": ADVICE_SCHEMA,
+            "sigma_mm": self.sigma_mm,
+            "criterion": self.criterion.value,
+            "chosen": self.chosen.to_record(),
+            "points": [{**f.to_record(), "where": where_it_is(f)} for f in self.chosen.features],
+            "by_count": [{"points": len(s.features), **s.to_record()} for s in self.by_count],
+            "next_point": None if self.next_point is None else self.next_point.name,
+            "with_next": None if self.with_next is None else self.with_next.to_record(),
+            "notes": list(self.notes),
+        }
+
+
+def advise(
+    candidates: Sequence[Touchable],
+    seams: Sequence[Seam],
+    *,
+    points: int = 4,
+    sigma_mm: float = USUAL_SIGMA_MM,
+    criterion: Criterion = Criterion.MINIMAX,
+    have: Sequence[ReferenceFeature] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Advice:
+    """Choose the features to teach so that the largest predicted error along the seams is smallest.
+
+    Parameters
+    ----------
+    candidates : sequence of Touchable
+        What may be taught. The easiest to touch are used; harder ones join only if these are too few.
+    seams : sequence of Seam
+        Where the error counts; frames in `part`.
+    points : int
+        How many to teach, those in `have` included.
+    sigma_mm : float
+        Teaching error: standard deviation per axis.
+    criterion : Criterion
+        ``MINIMAX`` or ``LEAST_SQUARES``, as in `calibrate`.
+    have : sequence of ReferenceFeature
+        Features that are taught anyway.
+    seed : int
+        Of the starts of the search and of the simulated part of the prediction.
+    progress : callable, optional
+        Gets a line of text for every step.
+
+    Raises
+    ------
+    InputError
+        When `points` is below 3 or not above the number in `have`, or `sigma_mm` is not a positive length.
+    GeometryError
+        When there is no seam, or the candidates are too few or all on one line.
+
+    Notes
+    -----
+    The search is by the closed-form error of least squares; the last choice among the `FINALISTS` best sets, and every
+    figure reported, by the criterion asked for.
+    """
+    choice = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    places = choice.places
+    say = progress or no_progress
+    held = tuple(places.holding(feature.name) for feature in have)
+    counts = sorted({points, *(n for n in USUAL_COUNTS if n >= max(3, len(held)))} & set(range(len(places.p) + 1)))
+    by_count = {n: choice.best(n, held, say) for n in counts}
+    chosen = by_count[points]
+    with_next, next_point = None, None
+    if points < len(places.p):
+        rows = tuple(places.holding(name) for name in chosen.names)
+        with_next = choice.best(points + 1, rows, say)
+        next_point = next(f for f in with_next.features if f.name not in chosen.names)
+    eases = {item.feature.name: item.ease for item in candidates}
+    notes = (*_ease_notes(chosen, eases), *_swap_notes(chosen))
+    return Advice(chosen, tuple(by_count.values()), with_next, next_point, notes, sigma_mm, criterion)
+
+
+def advise_set(
+    candidates: Sequence[Touchable],
+    seams: Sequence[Seam],
+    *,
+    points: int,
+    sigma_mm: float,
+    criterion: Criterion = Criterion.MINIMAX,
+    have: Sequence[ReferenceFeature] = (),
+    seed: int = 0,
+) -> AdvisedSet:
+    """Choose one set of `points` features, without comparing other numbers; parameters and errors as in `advise`.
+
+    Returns
+    -------
+    AdvisedSet
+        Only `have` itself if no feature added to it makes the error smaller. That can happen with the minimax criterion
+        and Gaussian errors.
+    """
+    choice = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    held = tuple(choice.places.holding(feature.name) for feature in have)
+    best = choice.best(points, held, no_progress)
+    if not fills_a_plane(choice.places.p[list(held)]):
+        return best
+    return min(choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
+
+
+def require_seams(seams: Sequence[Seam]) -> None:
+    """Refuse a part without a seam where the error counts.
+
+    Raises
+    ------
+    GeometryError
+        When no seam has a frame.
+    """
+    if not any(len(seam.frames) for seam in seams):
+        raise GeometryError(
+            "the part has no seam to advise for; `wpcal seams` lists the candidates. Or take the notches inside one "
+            "solid as seams",
+            code=ErrorCode.NO_SEAM,
+        )
+
+
+def _begun(
+    candidates: Sequence[Touchable],
+    seams: Sequence[Seam],
+    points: int,
+    sigma_mm: float,
+    criterion: Criterion,
+    have: Sequence[ReferenceFeature],
+    seed: int,
+) -> _Choice:
+    """Check what is asked, and lay out the search."""
+    _require_usable(points, sigma_mm, have, criterion)
+    require_seams(seams)
+    return _Choice.over(easiest_places(candidates, have, points), seams, sigma_mm, criterion, seed)
+
+
+def where_it_is(feature: ReferenceFeature) -> str:
+    """Say in words where a feature is: ``hole of 10 mm on base plate at (20 20 10)``."""
+    place = " ".join(f"{round(v, 3) + 0.0:g}" for v in feature.p_mm)
+    return f"{what_it_is(feature)} at ({place})"
+
+
+def what_it_is(feature: ReferenceFeature) -> str:
+    """Say in words what a feature is: ``hole of 10 mm on base plate``."""
+    words = {FeatureKind.VERTEX: "corner", FeatureKind.EDGE_MIDPOINT: "middle of the edge"}
+    kind = words.get(feature.kind, feature.kind.word.replace("_", " "))
+    size = "" if feature.diameter_mm is None else f" of {feature.diameter_mm:g} mm"
+    return f"{kind}{size}{f' on {feature.solid}' if feature.solid else ''}"
+
+
+def template_csv(points: Sequence[tuple[str, str]]) -> str:
+    """Return the file of taught points for `calibrate`, its coordinates to be filled in.
+
+    Parameters
+    ----------
+    points : sequence of (str, str)
+        The name of each point, and where it is, in words.
+    """
+    rows = [[name, "", "", "", "yes", where] for name, where in points]
+    return csv_text([["name", "x_mm", "y_mm", "z_mm", "use", "where"], *rows])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Choice:
+    """The search over one part's features and seams."""
+
+    places: Places
+    design: Design
+    seam_points: FloatArray
+    seam_names: tuple[str, ...]
+    sigma_mm: float
+    criterion: Criterion
+    seed: int
+
+    @classmethod
+    def over(cls, places: Places, seams: Sequence[Seam], sigma_mm: float, criterion: Criterion, seed: int) -> _Choice:
+        points = np.concatenate([seam.frames.p for seam in seams])
+        names = tuple(seam.name for seam in seams for _ in range(len(seam.frames)))
+        design = Design(places.p, points[farthest_rows(points, MOST_SEAM_POINTS)])
+        return cls(places, design, points, names, sigma_mm, criterion, seed)
+
+    def best(self, n: int, held: tuple[int, ...], progress: Progress) -> AdvisedSet:
+        """Return the best set of n points, preferably one whose names cannot be exchanged unseen."""
+        rng = np.random.default_rng(self.seed)
+        rows, errors = self.design.best_sets(n, held=held, rng=rng, progress=progress)
+        if len(rows) == 0:
+            raise GeometryError("the features to choose from lie on one line: no set of them fixes the part")
+        affordable = np.flatnonzero(errors <= SWAP_PRICE * errors[0])
+        clear = islice((k for k in affordable.tolist() if self._is_clear(rows[k])), FINALISTS)
+        progress(f"predicting the error of the best sets of {n} points")
+        if self.criterion is Criterion.MINIMAX:
+            finalists = list(clear)
+            return self.predicted(rows[finalists] if finalists else rows[:FINALISTS])
+        bounds = (1.0 - ROUND_OFF) * self.sigma_mm * errors
+        return self._least(rows, bounds, clear) or self.predicted(rows[:FINALISTS])
+
+    def _least(self, rows: IntArray, bounds: FloatArray, finalists: Iterable[int]) -> AdvisedSet | None:
+        """Return the set of least error by least squares.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m, n)
+        bounds : ndarray, shape (m,)
+            Ascending; no set has a smaller error along all seams than at the points by which the search judged it.
+        finalists : iterable of int
+            Rows of `rows`, ascending.
+        """
+        best, least = None, (0, math.inf)
+        for k in finalists:
+            if bounds[k] > least[1]:
+                break
+            error = largest_error_95(self.seam_points, isotropic_covariance(self.places.p[rows[k]], self.sigma_mm))
+            if error[1] < least[1]:
+                best, least = k, error
+        return None if best is None else self._advised(rows[best], *least)
+
+    def _is_clear(self, row: IntArray) -> bool:
+        """Whether every exchange of names would be seen in the residuals."""
+        return least_swap(self.places.p[row])[0] >= self._clear_squares(len(row))
+
+    def predicted(self, sets: IntArray) -> AdvisedSet:
+        """Predict the errors of sets along all seams, and return the best; `sets` has the shape (m, n)."""
+        p = self.places.p[sets]
+        if self.criterion is Criterion.MINIMAX:
+            covariances = minimax_covariances(p, self.sigma_mm, seed=self.seed)
+        else:
+            covariances = np.array([isotropic_covariance(each, self.sigma_mm) for each in p])
+        errors = [largest_error_95(self.seam_points, covariance) for covariance in covariances]
+        best = min(range(len(sets)), key=lambda row: errors[row][1])
+        return self._advised(sets[best], *errors[best])
+
+    def _advised(self, rows: IntArray, worst: int, error_mm: float) -> AdvisedSet:
+        p = self.places.p[rows]
+        squares, order = least_swap(p)
+        features = tuple(self.places.features[row][0] for row in rows)
+        swap = tuple(features[k].name for k, other in enumerate(order) if k != other)
+        return AdvisedSet(
+            features,
+            error_mm,
+            self.seam_names[worst],
+            math.sqrt(squares / len(p)),
+            swap,
+            squares >= self._clear_squares(len(p)),
+        )
+
+    def _clear_squares(self, n: int) -> float:
+        return CLEAR_SWAP * squares_limit(n, self.sigma_mm) if n > 2 else 0.0
+
+
+def _require_usable(points: int, sigma_mm: float, have: Sequence[ReferenceFeature], criterion: Criterion) -> None:
+    if points < 3:
+        raise InputError(f"a fit needs at least 3 points, got {points}")
+    if len(have) >= points:
+        raise InputError(f"{len(have)} points are there already; ask for more than that, got {points}")
+    if not (math.isfinite(sigma_mm) and sigma_mm > 0):
+        raise InputError(f"the teaching error is a positive length, got {sigma_mm} mm")
+    if criterion not in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
+        raise InputError(f"points are advised for minimax or least_squares, got {criterion.value}")
+
+
+def _ease_notes(chosen: AdvisedSet, eases: dict[str, Ease]) -> list[str]:
+    words = {
+        Ease.ROUND: "nothing to touch at its centre: take several touches around it",
+        Ease.HIDDEN: "in a notch, against another solid or behind one",
+        Ease.VAGUE: "the middle of an edge has to be measured out",
+    }
+    found = [(name, eases.get(name, Ease.SHARP)) for name in chosen.names]
+    return [f"{name}: {words[ease]}" for name, ease in found if ease in words]
+
+
+def _swap_notes(chosen: AdvisedSet) -> list[str]:
+    if chosen.is_clear:
+        return []
+    return [
+        f"names exchanged among {', '.join(chosen.swap)} would leave an RMS of only {chosen.swap_rms_mm:.3g} mm: "
+        "the features are too symmetric to show the exchange; take care with the names"
+    ]

@@ -1,0 +1,322 @@
+"""`advise_moved`: which touches of a weldment whose bodies may move, in which order, and what each of them serves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.errors import ErrorCode, GeometryError, InputError
+from wpcal.core.wording import counted, listed
+from wpcal.touch.advise.moved_model import UNKNOWN_MM, MovedModel, SeamPoints
+from wpcal.touch.advise.moved_search import OFTEN, MovedSearch, deciding_points, inverse
+
+MOVED_ADVICE_SCHEMA = "wpcal/moved-advice/1"
+NOT_HELD_MM = UNKNOWN_MM / 10.0
+"""A larger error means that the touches leave a motion of the whole part free."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchChoices:
+    """n touches that are possible.
+
+    Parameters
+    ----------
+    where : tuple of str, length n
+        Each in words.
+    body : ndarray of int, shape (n,)
+        The body that each touch lies on.
+    rows : ndarray, shape (n, q, m)
+        In units of the error of the touch: see `MovedModel.rows`.
+    """
+
+    names: tuple[str, ...]
+    where: tuple[str, ...]
+    body: IntArray
+    rows: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class AdvisedTouch:
+    """One touch in the order of the advice.
+
+    Parameters
+    ----------
+    index : int
+        In the choices.
+    body : str
+        Name of the body that it lies on.
+    seam : str
+        The seam that it serves: the worst one of this body before the touch.
+    before_mm, after_mm : float or None
+        Largest 95 % error of this seam before and after the touch; None while the touches leave the part free.
+    """
+
+    index: int
+    name: str
+    where: str
+    body: str
+    seam: str
+    before_mm: float | None
+    after_mm: float | None
+
+    def sentence(self) -> str:
+        """Say what to touch next, and why."""
+        on = "" if self.body in self.where else f" on {self.body}"
+        what = f"touch {self.name} next: {self.where}{on}"
+        if self.after_mm is None:
+            return f"{what}; it helps to hold the part"
+        before = "" if self.before_mm is None else f"from {self.before_mm:.2f} mm "
+        return f"{what}; it brings the error of seam {self.seam} {before}to {self.after_mm:.2f} mm"
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {
+            "name": self.name,
+            "where": self.where,
+            "body": self.body,
+            "seam": self.seam,
+            "before_mm": self.before_mm,
+            "after_mm": self.after_mm,
+            "sentence": self.sentence(),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedAdvice:
+    """What to touch on a weldment whose bodies may move.
+
+    Parameters
+    ----------
+    touches : tuple of AdvisedTouch
+        In the order in which each lowers the errors most.
+    error_95_mm : float
+        Largest predicted 95 % error of a seam point after all of them.
+    seam : str
+        Where it occurs.
+    unseen_mm : float
+        The part of it that comes from motions of bodies which no touch sees.
+    joint_95_mm : float
+        What no seam point exceeds, with 95 % probability: `wpcal calibrate` compares it with the tolerance.
+    by_seam_mm : tuple of (str, float)
+        The largest error of each seam.
+    next_touch : AdvisedTouch or None
+        The best further touch.
+    tolerance_mm : float or None
+        What was asked for.
+    why : str
+        Why the tolerance is not reached; otherwise empty.
+    """
+
+    touches: tuple[AdvisedTouch, ...]
+    error_95_mm: float
+    seam: str
+    unseen_mm: float
+    joint_95_mm: float
+    by_seam_mm: tuple[tuple[str, float], ...]
+    next_touch: AdvisedTouch | None
+    model: MovedModel
+    tolerance_mm: float | None = None
+    why: str = ""
+
+    @property
+    def misses_tolerance(self) -> bool:
+        """Whether a tolerance was asked for that is not reached."""
+        return bool(self.why)
+
+    def template_rows(self) -> list[tuple[str, str]]:
+        """Return name and place of each touch, for `template_csv`."""
+        return [(touch.name, touch.where) for touch in self.touches]
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        bodies = self.model.bodies
+        return {
+            "schema": MOVED_ADVICE_SCHEMA,
+            "touches": [touch.to_record() for touch in self.touches],
+            "error_95_mm": self.error_95_mm,
+            "seam": self.seam,
+            "unseen_mm": self.unseen_mm,
+            "joint_95_mm": self.joint_95_mm,
+            "by_seam": [{"seam": name, "error_95_mm": error} for name, error in self.by_seam_mm],
+            "next": None if self.next_touch is None else self.next_touch.to_record(),
+            "bodies": [
+                {"name": name, "tack_mm": each.mm, "tack_mrad": each.mrad}
+                for name, each in zip(bodies.names, bodies.tolerances, strict=True)
+            ],
+            "tolerance_mm": self.tolerance_mm,
+            "why_not": self.why,
+        }
+
+
+def advise_moved(
+    model: MovedModel,
+    choices: TouchChoices,
+    seams: SeamPoints,
+    *,
+    count: int | None = None,
+    tolerance_mm: float | None = None,
+    most: int = 60,
+    usual: int = 1,
+    have: FloatArray | None = None,
+) -> MovedAdvice:
+    """Choose touches that lower the largest error of the seams of a weldment most.
+
+    Parameters
+    ----------
+    model : MovedModel
+        m unknowns.
+    count : int, optional
+        How many touches to add. With a tolerance, how many at least.
+    tolerance_mm : float, optional
+        Add as many as the worst seam needs, `most` at most. Give one of the two, or both.
+    usual : int
+        How many to add at least if no number reaches the tolerance.
+    have : ndarray, shape (r, q, m), optional
+        Rows of touches that were made already; on some bodies there may be none.
+
+    Returns
+    -------
+    MovedAdvice
+        With `why` where the tolerance is not reached.
+
+    Raises
+    ------
+    InputError
+        When neither a positive count nor a positive tolerance is given.
+    GeometryError
+        When there is no seam point, nothing to choose from, or all touches together leave the part free.
+    """
+    _require_asked(count, tolerance_mm, choices, seams)
+    start = model.prior() + (0.0 if have is None else _information(have))
+    deciding = model.seam_rows(seams.points.select(deciding_points(seams.points)))
+    search = MovedSearch.with_floor(choices.rows, deciding, start)
+    least, why = count or 1, ""
+    if tolerance_mm is None:
+        chosen = search.chosen(start, least)
+    else:
+        chosen, error = search.fewest(start, tolerance_mm, least, max(most, least), usual)
+        if error > tolerance_mm:
+            why = _why_not(search, model, choices, start, len(chosen), error, tolerance_mm, seams)
+    order = search.in_order(start, chosen)
+    every = MovedSearch(choices.rows, model.seam_rows(seams.points))
+    C = inverse(start + every.information(order))
+    errors = every.errors(C)
+    worst = int(np.argmax(errors))
+    if errors[worst] > NOT_HELD_MM and len(chosen) == len(choices.names):
+        raise GeometryError("the touches that are possible leave a motion of the whole part free")
+    best = search.added(start, order)
+    shown = order if best is None else [*order, best]
+    told = _told(model, choices, seams, every.errors_after(start, shown), shown)
+    return MovedAdvice(
+        tuple(told[: len(order)]),
+        float(errors[worst]),
+        seams.seams[worst],
+        _unseen(model, every, C, worst),
+        every.joint_error(C),
+        tuple((name, float(errors[rows].max())) for name, rows in _rows_of(seams).items()),
+        None if best is None else told[-1],
+        model,
+        tolerance_mm,
+        why,
+    )
+
+
+def _require_asked(count: int | None, tolerance_mm: float | None, choices: TouchChoices, seams: SeamPoints) -> None:
+    if count is None and tolerance_mm is None:
+        raise InputError("say how many touches, or to which tolerance")
+    if count is not None and count < 1:
+        raise InputError(f"expected 1 touch or more, got {count}")
+    if tolerance_mm is not None and not 0.0 < tolerance_mm < np.inf:
+        raise InputError(f"the tolerance must be a positive length, got {tolerance_mm:g} mm")
+    if len(seams.seams) == 0:
+        raise GeometryError("there is no seam where the error counts", code=ErrorCode.NO_SEAM)
+    if len(choices.names) == 0:
+        raise GeometryError("there is nothing to touch")
+
+
+def _information(rows: FloatArray) -> FloatArray:
+    H = rows.reshape(-1, rows.shape[-1])
+    return np.asarray(H.T @ H)
+
+
+def _unseen(model: MovedModel, search: MovedSearch, C: FloatArray, point: int) -> float:
+    """Return the part of a point's 95 % error that motions of bodies leave which no touch sees, mm."""
+    own = C[:, 6 : 6 + 6 * len(model.bodies)]
+    one = MovedSearch(search.rows[:0], search.seams[point : point + 1])
+    return float(one.errors(own @ own.T)[0])
+
+
+def _rows_of(seams: SeamPoints) -> dict[str, IntArray]:
+    """Return the points of each seam."""
+    names = np.array(seams.seams)
+    return {name: np.flatnonzero(names == name) for name in dict.fromkeys(seams.seams)}
+
+
+def _told(
+    model: MovedModel, choices: TouchChoices, seams: SeamPoints, errors: FloatArray, order: Sequence[int]
+) -> list[AdvisedTouch]:
+    """Say what each touch does: `errors`, of shape (n + 1, k), are those before the first and after each of n."""
+    points, rows, touches = seams.points, _rows_of(seams), []
+    for number, index in enumerate(order):
+        before, after = errors[number], errors[number + 1]
+        body = int(choices.body[index])
+        own = (points.wall_body == body) | (points.base_body == body)
+        own = own if own.any() else np.ones(len(before), dtype=bool)
+        is_held = bool(before.max() <= NOT_HELD_MM)
+        seam = seams.seams[int(np.argmax(np.where(own, before if is_held else after, -1.0)))]
+        now, then = (float(each[rows[seam]].max()) for each in (before, after))
+        touches.append(
+            AdvisedTouch(
+                index,
+                choices.names[index],
+                choices.where[index],
+                model.bodies.names[body] if body >= 0 else "the part",
+                seam,
+                now if now <= NOT_HELD_MM else None,
+                then if then <= NOT_HELD_MM else None,
+            )
+        )
+    return touches
+
+
+def _why_not(
+    search: MovedSearch,
+    model: MovedModel,
+    choices: TouchChoices,
+    start: FloatArray,
+    count: int,
+    reached_mm: float,
+    tolerance_mm: float,
+    seams: SeamPoints,
+) -> str:
+    """Say what keeps the error above the tolerance: motions that no touch sees, shared errors, or too few touches."""
+    head = f"{tolerance_mm:g} mm is not reached: {counted(count, 'touch')} leave {reached_mm:.2f} mm"
+    every = OFTEN * search.information(range(len(choices.names)))
+    known = np.zeros_like(start)
+    if model.shared:
+        known[-model.shared :, -model.shared :] = OFTEN * np.eye(model.shared)
+    unseen = inverse(start + every + known)
+    if search.joint_error(unseen) > tolerance_mm:
+        points = seams.points.select(deciding_points(seams.points))
+        worst = int(np.argmax(search.errors(unseen)))
+        pair = dict.fromkeys([int(points.wall_body[worst]), int(points.base_body[worst])])
+        names = [model.bodies.names[b] for b in pair if b >= 0]
+        bare = [model.bodies.names[b] for b in pair if b >= 0 and not (choices.body == b).any()]
+        least = f"of which {search.joint_error(unseen):.2f} mm come from motions that no possible touch sees"
+        what = f"nothing on {listed(bare)} can be touched" if bare else f"of {listed(names)}"
+        return f"{head}, {least}: {what}; tighter tacks (--tack-mm) or another way to reach these faces would help"
+    common = search.joint_error(inverse(start + every))
+    if common > tolerance_mm:
+        return (
+            f"{head}, of which {common:.2f} mm come from an error that all touches share: a touch on a --post, or a "
+            "smaller stick_out_sigma_mm in the --setup, would help"
+        )
+    best = search.joint_error(inverse(start + search.information(range(len(choices.names)))))
+    if best > tolerance_mm:
+        every_place = f"all {len(choices.names)} places that can be touched"
+        return f"{head}, and {every_place} {best:.2f} mm; a better repeatability would help"
+    return f"{head}, and more than {counted(count, 'touch')} are not planned; a better repeatability would help"

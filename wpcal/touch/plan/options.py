@@ -1,0 +1,168 @@
+"""What a plan of touches is asked for, and how well the place of the part is known before it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from wpcal.calibrate.uncertainty import length_quantile
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.tangent import point_jacobian
+from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.touch.searches.setup import TouchSetup
+
+LEAST_TOUCHES = 6
+"""Each touch on a face gives one number, and a place has six."""
+MOST_TOUCHES = 60
+"""Far more than anybody runs: the error falls with the root of the number."""
+USUAL_TOUCHES = 8
+"""Six hold the part, two test them."""
+TOUCHES_PER_BODY = 2
+"""For each further body that may move: what most fillets need."""
+HIT_LEVEL = 0.99
+"""Share of the parts that a search meets within its stroke."""
+
+
+class Pattern(StrEnum):
+    """The pattern of a plan."""
+
+    BEST = "best"
+    """Any set of touches."""
+    THREE_TWO_ONE = "3-2-1"
+    """Three touches on one side of the part, two on a second, one on a third."""
+    THREE_POINT = "three-point"
+    """Three places, at each of which two sides of the part are touched."""
+
+    @property
+    def touches(self) -> int | None:
+        """How many touches the pattern has; None if any number."""
+        return None if self is Pattern.BEST else LEAST_TOUCHES
+
+
+@dataclass(frozen=True, slots=True)
+class NominalError:
+    """How far the part may stand from where it is planned.
+
+    Parameters
+    ----------
+    sigma_mm : float
+        Standard deviation per axis of its middle.
+    sigma_rad : float
+        Standard deviation per axis of its rotation.
+
+    Raises
+    ------
+    InputError
+        When one is negative, or both are zero.
+    """
+
+    sigma_mm: float = 1.0
+    sigma_rad: float = math.radians(0.3)
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.sigma_mm < math.inf and 0.0 <= self.sigma_rad <= math.pi):
+            raise InputError(
+                f"the uncertainty of the part's place: expected 0 or more, got {self.sigma_mm:g} mm and "
+                f"{math.degrees(self.sigma_rad):g} degrees"
+            )
+
+    def covariances(self, points: FloatArray, centre: FloatArray) -> FloatArray:
+        """Return the covariance of places of the part, mm², shape (n, 3, 3).
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 3)
+            In `part`, mm.
+        centre : ndarray, shape (3,)
+            Middle of the part.
+        """
+        J = point_jacobian(points - centre)
+        variances = np.repeat([self.sigma_rad**2, self.sigma_mm**2], 3)
+        return np.asarray(np.einsum("nij,j,nkj->nik", J, variances, J), dtype=np.float64)
+
+
+def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return how far places may be displaced along directions, either way, with a probability of 99 %.
+
+    Parameters
+    ----------
+    covariances : ndarray, shape (n, 3, 3)
+        Of the places, mm².
+    directions : ndarray, shape (n, 3)
+        Unit vectors in the same frame.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        mm.
+    """
+    along = np.einsum("ni,nij,nj->n", directions, covariances, directions)
+    return length_quantile(along[:, None, None], HIT_LEVEL)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TouchOptions:
+    """What is asked of a plan of touches.
+
+    Parameters
+    ----------
+    touches : int or None
+        How many searches, without that on a post. None: `count`; with a tolerance as many as it needs.
+    tolerance_mm : float or None
+        As many searches, at least `touches`, as keep all seams within this, with 95 % confidence.
+    wire_mm : float
+        Diameter of the wire.
+    torch : TorchShape
+        Its wire is the stick-out.
+    setup : TouchSetup
+        Repeatability, stick-out, latency and speed.
+    post_base : tuple of float or None
+        A post at a known place in `base`, mm: the middle of its flat top.
+    up_base : tuple of float
+        Direction against gravity in `base`.
+    most_tilt_rad : float
+        The wire leans from the vertical by at most this.
+    seed : int
+        Of the starts of the search.
+    """
+
+    touches: int | None = None
+    tolerance_mm: float | None = None
+    pattern: Pattern = Pattern.BEST
+    wire_mm: float = 1.2
+    torch: TorchShape = USUAL_TORCH
+    nominal: NominalError = field(default_factory=NominalError)
+    setup: TouchSetup = field(default_factory=TouchSetup)
+    post_base: tuple[float, float, float] | None = None
+    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    most_tilt_rad: float = math.radians(60.0)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.touches is not None and not LEAST_TOUCHES <= self.touches <= MOST_TOUCHES:
+            raise InputError(
+                f"{self.touches} touches: expected {LEAST_TOUCHES} to {MOST_TOUCHES}; a place has six freedoms, and "
+                "each touch holds one"
+            )
+        if self.touches is not None and self.pattern.touches not in (None, self.touches):
+            raise InputError(f"the pattern {self.pattern} has {self.pattern.touches} touches, got {self.touches}")
+        if self.tolerance_mm is not None and not 0.0 < self.tolerance_mm < math.inf:
+            raise InputError(f"the tolerance must be a positive length, got {self.tolerance_mm:g} mm")
+        if self.tolerance_mm is not None and self.pattern is not Pattern.BEST:
+            raise InputError(f"the pattern {self.pattern} has its number of touches: leave it or the tolerance away")
+        if not 0.0 < self.wire_mm < 2.0 * self.torch.mouth_mm:
+            raise InputError(f"the wire: expected a diameter above 0 and below the nozzle's, got {self.wire_mm:g} mm")
+
+    def count(self, bodies: int = 1) -> int:
+        """Return how many searches a part of so many bodies gets; with a tolerance, how many at least."""
+        if self.touches is not None:
+            return self.touches
+        return LEAST_TOUCHES if self.tolerance_mm is not None and bodies > 1 else self.usual(bodies)
+
+    def usual(self, bodies: int) -> int:
+        """Return how many searches a part of so many bodies gets if nothing is said."""
+        return min((self.pattern.touches or USUAL_TOUCHES) + TOUCHES_PER_BODY * (bodies - 1), MOST_TOUCHES)

@@ -1,0 +1,268 @@
+"""A plan of touches: searches in the part's coordinates, in the order in which the robot makes them."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections import Counter
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+
+SEARCH_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
+"""Names of searches: identifiers in every language of a controller, with room for a prefix of 8 characters."""
+UNIT_ATOL = 1e-4
+"""A normal in a file (four printed digits) may differ this much from a unit vector."""
+FINGERPRINT_DIGITS = 6
+"""Decimals of mm and degrees that count as the same plan: far below what a controller stores."""
+
+
+class Contact(StrEnum):
+    """What of the torch meets the face."""
+
+    SIDE = "side"
+    """The side of the wire: the tool centre point is the wire's radius from the face."""
+    END = "end"
+    """The end of the wire: the tool centre point is on the face, and the error of the stick-out enters one to one."""
+
+
+class SearchKind(StrEnum):
+    """What a search measures."""
+
+    PART = "part"
+    POST = "post"
+    """A post at a known place in the base, which solves the stick-out: it does not move with the part."""
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """What a search does for a seam of a weldment whose bodies may move.
+
+    Parameters
+    ----------
+    seam : str
+        The worst seam of the touched body before the search.
+    before_mm, after_mm : float or None
+        Its largest 95 % error before and after the search, in the order in which the searches help most; None while
+        the searches leave the part free.
+    """
+
+    seam: str
+    before_mm: float | None
+    after_mm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedBody:
+    """A body that may move, with the tack tolerance that the plan assumes.
+
+    Parameters
+    ----------
+    tack_mm, tack_mrad : float
+        Standard deviations of the place of its centre and of its turn, per axis.
+    """
+
+    name: str
+    tack_mm: float
+    tack_mrad: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """One search: the way to its start, the straight move until contact, the way back.
+
+    All points are places of the tool centre point in `part` where it stands as planned (the work object of the
+    program), mm; also those of a post, whose place in the base is `TouchPlan.T_base_part` times it. During the search
+    the tool keeps its orientation.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the plan; see `SEARCH_NAME`.
+    target : str
+        What is touched, in the words of a taught table's `kind`: ``plane``, ``edge``, ``cylinder``, ``hole``, …
+    feature : str
+        Its name in `wpcal features`, or empty.
+    contact_part : ndarray, shape (3,)
+        The point of the part that is touched where it stands as planned.
+    normal_part : ndarray, shape (3,)
+        Outward unit normal there.
+    radius_mm : float
+        Distance of the tool centre point from the face at contact, along the outward normal.
+    R_part_tool : ndarray, shape (3, 3)
+        Axes of the tool in `part` as columns; z leaves the wire tip.
+    via : ndarray, shape (k, 3)
+        Points on the way from the search before (or from home) to `approach`, often none. The moves between them are
+        linear, and the tool has the orientation of this search from the first of them on: it turns on the way to it.
+    approach, start, end, retract : ndarray, shape (3,)
+        The robot goes to `approach` in the air, to `start` on a line, searches to `end` on a line, and leaves to
+        `retract` by way of `start`. The stroke is from `start` to `end`.
+    covariance_part : ndarray, shape (3, 3)
+        Of the tool centre point that the controller stores, mm²: repeatability, stick-out along the wire, latency along
+        the direction.
+    joints : ndarray, shape (3, axes), or None
+        Shown angles of the arm at `approach`, `start` and `end`, rad; None if no arm is given.
+    via_joints : ndarray, shape (k, axes), or None
+        Shown angles at `via`, rad; None if no arm is given.
+    body : str
+        The body that is touched, if bodies may move; otherwise empty.
+
+    Raises
+    ------
+    InputError
+        When the name is not one, or the stroke is zero.
+    """
+
+    name: str
+    target: str
+    feature: str
+    contact_part: FloatArray
+    normal_part: FloatArray
+    contact: Contact
+    radius_mm: float
+    R_part_tool: FloatArray
+    via: FloatArray
+    approach: FloatArray
+    start: FloatArray
+    end: FloatArray
+    retract: FloatArray
+    covariance_part: FloatArray
+    joints: FloatArray | None = None
+    via_joints: FloatArray | None = None
+    kind: SearchKind = SearchKind.PART
+    body: str = ""
+    serves: Served | None = None
+
+    def __post_init__(self) -> None:
+        if not SEARCH_NAME.fullmatch(self.name):
+            raise InputError(f"search {self.name!r}: expected a letter and at most seven letters or digits")
+        if abs(float(np.linalg.norm(self.normal_part)) - 1.0) > UNIT_ATOL:
+            raise InputError(f"search {self.name}: its normal is not a unit vector")
+        if not self.stroke_mm > 0.0:
+            raise InputError(f"search {self.name}: its start and its end are the same point")
+
+    @property
+    def stroke_mm(self) -> float:
+        """Length of the search, mm."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vector of the search, shape (3,)."""
+        return (self.end - self.start) / self.stroke_mm
+
+    @property
+    def planned(self) -> FloatArray:
+        """The tool centre point at contact where the part stands as planned, shape (3,), mm."""
+        return self.contact_part + self.radius_mm * self.normal_part
+
+
+@dataclass(frozen=True, slots=True)
+class SeamPrediction:
+    """What the touches of a plan promise for the seams.
+
+    Parameters
+    ----------
+    error_95_mm : float
+        Largest predicted 95 % error along the seams.
+    seam : str
+        The seam where it occurs.
+    by_seam_mm : tuple of (str, float)
+        The largest error of each seam.
+    joint_95_mm : float or None
+        What no point of the seams exceeds, with 95 % probability: `wpcal calibrate` compares it with its tolerance.
+    unseen_mm : float
+        The part of `error_95_mm` that comes from motions of bodies which no touch sees.
+    why_not : str
+        Why a tolerance that was asked for is not reached; otherwise empty.
+    """
+
+    error_95_mm: float
+    seam: str
+    by_seam_mm: tuple[tuple[str, float], ...]
+    joint_95_mm: float | None = None
+    unseen_mm: float = 0.0
+    why_not: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchPlan:
+    """Searches for one part in one cell.
+
+    Parameters
+    ----------
+    part : str
+        File name of the STEP file.
+    searches : tuple of Search
+        In the order in which they run.
+    T_base_part : RigidTransform
+        Where the part stands as planned. Programs use it as their work object (user frame), so that their points are
+        `part` coordinates.
+    wire_mm : float
+        Diameter of the wire.
+    stick_out_mm : float
+        From the contact tip to the tool centre point.
+    home_joints : ndarray, shape (axes,), or None
+        Shown angles before the first search and after the last one, rad; None if no arm is given.
+    robot : str
+        Name of the arm; empty if none is given.
+    notes : tuple of str
+        What a person should know of the plan.
+    bodies : tuple of PlannedBody
+        The bodies that may move; empty if the part is one.
+
+    Raises
+    ------
+    InputError
+        When two searches have one name (upper and lower case are one in most languages).
+    """
+
+    part: str
+    searches: tuple[Search, ...]
+    T_base_part: RigidTransform
+    wire_mm: float
+    stick_out_mm: float
+    home_joints: FloatArray | None = None
+    robot: str = ""
+    predicted: SeamPrediction | None = None
+    notes: tuple[str, ...] = ()
+    bodies: tuple[PlannedBody, ...] = ()
+
+    def __post_init__(self) -> None:
+        twice = [name for name, n in Counter(search.name.upper() for search in self.searches).items() if n > 1]
+        if twice:
+            raise InputError(f"two searches are named {twice[0]}")
+
+    @property
+    def fingerprint(self) -> str:
+        """Eight hexadecimal digits of what the program depends on, the same after writing and reading.
+
+        The program stores them beside its results, so that results of another plan are recognised.
+        """
+        place = self.T_base_part.to_record()
+        numbers = [*place["xyz_mm"], *place["rpy_deg"], self.wire_mm, self.stick_out_mm]
+        for search in self.searches:
+            points = (search.contact_part, search.normal_part, search.start, search.end, search.R_part_tool)
+            numbers += [search.radius_mm, *(float(v) for each in points for v in each.ravel())]
+        rounded = np.round(numbers, FINGERPRINT_DIGITS) + 0.0
+        names = ",".join(f"{search.name}/{search.kind}" for search in self.searches)
+        text = f"{names} {' '.join(f'{v:.{FINGERPRINT_DIGITS}f}' for v in rounded)}"
+        return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+    def search(self, name: str) -> Search:
+        """Return the search of a name; upper and lower case are one.
+
+        Raises
+        ------
+        InputError
+            When there is none.
+        """
+        for search in self.searches:
+            if search.name.upper() == name.upper():
+                return search
+        raise InputError(f"no search {name!r} in the plan; it has {', '.join(each.name for each in self.searches)}")

@@ -1,7 +1,0 @@
-"""Which touches to make: searches with the least predicted error of the seams, and the safe way between them."""
-
-from wpcal.touchplan.options import NominalError, Pattern, TouchOptions
-from wpcal.touchplan.part import TouchPart
-from wpcal.touchplan.plan_touches import plan_touches
-
-__all__ = ["NominalError", "Pattern", "TouchOptions", "TouchPart", "plan_touches"]
