@@ -21,9 +21,9 @@ _MINUS = str.maketrans({"\u2212": "-", "\u2013": "-"})
 """The minus signs of typesetting."""
 _GROUP_MARKS = " \u00a0\u2009\u202f'\u2019"
 """Blanks and apostrophes between groups of three digits."""
-_GROUPED = re.compile(rf"[-+]?[0-9]{{1,3}}(?:[{_GROUP_MARKS}][0-9]{{3}})++(?:[.,][0-9]*+)?+")
-_WITH_BOTH = re.compile(r"[-+]?[0-9]{1,3}(?:(?P<mark>[.,])[0-9]{3})(?:(?P=mark)[0-9]{3})*+(?P<last>[.,])[0-9]*+")
-_WITH_ONE_TWICE = re.compile(r"[-+]?[0-9]{1,3}(?:(?P<mark>[.,])[0-9]{3})(?:(?P=mark)[0-9]{3})++")
+_GROUPED = re.compile(rf"[-+]?[0-9]{{1,3}}(?:[{_GROUP_MARKS}][0-9]{{3}})+(?:[.,][0-9]*+)?")
+_WITH_BOTH = re.compile(r"[-+]?[0-9]{1,3}(?:(?P<mark>[.,])[0-9]{3})(?:(?P=mark)[0-9]{3})*(?P<last>[.,])[0-9]*+")
+_WITH_ONE_TWICE = re.compile(r"[-+]?[0-9]{1,3}(?:(?P<mark>[.,])[0-9]{3})(?:(?P=mark)[0-9]{3})+")
 LONGEST_NUMBER = 100
 """Characters of a cell with a number; a longer one is not looked at more closely."""
 

@@ -13,7 +13,7 @@ from wpcal.core.arrays import LARGEST_MM
 from wpcal.core.errors import InputError
 from wpcal.core.wording import shown
 
-NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+")
+NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 """Possessive: the time to refuse a text stays proportional to its length."""
 _WHOLE = re.compile(r"[-+]?[0-9]++")
 _NOT_FINITE = ("nan", "inf", "infinity")

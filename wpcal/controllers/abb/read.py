@@ -33,14 +33,14 @@ from wpcal.taught.programs import (
 COMMENT_OR_STRING = re.compile(r'"(?:[^"\n]|"")*"|![^\n]*')
 DECLARATION = re.compile(
     r"\b(?:CONST|PERS|VAR)\s++(?P<type>robtarget|jointtarget|wobjdata)\s++(?P<name>\w++)\s*+"
-    r"(?:(?P<array>\{[^{}]*+\})\s*+)?+:=",
+    r"(?:(?P<array>\{[^{}]*+\})\s*+)?:=",
     re.IGNORECASE,
 )
 """The start of a declaration. Its quantifiers are possessive: the search takes time in proportion to the text."""
 MOVE = re.compile(r"\b(?:Move|Arc|Search|Trigg)[A-Z]\w*+(?=[\s\\])", re.IGNORECASE)
 WORK_OBJECT = re.compile(r"\\\s*+WObj\s*+:=\s*+(\w++)", re.IGNORECASE)
 TOKEN = re.compile(
-    r'[\[\],]|"[^"]*"|TRUE\b|FALSE\b|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:E[-+]?[0-9]++)?+|\S', re.IGNORECASE
+    r'[\[\],]|"[^"]*"|TRUE\b|FALSE\b|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:E[-+]?[0-9]++)?|\S', re.IGNORECASE
 )
 MOST_LEVELS = 8
 """Brackets in one another: an array of work objects needs four."""

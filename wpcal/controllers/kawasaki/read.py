@@ -34,7 +34,7 @@ from wpcal.taught.programs import (
 AXES = ("X", "Y", "Z", "O", "A", "T")
 NULL = "null"
 """The transformation that changes nothing, as the language calls it."""
-_NAME = r"[A-Za-z][\w.]*+(?:\[[\d,]*+\])?+"
+_NAME = r"[A-Za-z][\w.]*+(?:\[[\d,]*+\])?"
 _SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
 _VALUES = re.compile(rf"^(?P<name>#?{_NAME})[ \t]++(?P<values>\S.*)$")
 _POINT = re.compile(rf"^\s*+POINT\s++(?P<name>{_NAME})\s*+=\s*+TRANS\s*+\((?P<values>[^()]*+)\)", re.IGNORECASE)

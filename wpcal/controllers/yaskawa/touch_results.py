@@ -30,7 +30,7 @@ from wpcal.touch.searches.stored import (
 )
 
 SECTION = re.compile(r"^///(?P<kind>[A-Z]{1,2})\s*$")
-ROW = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?+(?P<values>[-+.\d].*)$")
+ROW = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?(?P<values>[-+.\d].*)$")
 AXES = ("X", "Y", "Z", "Rx", "Ry", "Rz")
 
 

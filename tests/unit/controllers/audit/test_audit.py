@@ -19,7 +19,7 @@ from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam.record import SEAMS_CSV_COLUMNS
 from wpcal.taught.columns import TAUGHT_COLUMNS
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 FIXTURES = ROOT / "fixtures"
 RECORDS = (
     "tee/golden/calibration.json",

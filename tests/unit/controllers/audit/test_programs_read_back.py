@@ -21,7 +21,7 @@ from wpcal.formats.registry import exporter_named
 from wpcal.results.folder import read_finished
 from wpcal.robot.kinematics.arm_file import find_arm
 
-FIXTURES = Path(__file__).parents[3] / "fixtures"
+FIXTURES = Path(__file__).parents[4] / "fixtures"
 WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as")
 COORDINATE = {
     "rapid": (r"(W2_0007:=\[\[)([-\d.]+)", 1.0),
