@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from wpcal.controllers.rounding import rounded_frame
+from wpcal.controllers.language.rounding import rounded_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, zyx_angles
 from wpcal.core.tangent import log_rotation

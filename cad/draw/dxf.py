@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cad.draw.reproducible import reproducible
-from wpcal.controllers.naming import NameRules, printable, safe_name, safe_names
+from wpcal.controllers.language.naming import NameRules, printable, safe_name, safe_names
 from wpcal.controllers.program import WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError

@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import WeldProgram, build_program
+from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform

@@ -123,7 +123,7 @@ def export(
 
 
 def _write_templates(folder: Path, names: list[str], *, force: bool) -> int:
-    from wpcal.controllers.post import shipped_templates
+    from wpcal.controllers.language.post import shipped_templates
     from wpcal.core.records import check_writable, new_directory
 
     templates = {name: shipped_templates(name) for name in names}
@@ -161,7 +161,7 @@ def _show(
     unjudged: list[str],
     as_json: bool,
 ) -> None:
-    from wpcal.controllers.describe import NOT_CHECKED, describe_moves, describe_woven_data
+    from wpcal.controllers.program.describe import NOT_CHECKED, describe_moves, describe_woven_data
 
     program = next(iter(forms.values()))
     woven = describe_woven_data(path.run for path in program.paths)

@@ -23,7 +23,7 @@ from wpcal.cli.weld_options import ArcFlags
 
 if TYPE_CHECKING:
     from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldProgram
-    from wpcal.controllers.reachable_spin import ArmAtTool
+    from wpcal.controllers.program.reachable_spin import ArmAtTool
     from wpcal.core.progress import Progress
     from wpcal.results.folder import FinishedCalibration
     from wpcal.robot.moves import PathTolerance
@@ -125,8 +125,8 @@ class AirFlags:
 
     def check(self, program: WeldProgram, torch: TorchShape) -> WeldProgram:
         """Compare the program with the part and add the ways between the seams."""
-        from wpcal.controllers.air_moves import AirSettings
-        from wpcal.controllers.checked_program import check_program
+        from wpcal.controllers.program.air_moves import AirSettings
+        from wpcal.controllers.program.checked_program import check_program
         from wpcal.core.errors import InputError
         from wpcal.core.numbers import parse_numbers
 
@@ -215,7 +215,7 @@ class ArmFlags:
         """
         import numpy as np
 
-        from wpcal.controllers.reachable_spin import ArmAtTool
+        from wpcal.controllers.program.reachable_spin import ArmAtTool
         from wpcal.core.errors import InputError
         from wpcal.core.numbers import parse_numbers
         from wpcal.robot.identify.poses_file import parse_tool
@@ -319,9 +319,9 @@ class WeldPrograms:
         return self._made[few]
 
     def _make(self, tolerance: PathTolerance | None) -> WeldProgram:
-        from wpcal.controllers.compensation import compensate_program
-        from wpcal.controllers.few_moves import fit_program
-        from wpcal.controllers.followed_program import program_for_arm
+        from wpcal.controllers.program.compensation import compensate_program
+        from wpcal.controllers.program.few_moves import fit_program
+        from wpcal.controllers.program.followed_program import program_for_arm
 
         program, arm = self._program, self._arm
         check = partial(self._check, torch=self._shape)

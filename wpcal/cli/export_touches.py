@@ -12,8 +12,8 @@ from wpcal.cli.export_options import WeldProgramFlags
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.controllers.registry import Controller
-    from wpcal.controllers.touch_program import TouchProgram
     from wpcal.formats.registry import Exporter
     from wpcal.robot.kinematics.arm import Arm
     from wpcal.touch.searches import TouchPlan
@@ -116,7 +116,7 @@ def export_touches(
     from wpcal.cli.export import tell_earlier
     from wpcal.controllers.audit.touches import check_touches_written
     from wpcal.controllers.earlier_jobs import find_earlier_jobs
-    from wpcal.controllers.touch_program import TouchProgram
+    from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.core.records import check_writable, new_directory
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 
@@ -178,7 +178,7 @@ def _show(
     setup_file: Path | None,
     as_json: bool,
 ) -> None:
-    from wpcal.controllers.describe import NOT_CHECKED
+    from wpcal.controllers.program.describe import NOT_CHECKED
 
     searches = [search.name for search in program.plan.searches]
     setup = "the defaults of the touch setup" if setup_file is None else str(setup_file)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from wpcal.cli.plan import WeldFlags
-    from wpcal.controllers.planned_program import PlanOutput
+    from wpcal.controllers.program.planned_program import PlanOutput
     from wpcal.controllers.registry import Controller
     from wpcal.core.arrays import FloatArray
     from wpcal.planning.cell.one_robot import OneRobotCell
@@ -114,7 +114,7 @@ class SequenceRequest:
 def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
     from wpcal.cli.progress import shown_progress
-    from wpcal.controllers.describe import describe_woven_data
+    from wpcal.controllers.program.describe import describe_woven_data
     from wpcal.core.errors import InputError
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.formats.trajectory import joint_trajectory, tesseract_states
@@ -202,7 +202,7 @@ def _with_welds(
     given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path, speed_mm_s: float
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
-    from wpcal.controllers.planned_program import PlanOutput
+    from wpcal.controllers.program.planned_program import PlanOutput
     from wpcal.results.folder import CALIBRATION_FILE, read_record
 
     T_base_part, seams = given.in_base(cell)
@@ -220,7 +220,7 @@ def _programs(
 ) -> tuple[dict[str, Mapping[str, str | bytes]], dict[str, str]]:
     """Return the files by language, read back and checked, and by language why there are none."""
     from wpcal.controllers.audit.programs import check_written
-    from wpcal.controllers.planned_program import build_planned_program
+    from wpcal.controllers.program.planned_program import build_planned_program
     from wpcal.core.errors import FormatError, InputError
 
     seams = {each.name: each for each in given.seams}

@@ -15,7 +15,7 @@ from wpcal.cli.option_groups import option
 if TYPE_CHECKING:
     from wpcal.cli.plan import WeldFlags
     from wpcal.cli.plan_sequence import SequenceFlags
-    from wpcal.controllers.two_robots import HeldWeld
+    from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.plan.coordinated import CoordinatedRun
     from wpcal.planning.plan.plan import Plan
@@ -130,7 +130,7 @@ def run_seams_of_two_robots(asked: TwoRobotRequest, seam: str | None, *, force: 
     InputError
         As `run_two_robots` does; also when several seams shall be one record on stdout.
     """
-    from wpcal.controllers.naming import NameRules, safe_names
+    from wpcal.controllers.language.naming import NameRules, safe_names
     from wpcal.core.errors import InputError
 
     names = asked.names() if seam is None else [seam]
@@ -160,7 +160,7 @@ def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: b
         When a file cannot be used, or arc instructions are asked for that cannot be written.
     """
     from wpcal.cli.progress import counted_progress
-    from wpcal.controllers.coordinated_program import tacks_left_out
+    from wpcal.controllers.program.coordinated_program import tacks_left_out
     from wpcal.planning.cell.cell_check import check_cell
     from wpcal.planning.search.obstacle import NoFeasiblePlanError
     from wpcal.planning.search.plan_seam import plan_seam
@@ -190,8 +190,8 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
     InputError
         If there is one.
     """
+    from wpcal.controllers.program.two_robots import coordinated_languages, sync_languages
     from wpcal.controllers.registry import controller_named
-    from wpcal.controllers.two_robots import coordinated_languages, sync_languages
     from wpcal.core.errors import InputError
 
     flags = asked.programs
@@ -248,7 +248,7 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     InputError
         When a file cannot be used, or arc instructions are asked for without weld data.
     """
-    from wpcal.controllers.two_robots import HeldWeld
+    from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
     from wpcal.planning.cell.robot_cell import part_in_world
     from wpcal.planning.plan.seam_file import read_held_seams
@@ -274,8 +274,8 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
 
 def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
     """Return the programs of a run that is free; none if it is not."""
+    from wpcal.controllers.program.two_robots import build_sync_program, possible_coordinated, possible_programs
     from wpcal.controllers.registry import controller_named
-    from wpcal.controllers.two_robots import build_sync_program, possible_coordinated, possible_programs
     from wpcal.planning.plan.plan import CollisionVerdict
 
     if run.verdict is not CollisionVerdict.FREE:
@@ -292,7 +292,7 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
 
 def _describe(languages: str, found: CoordinatedRun) -> str:
     """Say in one line how few moves a coordinated motion has, and how far it is from the seam and from the plan."""
-    from wpcal.controllers.describe import counted_moves
+    from wpcal.controllers.program.describe import counted_moves
 
     moves = found.moves
     return (

@@ -13,7 +13,7 @@ from wpcal.cli.option_groups import option
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from wpcal.controllers.arc_settings import ArcSettings
+    from wpcal.controllers.program.arc import ArcSettings
     from wpcal.core.transform import RigidTransform
     from wpcal.seam.seam import Seam
     from wpcal.weld.rules import RuleTable
@@ -153,7 +153,7 @@ class ArcFlags:
         InputError
             When it is asked for without weld data.
         """
-        from wpcal.controllers.arc_settings import ArcSettings
+        from wpcal.controllers.program.arc import ArcSettings
         from wpcal.core.errors import ErrorCode, InputError
 
         if self.arc != "on":

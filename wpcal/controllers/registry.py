@@ -23,13 +23,12 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from wpcal.controllers.program import WeldProgram
-from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
-    from wpcal.controllers.coordinated_program import CoordinatedProgram
-    from wpcal.controllers.touch_program import TouchProgram
+    from wpcal.controllers.program.coordinated_program import CoordinatedProgram, SyncProgram
+    from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup
 
 CONTROLLERS = "wpcal.controllers"

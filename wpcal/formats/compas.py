@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from wpcal.controllers.describe import describe, describe_path
-from wpcal.controllers.naming import NameRules, safe_name
+from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
+from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.core.records import to_json
 from wpcal.formats.registry import Exporter
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.describe import describe
-from wpcal.controllers.naming import NameRules, safe_name
+from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
+from wpcal.controllers.program.describe import describe
 from wpcal.core.csv_text import csv_text
 from wpcal.core.records import to_json
 from wpcal.core.rotations import quaternion_from_rotation

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.audit.arc import arc_faults
-from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.kawasaki.arc import conditions
 from wpcal.controllers.kawasaki.read import frame_from_oat
 from wpcal.controllers.kawasaki.write import write_as
 from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program.arc import ArcSettings
+from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform

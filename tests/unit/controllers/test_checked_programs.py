@@ -16,8 +16,8 @@ from tests.unit.conftest import CONFIGURATIONS, box_mesh, plate
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
-from wpcal.controllers.checked_program import check_program
 from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program.checked_program import check_program
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
 from wpcal.planning.cell.part_distance import segment_triangle_distances

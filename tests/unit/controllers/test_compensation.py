@@ -8,9 +8,9 @@ import pytest
 from click.testing import CliRunner
 
 from wpcal.cli.main import wpcal
-from wpcal.controllers.compensation import compensate_program
-from wpcal.controllers.followed_program import follow_program
-from wpcal.controllers.reachable_spin import ArmAtTool
+from wpcal.controllers.program.compensation import compensate_program
+from wpcal.controllers.program.followed_program import follow_program
+from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.core.errors import FrameError
 from wpcal.results.folder import read_finished
 from wpcal.robot.compensation import NO_TOOL

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.corners import find_turned_corners
-from wpcal.controllers.describe import describe_path
 from wpcal.controllers.program import build_program
+from wpcal.controllers.program.describe import describe_path, find_turned_corners
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
 

@@ -10,9 +10,9 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from tests.moves_of_programs import READERS, followed
-from wpcal.controllers.describe import describe, describe_path
-from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.torch import TorchSettings
 from wpcal.results.folder import FinishedCalibration

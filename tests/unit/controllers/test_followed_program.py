@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from wpcal.controllers.abb.write import write_rapid
-from wpcal.controllers.checked_program import check_program
 from wpcal.controllers.fanuc.write import write_fanuc
-from wpcal.controllers.followed_program import follow_program, program_for_arm
 from wpcal.controllers.kuka.write import write_krl
 from wpcal.controllers.program import ControllerSettings, build_program
-from wpcal.controllers.reachable_spin import ArmAtTool
+from wpcal.controllers.program.checked_program import check_program
+from wpcal.controllers.program.followed_program import follow_program, program_for_arm
+from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.yaskawa.write import write_inform
 from wpcal.core.errors import ErrorCode, GeometryError, InputError

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wpcal.controllers.naming import NameRules, comment_lines, printable, safe_names
+from wpcal.controllers.language.naming import NameRules, comment_lines, printable, safe_names
 from wpcal.core.errors import InputError
 
 RULES = NameRules("test", 12, "proc w1 for")

@@ -9,12 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
-from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.audit.programs import check_written
 from wpcal.controllers.audit.two_robots import is_of_two_robots, two_robot_faults
-from wpcal.controllers.describe import describe
-from wpcal.controllers.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.program.arc import ArcSettings
+from wpcal.controllers.program.describe import describe
+from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError

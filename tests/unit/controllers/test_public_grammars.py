@@ -22,9 +22,9 @@ import pytest
 
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN
-from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program.arc import ArcSettings
+from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
 from wpcal.results.folder import read_finished
 from wpcal.weld.find import find_welds

@@ -10,9 +10,9 @@ import pytest
 
 from wpcal.cli.main import run
 from wpcal.controllers import Controller, controller_named, controllers, read_taught_program
+from wpcal.controllers.program.coordinated_program import SyncProgram
+from wpcal.controllers.program.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
-from wpcal.controllers.sync_program import SyncProgram
-from wpcal.controllers.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.core.errors import FormatError, InputError
 from wpcal.formats import exporter_named, exporter_names
 from wpcal.robot.kinematics.arm_file import find_arm

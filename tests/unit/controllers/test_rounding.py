@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.controllers.language.rounding import rounded, rounded_frame, zyx_degrees
 
 HALF_UNITS = np.sqrt(3) / 2
 """The bound of `zyx_degrees`, in units of the last digit."""

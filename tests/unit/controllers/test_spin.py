@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from wpcal.controllers.program import build_program
-from wpcal.controllers.reachable_spin import choose_reachable_spin
-from wpcal.controllers.spin import least_turn, spun, swing_and_twist, unwinding_spin
+from wpcal.controllers.program.reachable_spin import choose_reachable_spin
+from wpcal.controllers.program.spin import least_turn, spun, swing_and_twist, unwinding_spin
 from wpcal.controllers.torch import ToolAxis, TorchSettings, wire_directions
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from wpcal.controllers.abb.sync import write_sync_rapid
 from wpcal.controllers.program import ControllerSettings
-from wpcal.controllers.sync_program import SyncProgram
+from wpcal.controllers.program.coordinated_program import SyncProgram
 from wpcal.controllers.yaskawa.sync import SYNC_NUMBERS, joint_percents, write_sync_inform
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm_file import find_arm

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.controllers.post import FOLDERS, blocks_of, shipped_templates
+from wpcal.controllers.language.post import FOLDERS, blocks_of, shipped_templates
 
 OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 

@@ -12,8 +12,8 @@ import pytest
 from tests.unit.conftest import box_mesh, plate
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
-from wpcal.controllers.checked_program import check_program
 from wpcal.controllers.program import build_program
+from wpcal.controllers.program.checked_program import check_program
 from wpcal.controllers.torch import TorchSettings, neck_directions, wire_directions
 from wpcal.core.errors import GeometryError
 from wpcal.results.folder import read_finished

@@ -15,8 +15,8 @@ from tests.touch_plans import TEE_PLAN, tee_plan
 from wpcal.controllers.audit.programs import WrittenWrongError
 from wpcal.controllers.audit.touches import check_touches_written, is_touch_program, touch_faults
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import controller_named
-from wpcal.controllers.touch_program import TouchProgram
 from wpcal.core.errors import InputError
 from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json

@@ -11,11 +11,11 @@ import pytest
 from tests.coordinated_faults import Seam, faults
 from tests.coordinated_programs import READERS, followed
 from tests.saddle import CELLS
-from wpcal.controllers.arc_settings import ArcSettings
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.coordinated_program import build_coordinated_program
+from wpcal.controllers.program.arc import ArcSettings
+from wpcal.controllers.program.coordinated_program import build_coordinated_program
+from wpcal.controllers.program.two_robots import HeldWeld, possible_coordinated
 from wpcal.controllers.registry import controller_named
-from wpcal.controllers.two_robots import HeldWeld, possible_coordinated
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform

@@ -10,7 +10,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from wpcal.controllers.two_robots import build_sync_program, possible_programs, write_programs
+from wpcal.controllers.program.two_robots import build_sync_program, possible_programs, write_programs
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text

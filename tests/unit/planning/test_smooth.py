@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell
-from wpcal.controllers.planned_program import build_planned_program
+from wpcal.controllers.program.planned_program import build_planned_program
 from wpcal.optim.banded import damped_step
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.plan_sequence import plan_sequence

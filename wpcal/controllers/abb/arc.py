@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from wpcal.controllers.arc_values import end_time_s
-from wpcal.controllers.naming import NameRules, own_name
+from wpcal.controllers.language.naming import NameRules, own_name
 from wpcal.controllers.program import WeldPath
+from wpcal.controllers.program.arc import end_time_s
 from wpcal.weld.values import WeaveShape, WeldValues
 
 SHAPES = {WeaveShape.ZIGZAG: 1, WeaveShape.SINE: 1, WeaveShape.TRIANGLE: 3, WeaveShape.CIRCLE: 4}

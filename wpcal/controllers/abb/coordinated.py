@@ -30,8 +30,8 @@ from wpcal.controllers.abb.write import (
     ZONE_MM,
     pose_texts,
 )
-from wpcal.controllers.coordinated_program import CoordinatedProgram, CoordinatedStep
-from wpcal.controllers.naming import comment_lines, own_name, safe_names
+from wpcal.controllers.language.naming import comment_lines, own_name, safe_names
+from wpcal.controllers.program.coordinated_program import CoordinatedProgram, CoordinatedStep
 
 HOLDER_UNIT = "ROB_2"
 """The mechanical unit of robot 2 as delivered."""

@@ -15,9 +15,9 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.abb.write import LONGEST_COMMENT, NAMES, NO_EXTERNAL_AXES, PROCEDURE
-from wpcal.controllers.naming import comment_lines, safe_name, safe_names
-from wpcal.controllers.rounding import rounded
-from wpcal.controllers.sync_program import ROBOTS, SyncProgram
+from wpcal.controllers.language.naming import comment_lines, safe_name, safe_names
+from wpcal.controllers.language.rounding import rounded
+from wpcal.controllers.program.coordinated_program import ROBOTS, SyncProgram
 from wpcal.core.arrays import FloatArray
 
 DEG_DECIMALS = 5

@@ -28,9 +28,9 @@ from wpcal.controllers.abb.write import (
     frame_as_written,
     pose_texts,
 )
-from wpcal.controllers.naming import comment_lines, own_name
-from wpcal.controllers.planned import angle_texts
-from wpcal.controllers.touch_program import (
+from wpcal.controllers.language.naming import comment_lines, own_name
+from wpcal.controllers.program.planned import angle_texts
+from wpcal.controllers.program.touch_program import (
     ACTIVE,
     ACTIVE_TEXT,
     FOUND,

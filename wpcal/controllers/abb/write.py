@@ -16,12 +16,12 @@ import numpy as np
 
 from wpcal.controllers.abb.arc import ArcData, arc_data
 from wpcal.controllers.abb.configuration import confdata
-from wpcal.controllers.describe import describe, describe_path, part_frame
-from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.planned import PlannedMoves, angle_texts
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded
+from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.controllers.program.planned import PlannedMoves, angle_texts
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from wpcal.controllers.arc_settings import SEAM_MARKS
 from wpcal.controllers.audit.fault import Fault
+from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.taught_program import ENCODING
 
 

@@ -13,14 +13,14 @@ from scipy.spatial import KDTree
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
-from wpcal.controllers.arc_settings import SEAM_MARKS
 from wpcal.controllers.audit.arc import arc_faults, count_switches
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.moves import Step, places_between, read_moves
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back
-from wpcal.controllers.post import FOLDERS, own_arc_templates
+from wpcal.controllers.language.post import FOLDERS, own_arc_templates
 from wpcal.controllers.program import WeldProgram
-from wpcal.controllers.reachable_spin import ArmAtTool
+from wpcal.controllers.program.arc import SEAM_MARKS
+from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.controllers.torch import ToolAxis, wire_directions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, InputError, WpcalError

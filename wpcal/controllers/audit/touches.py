@@ -11,8 +11,8 @@ import numpy as np
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, first_without_match, pose_faults
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back
+from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.taught_program import ENCODING
-from wpcal.controllers.touch_program import TouchProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.transform import RigidTransform

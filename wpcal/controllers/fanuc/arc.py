@@ -10,8 +10,8 @@ FANUC, R-30iB ArcTool Operator's Manual (weld start, weld end, weave instruction
 
 from __future__ import annotations
 
-from wpcal.controllers.arc_values import needed, refuse
 from wpcal.controllers.program import WeldPath
+from wpcal.controllers.program.arc import needed, refuse
 from wpcal.weld.values import WeaveShape
 
 PROCEDURE = 1

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.unknown_configuration import refuse_first
+from wpcal.controllers.language.jobs import refuse_first
 from wpcal.robot.kinematics.posture import Posture
 
 ONE_TURN_DEG = 180.0

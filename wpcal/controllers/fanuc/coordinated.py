@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.coordinated_program import CoordinatedProgram
 from wpcal.controllers.fanuc.arc import end_lines, start_lines
 from wpcal.controllers.fanuc.configuration import ONE_TURN_DEG, config
 from wpcal.controllers.fanuc.write import (
@@ -30,8 +29,9 @@ from wpcal.controllers.fanuc.write import (
     tp_file,
     tp_speed,
 )
-from wpcal.controllers.naming import comment_lines, safe_name
-from wpcal.controllers.rounding import rounded_frame, zyx_degrees
+from wpcal.controllers.language.naming import comment_lines, safe_name
+from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
+from wpcal.controllers.program.coordinated_program import CoordinatedProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 

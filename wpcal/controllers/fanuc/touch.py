@@ -29,8 +29,8 @@ from wpcal.controllers.fanuc.write import (
     tp_speed,
     wrapped,
 )
-from wpcal.controllers.rounding import rounded_frame, zyx_degrees
-from wpcal.controllers.touch_program import (
+from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
+from wpcal.controllers.program.touch_program import (
     ACTIVE,
     FOUND,
     MISSED,

@@ -1,6 +1,6 @@
 """FANUC TP as ASCII (``.ls``): one program per seam and one that calls them all.
 
-W, P, R in degrees with ``R = Rz(R) Ry(P) Rx(W)``; lengths in mm. `wpcal.controllers.user_frame_jobs` explains the user
+W, P, R in degrees with ``R = Rz(R) Ry(P) Rx(W)``; lengths in mm. `wpcal.controllers.language.jobs` explains the user
 frame and the configuration.
 
 References
@@ -15,15 +15,15 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
-from wpcal.controllers.describe import describe_path
 from wpcal.controllers.fanuc.arc import end_lines, start_lines
 from wpcal.controllers.fanuc.configuration import config
-from wpcal.controllers.naming import NameRules, comment_lines
-from wpcal.controllers.planned import PlannedMoves, angle_texts
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.jobs import ConfigurationRule, JobLanguage, write_jobs
+from wpcal.controllers.language.naming import NameRules, comment_lines
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded, zyx_degrees
-from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
+from wpcal.controllers.program.describe import describe_path
+from wpcal.controllers.program.planned import PlannedMoves, angle_texts
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

@@ -19,8 +19,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from wpcal.controllers.arc_values import end_time_s, needed, refuse
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program.arc import end_time_s, needed, refuse
 from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "AS"

@@ -23,10 +23,10 @@ from wpcal.controllers.kawasaki.write import (
     transformations,
     without_repeats,
 )
-from wpcal.controllers.naming import comment_lines, own_name
-from wpcal.controllers.planned import angle_texts
-from wpcal.controllers.rounding import zyz_degrees
-from wpcal.controllers.touch_program import (
+from wpcal.controllers.language.naming import comment_lines, own_name
+from wpcal.controllers.language.rounding import zyz_degrees
+from wpcal.controllers.program.planned import angle_texts
+from wpcal.controllers.program.touch_program import (
     ACTIVE,
     ACTIVE_TEXT,
     FOUND,

@@ -18,13 +18,13 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.describe import describe, describe_path, part_frame
 from wpcal.controllers.kawasaki.arc import Conditions, conditions, weld_moves
-from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.planned import JointMoves, PlannedMoves, angle_texts
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded, zyz_degrees
+from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.controllers.program.planned import JointMoves, PlannedMoves, angle_texts
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyz

@@ -15,9 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.arc_values import end_time_s, refuse
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program.arc import ArcSettings, end_time_s, refuse
 from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "KRL"

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.coordinated_program import CoordinatedProgram, CoordinatedStep
 from wpcal.controllers.kuka.arc import how, plain_end, plain_start
 from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.kuka.write import (
@@ -29,8 +28,9 @@ from wpcal.controllers.kuka.write import (
     NAMES,
     aggregates,
 )
-from wpcal.controllers.naming import comment_lines, safe_names
-from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.controllers.language.naming import comment_lines, safe_names
+from wpcal.controllers.language.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.controllers.program.coordinated_program import CoordinatedProgram, CoordinatedStep
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.posture import Posture, posture

@@ -28,10 +28,10 @@ from wpcal.controllers.kuka.write import (
     NAMES,
     aggregates,
 )
-from wpcal.controllers.naming import comment_lines
-from wpcal.controllers.planned import angle_texts
-from wpcal.controllers.rounding import rounded_frame, zyx_degrees
-from wpcal.controllers.touch_program import (
+from wpcal.controllers.language.naming import comment_lines
+from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
+from wpcal.controllers.program.planned import angle_texts
+from wpcal.controllers.program.touch_program import (
     ACTIVE,
     ACTIVE_TEXT,
     FOUND,

@@ -13,8 +13,8 @@ import numpy as np
 
 from wpcal.controllers.kuka.arc import DATA, act_lines
 from wpcal.controllers.kuka.write import BLEND_MM, DEG_DECIMALS, aggregates
-from wpcal.controllers.rounding import zyx_degrees
-from wpcal.controllers.touch_program import FOUND, MISSED, TouchProgram, TouchSteps
+from wpcal.controllers.language.rounding import zyx_degrees
+from wpcal.controllers.program.touch_program import FOUND, MISSED, TouchProgram, TouchSteps
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from wpcal.controllers.describe import describe, describe_path, part_frame
 from wpcal.controllers.kuka.arc import (
     LONGEST_PREFIX,
     fold_data,
@@ -25,11 +24,12 @@ from wpcal.controllers.kuka.arc import (
     plain_start,
 )
 from wpcal.controllers.kuka.configuration import status_and_turn
-from wpcal.controllers.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.planned import PlannedMoves, angle_texts
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded, rounded_frame, zyx_degrees
+from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.controllers.program.planned import PlannedMoves, angle_texts
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

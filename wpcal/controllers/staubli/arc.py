@@ -10,8 +10,7 @@ Staubli, VAL3 Reference Manual (dio, call, delay, waitEndMove).
 
 from __future__ import annotations
 
-from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.switched_arc import ArcSwitch
+from wpcal.controllers.program.arc import ArcSettings, ArcSwitch
 
 SWITCH = ArcSwitch(
     language="VAL3",

@@ -16,12 +16,12 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.describe import describe, describe_path, part_frame
-from wpcal.controllers.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.planned import PlannedMoves, angle_texts
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.naming import NameRules, comment_lines, own_name, safe_name, safe_names
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded, zyx_degrees
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded, zyx_degrees
+from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.controllers.program.planned import PlannedMoves, angle_texts
 from wpcal.controllers.staubli.arc import SWITCH, how
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError

@@ -9,8 +9,7 @@ Universal Robots, The URScript Programming Language (set_standard_digital_out, s
 
 from __future__ import annotations
 
-from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.switched_arc import ArcSwitch
+from wpcal.controllers.program.arc import ArcSettings, ArcSwitch
 
 SWITCH = ArcSwitch(
     language="URScript",

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import re
 
-from wpcal.controllers.naming import comment_lines
-from wpcal.controllers.touch_program import (
+from wpcal.controllers.language.naming import comment_lines
+from wpcal.controllers.program.touch_program import (
     ACTIVE,
     ACTIVE_TEXT,
     FOUND,

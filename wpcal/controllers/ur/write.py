@@ -17,11 +17,11 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.describe import describe, describe_path, part_frame
-from wpcal.controllers.naming import NameRules, comment_lines, safe_name
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded
+from wpcal.controllers.program.describe import describe, describe_path, part_frame
 from wpcal.controllers.ur.arc import SWITCH, how
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation

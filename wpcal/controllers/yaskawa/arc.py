@@ -10,8 +10,8 @@ Yaskawa, YRC1000 Operator's Manual for Arc Welding, and INFORM Language (ARCON, 
 
 from __future__ import annotations
 
-from wpcal.controllers.arc_values import end_time_s, needed, refuse
 from wpcal.controllers.program import WeldPath
+from wpcal.controllers.program.arc import end_time_s, needed, refuse
 
 LANGUAGE = "INFORM"
 LEAST_S = 0.01

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 
-from wpcal.controllers.coordinated_program import CoordinatedProgram, CoordinatedStep
-from wpcal.controllers.naming import comment_lines, safe_name
+from wpcal.controllers.language.naming import comment_lines, safe_name
+from wpcal.controllers.program.coordinated_program import CoordinatedProgram, CoordinatedStep
 from wpcal.controllers.yaskawa.arc import end_lines, start_lines
 from wpcal.controllers.yaskawa.sync import joint_kind, joint_rows
 from wpcal.controllers.yaskawa.write import JOINT_PERCENT, LONGEST_COMMENT, NAMES, ZONE_MM, inform_job

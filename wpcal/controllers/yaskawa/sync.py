@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.naming import comment_lines, safe_names
-from wpcal.controllers.rounding import rounded
-from wpcal.controllers.sync_program import ROBOTS, SyncProgram
+from wpcal.controllers.language.naming import comment_lines, safe_names
+from wpcal.controllers.language.rounding import rounded
+from wpcal.controllers.program.coordinated_program import ROBOTS, SyncProgram
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, JOINT_PERCENT, LONGEST_COMMENT, NAMES, inform_job
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError

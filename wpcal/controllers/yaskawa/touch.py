@@ -15,9 +15,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.naming import comment_lines
-from wpcal.controllers.rounding import rounded_frame, zyx_degrees
-from wpcal.controllers.touch_program import (
+from wpcal.controllers.language.jobs import frame_in_words
+from wpcal.controllers.language.naming import comment_lines
+from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
+from wpcal.controllers.program.touch_program import (
     ACTIVE,
     ACTIVE_TEXT,
     FOUND,
@@ -34,7 +35,6 @@ from wpcal.controllers.touch_program import (
     require_frame,
     require_room,
 )
-from wpcal.controllers.user_frame_jobs import frame_in_words
 from wpcal.controllers.yaskawa.write import (
     CONFIGURATION,
     DEG_DECIMALS,

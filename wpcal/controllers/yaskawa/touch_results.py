@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from wpcal.controllers.rounding import rounded_frame
+from wpcal.controllers.language.rounding import rounded_frame
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, MM_DECIMALS
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform

@@ -1,7 +1,7 @@
 """Yaskawa INFORM (``.jbi``): one job per seam and one that calls them all.
 
 Rx, Ry, Rz in degrees with ``R = Rz(Rz) Ry(Ry) Rx(Rx)``; lengths in mm. Positions are Cartesian, not pulses.
-`wpcal.controllers.user_frame_jobs` explains the user frame and the configuration.
+`wpcal.controllers.language.jobs` explains the user frame and the configuration.
 
 References
 ----------
@@ -17,13 +17,13 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.describe import describe_path
-from wpcal.controllers.naming import NameRules, comment_lines
-from wpcal.controllers.planned import JointMoves, PlannedMoves, angle_texts
-from wpcal.controllers.post import Post
+from wpcal.controllers.language.jobs import ConfigurationRule, JobLanguage, write_jobs
+from wpcal.controllers.language.naming import NameRules, comment_lines
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.rounding import rounded, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded, zyx_degrees
-from wpcal.controllers.user_frame_jobs import ConfigurationRule, JobLanguage, write_jobs
+from wpcal.controllers.program.describe import describe_path
+from wpcal.controllers.program.planned import JointMoves, PlannedMoves, angle_texts
 from wpcal.controllers.yaskawa.arc import end_lines, start_lines
 from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray

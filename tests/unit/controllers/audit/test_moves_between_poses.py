@@ -10,8 +10,8 @@ from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.controllers.audit.moves import places_between, read_moves
 from wpcal.controllers.audit.programs import Surroundings, audit_program
 from wpcal.controllers.audit.read_back import is_weld_program, read_poses_back
-from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import ControllerSettings, build_program
+from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration

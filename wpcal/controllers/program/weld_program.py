@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.arc_settings import ArcSettings, seam_marks
-from wpcal.controllers.planned import PlannedMoves
-from wpcal.controllers.spin import spun, unwinding_spin
+from wpcal.controllers.program.arc import ArcSettings, seam_marks
+from wpcal.controllers.program.planned import PlannedMoves
+from wpcal.controllers.program.spin import spun, unwinding_spin
 from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
@@ -73,7 +73,7 @@ class ControllerSettings:
         The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
         the name "" is used for every other format. Never guessed.
     templates : Path or None
-        A folder of the user with templates, in a folder per format (`wpcal.controllers.post`); None for those of wpcal.
+        A folder of the user with templates, in a folder per format (`language.post`); None for those of wpcal.
 
     Raises
     ------

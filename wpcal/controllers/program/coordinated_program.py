@@ -13,19 +13,84 @@ from typing import NamedTuple
 import numpy as np
 
 from wpcal import __version__
-from wpcal.controllers.arc_settings import ArcSettings, arc_in_words, seam_marks
-from wpcal.controllers.describe import describe_path
 from wpcal.controllers.program import ControllerSettings, WeldPath
+from wpcal.controllers.program.arc import ArcSettings, arc_in_words, seam_marks
+from wpcal.controllers.program.describe import describe_path
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.run import AIR_SPEED_MM_S
+from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.robot.moves import Arc
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import WeldRun, weld_runs
 from wpcal.weld.seam_weld import SeamWeld
+
+ROBOTS = (1, 2)
+"""Robot 1 carries the torch, robot 2 carries the part."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SyncProgram:
+    """Joint targets of two robots with marks 1 to N.
+
+    Parameters
+    ----------
+    seam : str
+        As in the part, any text.
+    arms : tuple of Arm
+        Of robots 1 and 2.
+    joints : tuple of ndarray, each of shape (N, 6)
+        Shown angles at the marks, rad, unwrapped.
+    seconds : ndarray, shape (N - 1,)
+        From each mark to the next.
+    arc_on, arc_off : int
+        Rows (from 0) at which the arc starts and stops.
+    notes : tuple of str
+        For a person to read first: speed, clearance, what was checked.
+    controller : ControllerSettings
+        Names and numbers; the tool is that of robot 1.
+
+    Raises
+    ------
+    InputError
+        When shapes differ, there are fewer than two targets, or a time is not positive.
+    """
+
+    seam: str
+    arms: tuple[Arm, Arm]
+    joints: tuple[FloatArray, FloatArray]
+    seconds: FloatArray
+    arc_on: int
+    arc_off: int
+    notes: tuple[str, ...] = ()
+    controller: ControllerSettings = field(default_factory=ControllerSettings)
+
+    def __post_init__(self) -> None:
+        n = len(self.seconds) + 1
+        for robot, q, arm in zip(ROBOTS, self.joints, self.arms, strict=True):
+            if q.shape != (n, len(arm.joints)) or n < 2:
+                raise InputError(f"robot {robot}: {n - 1} times need joints of shape ({n}, 6), got {q.shape}")
+        if not (np.isfinite(self.seconds).all() and (self.seconds > 0).all()):
+            raise InputError("the time between two marks must be positive")
+        if not 0 <= self.arc_on < self.arc_off < n:
+            raise InputError(f"arc on at row {self.arc_on}, off at {self.arc_off}: expected rows of the {n} in order")
+
+    def __len__(self) -> int:
+        return len(self.seconds) + 1
+
+    @property
+    def marks(self) -> range:
+        """Numbers of the marks, one per target."""
+        return range(1, len(self) + 1)
+
+    @property
+    def label_width(self) -> int:
+        """Digits of the number in a label, as in programs of `wpcal export`."""
+        return max(4, len(str(len(self))))
+
 
 ID_STEP = 10
 """Between the numbers of marks, as people write them: a mark can be put between two."""

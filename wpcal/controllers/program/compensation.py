@@ -8,9 +8,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from wpcal.controllers.few_moves import AXIS, seam_course
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.reachable_spin import ArmAtTool
+from wpcal.controllers.program.few_moves import AXIS, seam_course
+from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.controllers.torch import wire_directions
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import InputError
@@ -39,7 +39,7 @@ def compensate_program(program: WeldProgram, arm: ArmAtTool) -> WeldProgram:
     ----------
     program : WeldProgram
         With poses computed with the identified model of the robot, and their joints
-        (`wpcal.controllers.followed_program.follow_program`).
+        (`wpcal.controllers.program.followed_program.follow_program`).
     arm : ArmAtTool
         With an identified arm. A nominal one needs no compensation: the program is returned as it is.
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.describe import UNCHECKED
-from wpcal.controllers.planned import JointMoves, PlannedMoves
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram
+from wpcal.controllers.program.arc import ArcSettings
+from wpcal.controllers.program.describe import UNCHECKED
+from wpcal.controllers.program.planned import JointMoves, PlannedMoves
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

@@ -15,9 +15,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.controllers.few_moves import AXIS, spin_from_travel, with_moves
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.spin import START_COST, STEP_RAD, possible_offsets, spun, swing_and_twist
+from wpcal.controllers.program.few_moves import AXIS, spin_from_travel, with_moves
+from wpcal.controllers.program.spin import START_COST, STEP_RAD, possible_offsets, spun, swing_and_twist
 from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError

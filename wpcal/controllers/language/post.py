@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from wpcal.controllers.naming import printable
+from wpcal.controllers.language.naming import printable
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wpcal import __version__
-from wpcal.controllers.describe import NOT_CHECKED
-from wpcal.controllers.naming import NameRules, safe_name
-from wpcal.controllers.post import ENDING, TOUCH_BLOCKS, Blocks
+from wpcal.controllers.language.naming import NameRules, safe_name
+from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, Blocks
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.program.describe import NOT_CHECKED
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

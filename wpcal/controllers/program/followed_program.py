@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.controllers.few_moves import fit_program
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.reachable_spin import ArmAtTool, point_name, spun_programs
+from wpcal.controllers.program.few_moves import fit_program
+from wpcal.controllers.program.reachable_spin import ArmAtTool, point_name, spun_programs
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -56,7 +56,7 @@ def program_for_arm(
     program : WeldProgram
         As `wpcal.controllers.program.build_program` made it.
     check : callable
-        Adds the ways between the seams, as `wpcal.controllers.checked_program.check_program` does.
+        Adds the ways between the seams, as `wpcal.controllers.program.checked_program.check_program` does.
     tolerance : PathTolerance, optional
         Of lines and arcs; None keeps a pose for every frame of the seams.
 
@@ -103,7 +103,7 @@ def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldPro
     Parameters
     ----------
     program : WeldProgram
-        With the spin of `wpcal.controllers.reachable_spin`, and with or without the ways between the seams.
+        With the spin of `wpcal.controllers.program.reachable_spin`, and with or without the ways between the seams.
     branch : int
         As in `wpcal.robot.kinematics.opw.solve_opw`.
 

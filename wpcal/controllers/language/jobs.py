@@ -12,13 +12,33 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from wpcal.controllers.describe import describe, describe_path
-from wpcal.controllers.naming import NameRules, safe_name, safe_names
+import numpy as np
+
+from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
+from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
 from wpcal.controllers.program import ControllerSettings, SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.rounding import rounded_frame, zyx_degrees
+from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.core.arrays import BoolArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.posture import Posture
+
+
+def refuse_first(is_unknown: BoolArray, why: str) -> None:
+    """Refuse configurations that are not known.
+
+    Parameters
+    ----------
+    is_unknown : ndarray of bool, shape (n,)
+        For every pose.
+
+    Raises
+    ------
+    InputError
+        With the number of the first such pose, counted from 1.
+    """
+    if is_unknown.any():
+        raise InputError(f"pose {int(np.argmax(is_unknown)) + 1} of {len(is_unknown)}: {why}")
 
 
 @dataclass(frozen=True, slots=True)

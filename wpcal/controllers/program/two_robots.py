@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal import __version__
-from wpcal.controllers.arc_settings import ArcSettings
-from wpcal.controllers.coordinated_program import build_coordinated_program
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.program.arc import ArcSettings
+from wpcal.controllers.program.coordinated_program import SyncProgram, build_coordinated_program
 from wpcal.controllers.registry import controller_named, controllers
-from wpcal.controllers.sync_program import SyncProgram
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import RobotCell

@@ -1,0 +1,159 @@
+"""How a program switches the arc, and the comments around its seams."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from wpcal.core.errors import InputError
+
+if TYPE_CHECKING:
+    from wpcal.controllers.program.weld_program import WeldPath
+
+
+@dataclass(frozen=True, slots=True)
+class ArcSwitch:
+    """How one language switches the arc.
+
+    Parameters
+    ----------
+    language : str
+        For messages.
+    start, end : str
+        Calls of the functions; ``{job}`` is the job.
+    on, off : str
+        Instructions that set the output ``{output}``.
+    wait : str
+        Instruction that waits for ``{seconds}``.
+    """
+
+    language: str
+    start: str
+    end: str
+    on: str
+    off: str
+    wait: str
+
+    def start_lines(self, path: WeldPath, arc: ArcSettings) -> list[str]:
+        """Return the lines that start the arc.
+
+        Raises
+        ------
+        InputError
+            When the weld data states a weave, which the language cannot carry out.
+        """
+        require_no_weave(path, language=self.language)
+        call = self.start if arc.output is None else self.on
+        switch = call.format(job=path.values.job or 0, output=arc.output)
+        return [f"  {switch}", *self._wait(path.values.start_delay_s or 0.0)]
+
+    def end_lines(self, path: WeldPath, arc: ArcSettings) -> list[str]:
+        """Return the lines that end the arc."""
+        switch = (self.end if arc.output is None else self.off).format(output=arc.output)
+        return [*self._wait(end_time_s(path)), f"  {switch}"]
+
+    def _wait(self, seconds: float) -> list[str]:
+        return [f"  {self.wait.format(seconds=f'{seconds:g}')}"] if seconds > 0.0 else []
+
+
+NO_WEAVE = "the language has no weave; give --weave points, or state null"
+
+
+def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
+    """Return a number of the weld data that a language cannot do without.
+
+    Parameters
+    ----------
+    name : str
+        Of the value.
+    language, why : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        With the command that states it, if it is missing.
+    """
+    value = getattr(path.values, name)
+    if value is None:
+        seam = path.seam.name if path.run is None else path.run.weld.name
+        raise InputError(f"{language}: weld {seam}: {why}; state it: wpcal welds … --set {seam}:{name}=VALUE")
+    return float(value)
+
+
+def refuse(path: WeldPath, name: str, *, language: str, why: str) -> InputError:
+    """Return the error for a value that a language cannot write.
+
+    Parameters
+    ----------
+    name : str
+        Of the value.
+    language, why : str
+        For the message.
+    """
+    seam = path.seam.name if path.run is None else path.run.weld.name
+    return InputError(f"{language}: weld {seam}: {name}: {why}")
+
+
+def require_no_weave(path: WeldPath, *, language: str) -> None:
+    """Refuse weld data with a weave, for a language that has none.
+
+    Parameters
+    ----------
+    language : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        When a weave is stated, with values or by the name of its data.
+    """
+    if path.values.weave is not None or path.values.weave_data is not None:
+        raise refuse(path, "weave", language=language, why=NO_WEAVE)
+
+
+def end_time_s(path: WeldPath) -> float:
+    """Return how long the arc burns after the torch has stopped: crater and delay together, s."""
+    crater = path.values.crater
+    return (0.0 if crater is None else crater.time_s) + (path.values.end_delay_s or 0.0)
+
+
+SEAM_MARKS = ("SEAM START", "SEAM END")
+"""Comments around the moves of a seam in a program with arc instructions; `wpcal audit` reads them back."""
+DRY_MARKS = ("ARC ON", "ARC OFF")
+"""The same in a program of a dry run: they stand for the instructions."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArcSettings:
+    """How a program switches the arc.
+
+    Parameters
+    ----------
+    output : int or None
+        Digital output that switches the arc, for languages without arc instructions. None: named functions of the
+        user, which get the job.
+
+    Raises
+    ------
+    InputError
+        When the output is negative.
+    """
+
+    output: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.output is not None and self.output < 0:
+            raise InputError(f"digital output of the arc: expected 0 or more, got {self.output}")
+
+
+def seam_marks(arc: ArcSettings | None) -> tuple[str, str]:
+    """Return the comments at the start and at the end of every seam; `arc` is None for a dry run."""
+    return DRY_MARKS if arc is None else SEAM_MARKS
+
+
+def arc_in_words(arc: ArcSettings | None) -> str:
+    """Say in the header of a program whether it switches the arc."""
+    if arc is None:
+        return "DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes them instructions)"
+    return "the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked at the controller FIRST"
