@@ -15,7 +15,7 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	$(BIN)/wpcal demo -o out
 
 test: $(VENV)/ready ## the tests, without the slow ones; in CI no test may be skipped for a new reason
-	$(PYTEST) -n 2 --dist worksteal -m "not deep" $(if $(CI),--assert-skips)
+	$(PYTEST) -n 2 --dist loadfile -m "not deep" $(if $(CI),--assert-skips)
 
 check: lint js docs test ## what CI runs
 
@@ -39,7 +39,7 @@ lowest: ## every command at the lowest versions that pyproject.toml allows
 	sh .ci/lowest
 
 deep: $(VENV)/ready ## the slow tests
-	$(PYTEST) -n 2 --dist worksteal -m deep
+	$(PYTEST) -n 2 --dist loadfile -m deep
 
 attack: $(VENV)/ready ## kills, signals, full and read-only disks and two writers against a calibration and the picker; some minutes
 	$(BIN)/python -m tests.attack

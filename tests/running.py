@@ -12,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
+import pytest
+
 from cad.kernel.plain_data import pack, unpack
 from tests.record_checks import check_output
 from wpcal.cli.main import run
@@ -21,6 +23,8 @@ FINISHED = (0, 1)
 TIMEOUT_S = 300
 """Of a command in a process: far above the slowest test."""
 
+needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
+"""Mark of a test that looks at processes: a container may have no /proc."""
 
 AnyEnded = TypeVar("AnyEnded", "Ended", "subprocess.CompletedProcess[str]")
 

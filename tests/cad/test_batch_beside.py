@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from tests.cad.batch_faults import JOBS, Place, Reference, Started, contents, ended, processes, told
-from tests.running import TIMEOUT_S, run_here
+from tests.running import TIMEOUT_S, needs_proc, run_here
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+pytestmark = needs_proc
 REFUSED = "another run is writing into it now; wait for its end"
 
 

@@ -25,10 +25,10 @@ from cad.batch.run import Task
 from cad.batch.sent_files import Copies, Reader
 from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
-from tests.running import FINISHED, TIMEOUT_S, run_here
+from tests.running import FINISHED, TIMEOUT_S, needs_proc, run_here
 from wpcal.study.dask.cluster import Call, Cluster
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+pytestmark = needs_proc
 REPEATS = 4
 """So often the jobs of the list are repeated: enough to disturb a batch before its end."""
 LIMIT_S, LIMIT_GB = 2.0, 2.0

@@ -25,7 +25,8 @@ def small_disk(folder: Path, size_kb: int) -> Iterator[None]:
     """Mount a disk of a size; `grow` makes room on it."""
     options = f"size={size_kb}k" if size_kb else "nr_inodes=1,size=4k"
     command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
-    if subprocess.run(command, capture_output=True, check=False).returncode:
+    sees_mounts = Path("/proc/self/mountinfo").exists()
+    if not sees_mounts or subprocess.run(command, capture_output=True, check=False).returncode:
         pytest.skip("no disk can be mounted")
     try:
         yield

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import random
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.cad.batch_faults import JOBS, Moment, Place, Reference, contents, moments, told
+from tests.running import needs_proc
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+pytestmark = needs_proc
 CHAIN, MOMENTS, AT_ONCE = 5, 50, 5
 """Moments in CI, those of the deep run, and how many of them are one test."""
 CODES = (1, 2, -9)

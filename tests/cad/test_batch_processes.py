@@ -15,6 +15,7 @@ import pytest
 from cad.batch.group import GroupRequest
 from cad.batch.host import Failure, Host, ServerEndedError
 from cad.batch.run import Task, locked_output, run_tasks
+from tests.running import needs_proc
 from wpcal.core.errors import InputError
 
 LIMIT_S, LIMIT_GB = 2.0, 2.0
@@ -115,6 +116,7 @@ def test_a_full_disk_ends_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert len(list(running.marks.iterdir())) < 100
 
 
+@needs_proc
 def test_if_the_server_is_killed_all_processes_end_and_the_batch_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,6 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,8 +16,9 @@ import pytest
 
 import wpcal
 from tests.cad.batch_faults import Place, Reference, contents, ended, told
+from tests.running import needs_proc
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+pytestmark = needs_proc
 NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 COMMANDS = {
     "batch": "",

@@ -16,6 +16,7 @@ import pytest
 from cad.kernel.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limits, run_in_child
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
+from tests.running import needs_proc
 from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
 from wpcal.core.issue import Issue
 from wpcal.seam import SeamOptions
@@ -128,7 +129,7 @@ def has_ended(process: int) -> bool:
         return True
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see a child of a child")
+@needs_proc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 @pytest.mark.parametrize("function", ["hang", "hang_in_compiled_code"])
 @pytest.mark.parametrize("death_signal", [True, False])

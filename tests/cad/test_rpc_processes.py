@@ -14,12 +14,13 @@ from pathlib import Path
 import pytest
 
 from tests.rpc_client import GONE_S, RpcClient, is_gone
+from tests.running import needs_proc
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 GRACE_S = 1.0
 """A request that is cancelled in the middle of the kernel ends after this time."""
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc for the worker's process")
+pytestmark = needs_proc
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.running import run_here, run_process
+from tests.running import needs_proc, run_here, run_process
 
 ROOT = Path(__file__).parents[2]
 TEE = ROOT / "fixtures" / "tee"
@@ -278,7 +278,7 @@ def test_a_folder_that_nobody_may_write_to(folder: Path) -> None:
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "mine/out", says="permission denied")
 
 
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc, a file system nobody can write to")
+@needs_proc
 def test_a_disk_that_cannot_be_written(folder: Path) -> None:
     assert_refused(folder, "calibrate", "tee.step", "taught.csv", "-o", "/proc/out", says="cannot be written")
 

@@ -22,7 +22,8 @@ def command(monkeypatch):
         return main._run([])
 
     kept = {number: signal.getsignal(number) for number in CODES}
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in CODES:  # also where this run was started with nohup
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
     yield become
     for number, handler in kept.items():
         signal.signal(number, handler)

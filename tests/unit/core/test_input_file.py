@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.running import needs_proc
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import LIMIT_VARIABLE, holds_file, read_bytes, require_name
 
@@ -44,6 +45,7 @@ def test_the_limit_is_said_and_can_be_raised(tmp_path: Path, monkeypatch: pytest
         read_bytes(path)
 
 
+@needs_proc
 def test_a_file_whose_size_is_not_known_is_limited_too() -> None:
     with pytest.raises(InputError, match="has more than"):
         read_bytes(Path("/proc/self/status"), most_mb=1e-4)

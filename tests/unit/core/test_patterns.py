@@ -11,7 +11,7 @@ from wpcal.core.numbers import parse_number
 
 ROOT = Path(__file__).parents[3]
 POSSESSIVE_GROUP = re.compile(r"\)(?:[?*+]|\{[0-9,]*\})\+")
-"""A group that is repeated and gives nothing back. Python before 3.11.5 matches it wrongly if the group fails inside."""
+"""A repeated group that gives nothing back. Python before 3.11.5 matches it wrongly if the group fails inside."""
 
 
 def texts(path: Path) -> list[str]:
