@@ -50,17 +50,11 @@ SMALLEST_TEXT_MM = 0.1
 
 
 def write_dxf(program: WeldProgram) -> dict[str, str]:
-    """Write one DXF file with all seams and taught points.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.dxf``, R2018.
+    """Write one DXF file with all seams and taught points. ``NAME.dxf``, R2018.
 
     Raises
     ------
-    KernelError
-        When the drawing does not pass the library's audit.
+    KernelError : When the drawing does not pass the library's audit.
     """
     names = safe_names([path.seam.name for path in program.paths], NAMES)
     with reproducible():
@@ -90,8 +84,7 @@ def require_sound(document: Any) -> None:
 
     Raises
     ------
-    KernelError
-        When it does not.
+    KernelError : When it does not.
     """
     if document.audit().has_errors:
         raise KernelError("the drawing has audit errors")

@@ -41,8 +41,7 @@ def write_glb(program: WeldProgram) -> dict[str, bytes]:
 
     Raises
     ------
-    FormatError
-        When the calibration's ``part.glb`` is not a GLB file of wpcal.
+    FormatError : When the calibration's ``part.glb`` is not a GLB file of wpcal.
     """
     import trimesh
 

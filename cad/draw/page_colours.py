@@ -24,8 +24,7 @@ def colour_of(share: float) -> str:
 
     Parameters
     ----------
-    share : float
-        0 to 1 on the scale; above 1 a colour of its own, and grey if it is not finite.
+    share : 0 to 1 on the scale; above 1 a colour of its own, and grey if it is not finite.
     """
     if not math.isfinite(share):
         return UNKNOWN

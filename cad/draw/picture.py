@@ -32,13 +32,11 @@ def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
 
     Parameters
     ----------
-    seams : sequence of Seam
-        With frames in `part`. Accepted seams are red with their names at their middles; others are grey and dashed.
+    seams : With frames in `part`. Accepted seams are red with their names at their middles; others are grey and dashed.
 
     Returns
     -------
-    bytes
-        PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
+    bytes. PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
     """
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=PIXELS_PER_INCH)
     start, _, points = edge_polylines(graph)

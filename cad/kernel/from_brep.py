@@ -30,14 +30,10 @@ def make_wire(
 
     Parameters
     ----------
-    edge : ndarray of int, shape (k,)
-        Edges of the graph; each piece begins where the one before ends.
-    t0, t1 : ndarray, shape (k,)
-        Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
-    closed : bool
-        Whether the last piece ends where the first begins.
-    what : str
-        For messages: what the wire is.
+    edge : shape (k,). Edges of the graph; each piece begins where the one before ends.
+    t0, t1 : shape (k,). Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
+    closed : Whether the last piece ends where the first begins.
+    what : For messages: what the wire is.
 
     Returns
     -------
@@ -46,8 +42,7 @@ def make_wire(
 
     Raises
     ------
-    KernelError
-        When the kernel fails.
+    KernelError : When the kernel fails.
     """
     starts, ends = (evaluate_edges(graph, edge, t)[0] for t in (t0, t1))
     rows = zip(edge.tolist(), t0.tolist(), t1.tolist(), strict=True)

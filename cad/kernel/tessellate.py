@@ -33,8 +33,7 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 
     Parameters
     ----------
-    solids : iterable of (name, kernel shape, colour)
-        In the frame `part`, mm; sRGB colours in 0…1, or None.
+    solids : In the frame `part`, mm; sRGB colours in 0…1, or None.
 
     Returns
     -------
@@ -45,8 +44,7 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 
     Raises
     ------
-    KernelError
-        When the kernel fails as a whole.
+    KernelError : When the kernel fails as a whole.
 
     Notes
     -----
@@ -71,15 +69,13 @@ def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[byte
 
     Parameters
     ----------
-    sha256 : str, optional
-        Of the STEP file, for the record.
+    sha256 : Of the STEP file, for the record.
 
     Returns
     -------
     part_glb : bytes or None
         None when the kernel fails or no face can be meshed. A calibration does not need the picture.
-    issues : tuple of Issue
-        What is missing in the picture.
+    issues : tuple of Issue. What is missing in the picture.
     """
     try:
         mesh = tessellate((solid.name, solid.shape, solid.color_rgb) for solid in solids)

@@ -52,8 +52,7 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
 
     Parameters
     ----------
-    solids : iterable of (str, TopoDS_Shape)
-        Name and shape of each solid (or open shell), located in `part`, mm.
+    solids : Name and shape of each solid (or open shell), located in `part`, mm.
 
     Returns
     -------
@@ -63,10 +62,8 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
 
     Raises
     ------
-    GeometryError
-        When a solid has geometry at infinity.
-    KernelError
-        When the kernel fails on a face or an edge.
+    GeometryError : When a solid has geometry at infinity.
+    KernelError : When the kernel fails on a face or an edge.
     """
     rows, names = _Rows(), []
     edge_map, vertex_map = EdgeMap(), VertexMap()

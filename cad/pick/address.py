@@ -31,19 +31,11 @@ REDIRECT = '<!DOCTYPE html><meta charset="utf-8"><meta http-equiv="refresh" cont
 
 @dataclass(frozen=True, slots=True)
 class Listening:
-    """A socket that listens, and how browsers may call it.
-
-    Parameters
-    ----------
-    hosts : tuple of str
-        The values of the header ``Host`` that are this server; the first is part of the address.
-    is_local : bool
-        Whether only this machine reaches it.
-    """
+    """A socket that listens, and how browsers may call it."""
 
     socket: socket.socket
-    hosts: tuple[str, ...]
-    is_local: bool
+    hosts: tuple[str, ...]  #: The values of the header ``Host`` that are this server; the first is part of the address.
+    is_local: bool  #: Whether only this machine reaches it.
 
 
 def listen(host: str, port: int) -> Listening:
@@ -51,15 +43,12 @@ def listen(host: str, port: int) -> Listening:
 
     Parameters
     ----------
-    host : str
-        An address, or a name of this machine.
-    port : int
-        0 for any free port.
+    host : An address, or a name of this machine.
+    port : 0 for any free port.
 
     Raises
     ------
-    InputError
-        When the host is not one address of this machine, or the port cannot be opened.
+    InputError : When the host is not one address of this machine, or the port cannot be opened.
     """
     family, address = _resolved(host)
     # With the protocol given, asyncio sends at once. Otherwise every answer waits 40 ms for a fuller packet.

@@ -27,16 +27,10 @@ KEPT_ENDINGS = (".draft", ".bak")
 
 @dataclass(frozen=True, slots=True)
 class Keyed:
-    """Rows with an identity, so that the edits of two windows can be merged.
-
-    Parameters
-    ----------
-    keys : tuple of str
-        One per row, all different. A row keeps its key when its cells change.
-    """
+    """Rows with an identity, so that the edits of two windows can be merged."""
 
     rows: Rows
-    keys: tuple[str, ...]
+    keys: tuple[str, ...]  #: One per row, all different. A row keeps its key when its cells change.
 
     @classmethod
     def from_record(cls, record: Any) -> Keyed:
@@ -44,8 +38,7 @@ class Keyed:
 
         Raises
         ------
-        InputError
-            When it is not a table of taught points, or its keys do not fit.
+        InputError : When it is not a table of taught points, or its keys do not fit.
         """
         rows = Rows.from_record(record)
         keys = record.get("keys")
@@ -68,25 +61,14 @@ class Keyed:
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A table that is being edited.
-
-    Parameters
-    ----------
-    part_name : str
-        File name of the part.
-    part_sha256 : str
-        Hash of the part's file.
-    file_sha256 : str or None
-        Hash of the saved table from which the draft was made; None if there was no saved table.
-    moving : MovingChoice
-        Whether bodies may have moved.
-    """
+    """A table that is being edited."""
 
     table: Keyed
-    part_name: str
-    part_sha256: str
+    part_name: str  #: File name of the part.
+    part_sha256: str  #: Hash of the part's file.
+    #: Hash of the saved table from which the draft was made; None if there was no saved table.
     file_sha256: str | None = None
-    moving: MovingChoice = field(default_factory=MovingChoice)
+    moving: MovingChoice = field(default_factory=MovingChoice)  #: Whether bodies may have moved.
 
     def without_rows(self) -> Draft:
         """Return the draft of a table that is saved completely: it names the part."""
@@ -116,10 +98,8 @@ def read_draft(path: Path) -> Draft:
 
     Raises
     ------
-    InputError
-        When it cannot be opened.
-    FormatError
-        When it is damaged.
+    InputError : When it cannot be opened.
+    FormatError : When it is damaged.
     """
     record = read_json(path, schema=DRAFT_SCHEMA)
     try:
@@ -159,8 +139,7 @@ def require_name(out: Path) -> None:
 
     Raises
     ------
-    InputError
-        When it is too long, or contains NUL.
+    InputError : When it is too long, or contains NUL.
     """
     try:
         os.stat(_beside(out), follow_symlinks=False)
@@ -185,8 +164,7 @@ def require_room(out: Path) -> None:
 
     Raises
     ------
-    InputError
-        When no file can be made there, or none with such a name.
+    InputError : When no file can be made there, or none with such a name.
     """
     probe = _beside(out)
     try:
@@ -201,8 +179,7 @@ def bytes_of(path: Path) -> bytes | None:
 
     Raises
     ------
-    InputError
-        When it cannot be read.
+    InputError : When it cannot be read.
     """
     return read_bytes(path) if os.path.lexists(path) else None
 

@@ -13,24 +13,15 @@ from wpcal.core.numbers import parse_number
 
 @dataclass(frozen=True, slots=True)
 class MovingChoice:
-    """What the options ``--bodies``, ``--tack-mm``, ``--tack-mrad``, ``--contacts`` and ``--bending`` say.
-
-    Parameters
-    ----------
-    tack_mm, tack_mrad : float or None
-        None: not stated.
-    contact_mm : float or None
-        How far contacts come apart; None: not stated.
-    bending_mm : float or None
-        How far a plate of 1 m bends; None: plates do not bend.
-    """
+    """What the options ``--bodies``, ``--tack-mm``, ``--tack-mrad``, ``--contacts`` and ``--bending`` say."""
 
     is_on: bool = False
+    #: `tack_mm`, `tack_mrad`: None: not stated.
     tack_mm: float | None = None
     tack_mrad: float | None = None
     keeps_contacts: bool = False
-    contact_mm: float | None = None
-    bending_mm: float | None = None
+    contact_mm: float | None = None  #: How far contacts come apart; None: not stated.
+    bending_mm: float | None = None  #: How far a plate of 1 m bends; None: plates do not bend.
 
     @classmethod
     def from_record(cls, record: Any) -> MovingChoice:
@@ -38,8 +29,7 @@ class MovingChoice:
 
         Raises
         ------
-        InputError
-            When it is not a choice, or a tolerance is not a positive number.
+        InputError : When it is not a choice, or a tolerance is not a positive number.
         """
         if not isinstance(record, dict) or not isinstance(record.get("is_on"), bool):
             raise InputError("expected is_on as true or false")

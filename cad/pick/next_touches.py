@@ -36,16 +36,11 @@ def next_for_bodies(
 
     Parameters
     ----------
-    weldment : Workpiece
-        The part with the curves on which its seams lie.
-    rows : Rows
-        Touches on faces and edges count as well as features.
-    named : tuple
-        Features of rows that are fitted, and of other rows.
-    sigma_mm : float
-        Teaching error per axis.
-    ball_mm : float
-        Radius of rows that state none.
+    weldment : The part with the curves on which its seams lie.
+    rows : Touches on faces and edges count as well as features.
+    named : Features of rows that are fitted, and of other rows.
+    sigma_mm : Teaching error per axis.
+    ball_mm : Radius of rows that state none.
 
     Returns
     -------

@@ -17,30 +17,15 @@ from wpcal.core.input_file import sha256_of
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The table to save to and its draft, as they were found before the part is read.
-
-    Parameters
-    ----------
-    raw : bytes or None
-        The table's file.
-    rows : Rows
-        Its rows.
-    draft : Draft or None
-        The draft, if it has rows.
-    part_of_table : Draft or None
-        A draft without rows: it names the part on which the rows of the table were taught.
-    draft_raw : bytes or None
-        The draft's file.
-    damage : str
-        Why the draft cannot be read, or empty.
-    """
+    """The table to save to and its draft, as they were found before the part is read."""
 
     out: Path
-    raw: bytes | None
-    rows: Rows
-    draft: Draft | None
-    draft_raw: bytes | None
-    damage: str = ""
+    raw: bytes | None  #: The table's file.
+    rows: Rows  #: Its rows.
+    draft: Draft | None  #: The draft, if it has rows.
+    draft_raw: bytes | None  #: The draft's file.
+    damage: str = ""  #: Why the draft cannot be read, or empty.
+    #: A draft without rows: it names the part on which the rows of the table were taught.
     part_of_table: Draft | None = None
 
     @property
@@ -55,8 +40,7 @@ def find_table(out: Path) -> Found:
 
     Raises
     ------
-    InputError
-        When a file cannot be read, or the table is not one of taught points and there is no draft.
+    InputError : When a file cannot be read, or the table is not one of taught points and there is no draft.
     """
     draft, damage = None, ""
     draft_raw = bytes_of(draft_of(out))
@@ -96,26 +80,19 @@ def start_table(
 
     Parameters
     ----------
-    given : Rows, optional
-        Rows of another file.
-    given_name : str
-        Its name in notes.
-    force : bool
-        Whether to take rows that were taught on another part.
-    command : callable
-        Returns the command that calibrates from a saved table.
-    moving : MovingChoice, optional
-        Whether bodies may have moved; by default as in the draft.
+    given : Rows of another file.
+    given_name : Its name in notes.
+    force : Whether to take rows that were taught on another part.
+    command : Returns the command that calibrates from a saved table.
+    moving : Whether bodies may have moved; by default as in the draft.
 
     Returns
     -------
-    notes : tuple of str
-        What a person must know about these rows.
+    notes : tuple of str. What a person must know about these rows.
 
     Raises
     ------
-    InputError
-        When the rows belong to another part and `force` is false.
+    InputError : When the rows belong to another part and `force` is false.
     """
     notes = []
     draft_raw = found.draft_raw

@@ -23,10 +23,8 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
 
     Parameters
     ----------
-    notes : sequence of str
-        What a person must know about the rows and the seams at the start.
-    revision : int
-        Of the seams.
+    notes : What a person must know about the rows and the seams at the start.
+    revision : Of the seams.
     """
     shown = seams_of(part)
     features = [

@@ -20,40 +20,18 @@ from wpcal.taught.features import Touchable
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PickPart:
-    """A part as the picker shows and fits it.
-
-    Parameters
-    ----------
-    sha256 : str
-        Hash of the file.
-    workpiece : Workpiece
-        Without kernel objects.
-    touchables : tuple of Touchable
-        Reference features, the easiest to touch first.
-    seams : tuple of Seam
-        With frames in `part`, after the decisions of a person.
-    candidates : tuple of Seam
-        The seams as they were found.
-    graph : BrepGraph
-        The part with the curves on which candidates lie.
-    seam_options : SeamOptions
-        With which the candidates were found.
-    part_glb : bytes or None
-        The part's triangles.
-    notes : tuple of str
-        What is odd in the file.
-    """
+    """A part as the picker shows and fits it."""
 
     file_name: str
-    sha256: str
-    workpiece: Workpiece
-    touchables: tuple[Touchable, ...]
-    seams: tuple[Seam, ...]
-    candidates: tuple[Seam, ...]
-    graph: BrepGraph
-    seam_options: SeamOptions
-    part_glb: bytes | None
-    notes: tuple[str, ...]
+    sha256: str  #: Hash of the file.
+    workpiece: Workpiece  #: Without kernel objects.
+    touchables: tuple[Touchable, ...]  #: Reference features, the easiest to touch first.
+    seams: tuple[Seam, ...]  #: With frames in `part`, after the decisions of a person.
+    candidates: tuple[Seam, ...]  #: The seams as they were found.
+    graph: BrepGraph  #: The part with the curves on which candidates lie.
+    seam_options: SeamOptions  #: With which the candidates were found.
+    part_glb: bytes | None  #: The part's triangles.
+    notes: tuple[str, ...]  #: What is odd in the file.
 
     @property
     def trimmed(self) -> TrimmedFaces:

@@ -26,18 +26,11 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """A table of taught points while a person edits it: rows may still lack coordinates.
+    """A table of taught points while a person edits it: rows may still lack coordinates."""
 
-    Parameters
-    ----------
-    columns : tuple of str
-        As in a file of taught points (`wpcal.taught.table.read_taught`). Others are allowed.
-    cells : tuple of tuple of str
-        Row by row.
-    """
-
+    #: As in a file of taught points (`wpcal.taught.table.read_taught`). Others are allowed.
     columns: tuple[str, ...] = NEW_COLUMNS
-    cells: tuple[tuple[str, ...], ...] = ()
+    cells: tuple[tuple[str, ...], ...] = ()  #: Row by row.
 
     @classmethod
     def from_record(cls, record: Any) -> Rows:
@@ -45,8 +38,7 @@ class Rows:
 
         Raises
         ------
-        InputError
-            When it is not a table of text with the columns of taught points.
+        InputError : When it is not a table of text with the columns of taught points.
         """
         try:
             columns = tuple(record["columns"])
@@ -75,10 +67,8 @@ class Rows:
 
         Raises
         ------
-        InputError
-            When no row is complete.
-        FormatError
-            When a cell cannot be read. Its line is 2 for the first complete row.
+        InputError : When no row is complete.
+        FormatError : When a cell cannot be read. Its line is 2 for the first complete row.
         """
         if not self.complete():
             raise InputError("no row has all three coordinates")
@@ -114,15 +104,12 @@ def read_rows(raw: bytes, *, path: str) -> Rows:
 
     Parameters
     ----------
-    raw : bytes
-        The file.
-    path : str
-        Its name in messages.
+    raw : The file.
+    path : Its name in messages.
 
     Raises
     ------
-    FormatError
-        When it is not a table, or lacks a column of taught points.
+    FormatError : When it is not a table, or lacks a column of taught points.
     """
     table = parse_table(raw, path=path)
     table.require(("name", *TAUGHT_COLUMNS))

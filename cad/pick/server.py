@@ -71,19 +71,14 @@ class PickServer:
 
     Parameters
     ----------
-    page : str
-        HTML.
-    seams : SharedSeams, optional
-        The decisions about seams; without it they are not kept in a file.
-    host : str
-        Address of this machine at which the page is served.
-    port : int
-        0 for any free port.
+    page : HTML.
+    seams : The decisions about seams; without it they are not kept in a file.
+    host : Address of this machine at which the page is served.
+    port : 0 for any free port.
 
     Raises
     ------
-    InputError
-        When the host is not an address of this machine, or the port cannot be opened.
+    InputError : When the host is not an address of this machine, or the port cannot be opened.
     """
 
     def __init__(
@@ -160,10 +155,8 @@ class Guard:
 
     Parameters
     ----------
-    hosts : tuple of str
-        Addresses with the port, as the browser must name them.
-    token : str
-        First part of every path.
+    hosts : Addresses with the port, as the browser must name them.
+    token : First part of every path.
     """
 
     def __init__(self, app: ASGIApp, *, hosts: tuple[str, ...], token: str) -> None:

@@ -46,27 +46,16 @@ ERROR_DIGITS = 6
 
 @dataclass(slots=True, eq=False)
 class PickSession:
-    """One part with the options of its fit.
-
-    Parameters
-    ----------
-    program : ProgramReading
-        Which points of robot programs to read, and how they come into the base frame.
-    seams_revision : int
-        Counts the changes of the seams.
-    moving : MovingChoice
-        Whether bodies may have moved.
-    groups : tuple of BodyGroup
-        Bodies of several solids, or with a tack tolerance of their own.
-    """
+    """One part with the options of its fit."""
 
     part: PickPart
     options: CalibrateOptions = field(default_factory=CalibrateOptions)
     T_nominal_part: RigidTransform | None = None
+    #: Which points of robot programs to read, and how they come into the base frame.
     program: ProgramReading = field(default_factory=ProgramReading)
-    seams_revision: int = 1
-    moving: MovingChoice = field(default_factory=MovingChoice)
-    groups: tuple[BodyGroup, ...] = ()
+    seams_revision: int = 1  #: Counts the changes of the seams.
+    moving: MovingChoice = field(default_factory=MovingChoice)  #: Whether bodies may have moved.
+    groups: tuple[BodyGroup, ...] = ()  #: Bodies of several solids, or with a tack tolerance of their own.
     _busy: threading.Lock = field(default_factory=threading.Lock)
     _weldment: Workpiece | None = None
 
@@ -75,8 +64,7 @@ class PickSession:
 
         Raises
         ------
-        InputError
-            When the part is one body.
+        InputError : When the part is one body.
         """
         with self._busy:
             choice = moving.to_options(self.groups)
@@ -111,8 +99,7 @@ class PickSession:
 
         Raises
         ------
-        WpcalError
-            As in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
+        WpcalError : As in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
         """
         with self._busy:
             taught = rows.to_taught()
@@ -146,22 +133,17 @@ class PickSession:
 
         Parameters
         ----------
-        raw : bytes
-            The file.
-        name : str
-            Its name. The suffix tells the language of a program.
-        uframe : str
-            User frame of a program, as for the option ``--uframe``. If empty, the options of the command apply.
+        raw : The file.
+        name : Its name. The suffix tells the language of a program.
+        uframe : User frame of a program, as for the option ``--uframe``. If empty, the options of the command apply.
 
         Returns
         -------
-        left_out : tuple of str
-            Points of a program without coordinates, each with the reason.
+        left_out : tuple of str. Points of a program without coordinates, each with the reason.
 
         Raises
         ------
-        InputError
-            As in `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
+        InputError : As in `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):
@@ -184,8 +166,7 @@ class PickSession:
 
         Parameters
         ----------
-        rows : Rows
-            Rows with a feature and use ``yes`` count as touched, with or without coordinates.
+        rows : Rows with a feature and use ``yes`` count as touched, with or without coordinates.
 
         Returns
         -------
@@ -236,8 +217,7 @@ class PickSession:
 
         Parameters
         ----------
-        point, normal : ndarray, shape (3,)
-            In `part`, mm.
+        point, normal : shape (3,). In `part`, mm.
         """
         return touch_at(self.part, point, normal)
 
@@ -272,13 +252,11 @@ def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
 
     Parameters
     ----------
-    rows : Rows, optional
-        The rows that were fitted or saved.
+    rows : The rows that were fitted or saved.
 
     Returns
     -------
-    dict
-        ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
+    dict. ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
     """
     record: dict[str, Any] = {"message": _one_line(str(error)), "code": str(error.code), "row": None, "column": None}
     if rows is None or not isinstance(error, FormatError) or error.path or not error.line:
@@ -335,10 +313,8 @@ def place_points(points: list[dict[str, Any]], row_of: Mapping[str, int], T_base
 
     Parameters
     ----------
-    points : list of dict
-        ``points`` of ``calibration.json``; they are changed.
-    row_of : mapping of str to int
-        By name of the point.
+    points : ``points`` of ``calibration.json``; they are changed.
+    row_of : By name of the point.
     """
     for point in points:
         point["row"] = row_of[point["name"]]

@@ -54,21 +54,15 @@ class SharedSeams:
 
     Parameters
     ----------
-    session : PickSession
-        Gets the seams that follow from the decisions.
-    path : Path or None
-        The file that keeps them; None to keep them in memory.
-    edits : sequence of PlacedEdit
-        The decisions at the start.
-    given : Path or None
-        The file from which they were read, if it is another one. It is never written: it may be a result.
-    search : callable, optional
-        Without it, nothing can be said about solids.
+    session : Gets the seams that follow from the decisions.
+    path : The file that keeps them; None to keep them in memory.
+    edits : The decisions at the start.
+    given : The file from which they were read, if it is another one. It is never written: it may be a result.
+    search : Without it, nothing can be said about solids.
 
     Raises
     ------
-    InputError
-        When a decision does not fit the part.
+    InputError : When a decision does not fit the part.
     """
 
     def __init__(
@@ -105,22 +99,17 @@ class SharedSeams:
 
         Parameters
         ----------
-        solid : str
-            Its name.
-        said : bool or None
-            None leaves it to the rules.
-        revision : int
-            The revision that the window shows. If it is not the present one, nothing is done.
+        solid : Its name.
+        said : None leaves it to the rules.
+        revision : The revision that the window shows. If it is not the present one, nothing is done.
 
         Returns
         -------
-        dict
-            As `decide`, and ``members`` and ``options``: the options of a command that say the same.
+        dict. As `decide`, and ``members`` and ``options``: the options of a command that say the same.
 
         Raises
         ------
-        InputError
-            If there is no such solid, or decisions about seams do not fit the seams that are found then.
+        InputError : If there is no such solid, or decisions about seams do not fit the seams that are found then.
         """
         with self._lock:
             if revision != self._session.seams_revision:
@@ -151,10 +140,8 @@ class SharedSeams:
 
         Parameters
         ----------
-        decisions : list of dict
-            Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
-        revision : int
-            The revision that the window shows. If it is not the present one, nothing is done.
+        decisions : Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
+        revision : The revision that the window shows. If it is not the present one, nothing is done.
 
         Returns
         -------
@@ -163,8 +150,7 @@ class SharedSeams:
 
         Raises
         ------
-        InputError
-            When a decision has a wrong form, or does not fit the part. Then nothing is changed.
+        InputError : When a decision has a wrong form, or does not fit the part. Then nothing is changed.
         """
         edits = read_decisions(decisions, path="seams" if self.path is None else str(self.path))
         with self._lock:
@@ -210,15 +196,12 @@ def read_decisions(decisions: Any, *, path: str) -> tuple[PlacedEdit, ...]:
 
     Parameters
     ----------
-    decisions : list of dict
-        Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
-    path : str
-        For messages.
+    decisions : Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
+    path : For messages.
 
     Raises
     ------
-    InputError
-        When a decision has a wrong form.
+    InputError : When a decision has a wrong form.
     """
     if not isinstance(decisions, list) or len(decisions) > MOST_DECISIONS:
         raise InputError(f"expected a list of at most {MOST_DECISIONS} decisions about seams")
@@ -289,18 +272,15 @@ def start_seams(
 
     Parameters
     ----------
-    part_step, out : Path
-        The part and the table.
+    part_step, out : The part and the table.
     given : Path, optional
         A file with decisions that the user named. Decisions in it that do not fit the part are an error; those of an
         earlier session are only left out.
-    search : callable, optional
-        As for `SharedSeams`.
+    search : As for `SharedSeams`.
 
     Raises
     ------
-    InputError
-        When the given file cannot be read, or does not fit the part.
+    InputError : When the given file cannot be read, or does not fit the part.
     """
     path = seams_file_of(part_step, out)
     if given is not None and given != path:

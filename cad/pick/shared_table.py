@@ -45,8 +45,7 @@ class FileChangedError(InputError):
 
     Parameters
     ----------
-    sha256 : str
-        Hash of the file as it is now. A Save that states this hash replaces the file.
+    sha256 : Hash of the file as it is now. A Save that states this hash replaces the file.
     """
 
     code = FILE_CHANGED
@@ -67,20 +66,13 @@ class SharedTable:
 
     Parameters
     ----------
-    out : Path
-        The file that Save writes.
-    start : Keyed
-        The rows at the start.
-    file_sha256 : str or None
-        Hash of the file from which the rows were made.
-    draft : bytes or None
-        The draft's file as it was read.
-    part_step : Path
-        The part's file, which is never overwritten.
-    command : callable
-        Returns the command that calibrates from a saved table.
-    moving : MovingChoice
-        Whether bodies may have moved.
+    out : The file that Save writes.
+    start : The rows at the start.
+    file_sha256 : Hash of the file from which the rows were made.
+    draft : The draft's file as it was read.
+    part_step : The part's file, which is never overwritten.
+    command : Returns the command that calibrates from a saved table.
+    moving : Whether bodies may have moved.
     """
 
     def __init__(
@@ -120,12 +112,9 @@ class SharedTable:
 
         Parameters
         ----------
-        revision : int
-            Revision on which the change is based.
-        window : str
-            Which window sends it. Its own earlier changes do not make a change stale.
-        number : int
-            Counts the changes of the window: one that arrives after a later one is ignored.
+        revision : Revision on which the change is based.
+        window : Which window sends it. Its own earlier changes do not make a change stale.
+        number : Counts the changes of the window: one that arrives after a later one is ignored.
         conflicts : sequence of str
             The cells in which the window put its own text in place of another window's, with both texts, as long as
             nobody has chosen between them. A Save of this window must name them.
@@ -161,18 +150,12 @@ class SharedTable:
 
         Parameters
         ----------
-        revision : int
-            The revision that the window has now.
-        shown : int, optional
-            The revision that the window showed when the person clicked.
-        window : str
-            Which window saves.
-        consent : sequence of str
-            The conflicts that the person saw and decided, as in `keep`.
-        name : str
-            Name of a new file in the same folder, which then belongs to the table; empty for the present file.
-        replaces : str
-            Hash of a file that was changed by another program and is replaced by consent.
+        revision : The revision that the window has now.
+        shown : The revision that the window showed when the person clicked.
+        window : Which window saves.
+        consent : The conflicts that the person saw and decided, as in `keep`.
+        name : Name of a new file in the same folder, which then belongs to the table; empty for the present file.
+        replaces : Hash of a file that was changed by another program and is replaced by consent.
 
         Returns
         -------
@@ -184,12 +167,9 @@ class SharedTable:
 
         Raises
         ------
-        FileChangedError
-            When the file is not the one from which the table was made.
-        ConflictError
-            When a conflict of the window is not in `consent`.
-        InputError
-            When no row is complete, a cell cannot be read, or the file cannot be written. Nothing is written.
+        FileChangedError : When the file is not the one from which the table was made.
+        ConflictError : When a conflict of the window is not in `consent`.
+        InputError : When no row is complete, a cell cannot be read, or the file cannot be written. Nothing is written.
         """
         with self._lock, alone_in(self.out.parent):
             self._adopt()

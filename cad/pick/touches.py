@@ -33,18 +33,15 @@ def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str,
 
     Parameters
     ----------
-    point, normal : ndarray, shape (3,)
-        Of the triangle that was clicked, in `part`, mm.
+    point, normal : shape (3,). Of the triangle that was clicked, in `part`, mm.
 
     Returns
     -------
-    dict
-        ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
+    dict. ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
 
     Raises
     ------
-    InputError
-        When a table could not say which face is meant: near the border of the face, or where two solids touch.
+    InputError : When a table could not say which face is meant: near the border of the face, or where two solids touch.
     """
     found = touched_face(part.workpiece.trimmed, point, normal)
     place = tuple(f"{v:.{MODEL_DIGITS}f}" for v in found.p_part)
@@ -68,12 +65,9 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
 
     Parameters
     ----------
-    rows : Rows
-        Those with use ``yes`` and a model point or a feature count.
-    sigma_mm : float
-        Teaching error per axis.
-    ball_mm : float
-        Radius of rows that state none.
+    rows : Those with use ``yes`` and a model point or a feature count.
+    sigma_mm : Teaching error per axis.
+    ball_mm : Radius of rows that state none.
 
     Returns
     -------
@@ -84,8 +78,7 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
 
     Raises
     ------
-    WpcalError
-        When a row cannot be understood.
+    WpcalError : When a row cannot be understood.
     """
     planned = planned_touches(part, rows, ball_mm)
     nothing: dict[str, Any] = {"touches": [], "error_95_mm": None, "seam": "", "free": "", "sigma_mm": sigma_mm}
@@ -113,15 +106,12 @@ def planned_touches(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches
 
     Parameters
     ----------
-    rows : Rows
-        Those with use ``yes`` and a model point or a feature count.
-    ball_mm : float
-        Radius of rows that state none.
+    rows : Those with use ``yes`` and a model point or a feature count.
+    ball_mm : Radius of rows that state none.
 
     Returns
     -------
-    tuple or None
-        The touches and the index of the row of each; None for a table of features, or without such a row.
+    tuple or None. The touches and the index of the row of each; None for a table of features, or without such a row.
     """
     columns = rows.columns
     if "kind" not in columns:

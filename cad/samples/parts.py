@@ -38,22 +38,12 @@ T_BASE_PART = RigidTransform.from_six_tuple([812.5, -240.25, 155.75, 0.02, -0.03
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One sample part.
-
-    Parameters
-    ----------
-    about : str
-        Description for people.
-    build : callable
-        Returns the members.
-    taught : tuple of str
-        Names of the features that are taught. Those after the fourth are check points.
-    """
+    """One sample part."""
 
     name: str
-    about: str
-    build: Callable[[], list[Member]]
-    taught: tuple[str, ...]
+    about: str  #: Description for people.
+    build: Callable[[], list[Member]]  #: Returns the members.
+    taught: tuple[str, ...]  #: Names of the features that are taught. Those after the fourth are check points.
 
 
 STEEL, DARK = (0.45, 0.5, 0.55), (0.2, 0.3, 0.45)
@@ -128,13 +118,11 @@ def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> No
 
     Parameters
     ----------
-    folder : Path
-        Created if it does not exist.
+    folder : Created if it does not exist.
 
     Raises
     ------
-    InputError
-        When a file exists and `overwrite` is false, or cannot be written.
+    InputError : When a file exists and `overwrite` is false, or cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with kernel_call(f"making {sample.name}"):

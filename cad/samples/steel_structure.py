@@ -33,8 +33,7 @@ def steel_structure(bays: int) -> list[Member]:
 
     Parameters
     ----------
-    bays : int
-        163 bays have 30 204 faces.
+    bays : 163 bays have 30 204 faces.
     """
     return [member for row in range(math.ceil(bays / BAYS_PER_ROW)) for member in _row(row, bays)]
 

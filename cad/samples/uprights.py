@@ -35,23 +35,13 @@ LOW_MM, INSET_MM = 20.0, 20.0
 
 @dataclass(frozen=True, slots=True)
 class Upright:
-    """A plate on edge.
-
-    Parameters
-    ----------
-    centre_mm : tuple of float
-        x and y of its middle.
-    along_y : bool
-        Whether it is long along y, otherwise along x.
-    side : int
-        The side that is touched: 1 towards larger y (or x), otherwise -1.
-    """
+    """A plate on edge."""
 
     name: str
-    centre_mm: tuple[float, float]
+    centre_mm: tuple[float, float]  #: x and y of its middle.
     length_mm: float
-    along_y: bool
-    side: int
+    along_y: bool  #: Whether it is long along y, otherwise along x.
+    side: int  #: The side that is touched: 1 towards larger y (or x), otherwise -1.
 
     @property
     def axes(self) -> FloatArray:
@@ -84,19 +74,13 @@ UPRIGHTS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedTouches:
-    """Touches on the faces of the model.
-
-    Parameters
-    ----------
-    p, normal : ndarray, shape (n, 3)
-        In `part`, mm.
-    body : ndarray of int, shape (n,)
-    """
+    """Touches on the faces of the model."""
 
     names: tuple[str, ...]
+    #: `p`, `normal`: shape (n, 3). In `part`, mm.
     p: FloatArray
     normal: FloatArray
-    body: IntArray
+    body: IntArray  #: shape (n,).
 
 
 def members() -> list[Member]:
@@ -121,8 +105,7 @@ def planned_touches(each: int) -> PlannedTouches:
 
     Parameters
     ----------
-    each : int
-        At most 6.
+    each : At most 6.
     """
     x, y, z = (size / 2.0 for size in BASE_MM)
     far, low = (x - INSET_MM, y - INSET_MM), -z

@@ -37,20 +37,13 @@ AXIS_PART = 0.55
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One point in the table, as text.
-
-    Parameters
-    ----------
-    place : tuple of str
-        x, y, z in `part`, mm.
-    way : tuple of float or None
-        Unit vector in `part` of the move that ends at the point; drawn as an arrow.
-    """
+    """One point in the table, as text."""
 
     number: str
     name: str
     where: str
-    place: tuple[str, str, str]
+    place: tuple[str, str, str]  #: x, y, z in `part`, mm.
+    #: Unit vector in `part` of the move that ends at the point; drawn as an arrow.
     way: tuple[float, float, float] | None = None
 
 
@@ -66,8 +59,7 @@ class Pen:
 
         Parameters
         ----------
-        a, b : sequence of float, shape (2,)
-            Its ends on paper, mm.
+        a, b : shape (2,). Its ends on paper, mm.
         """
         self.space.add_line(tuple(map(float, a)), tuple(map(float, b)), dxfattribs={"layer": layer})
 
@@ -195,13 +187,11 @@ def chained(segments: FloatArray) -> list[FloatArray]:
 
     Parameters
     ----------
-    segments : ndarray, shape (n, 2, 2)
-        On paper, mm.
+    segments : shape (n, 2, 2). On paper, mm.
 
     Returns
     -------
-    list of ndarray, shape (k, 2)
-        Every segment is in one polyline. A polyline ends where more than two segments meet.
+    list of ndarray, shape (k, 2). Every segment is in one polyline. A polyline ends where more than two segments meet.
     """
     if len(segments) == 0:
         return []

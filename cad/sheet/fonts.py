@@ -16,8 +16,7 @@ def require_font() -> None:
 
     Raises
     ------
-    InputError
-        When it is not installed: the library would draw boxes instead of letters.
+    InputError : When it is not installed: the library would draw boxes instead of letters.
     """
     from ezdxf.fonts import fonts
 

@@ -29,16 +29,10 @@ CLEARANCE = 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Label:
-    """The place of one label.
-
-    Parameters
-    ----------
-    anchor : ndarray, shape (2,)
-        End of the leader at the box, on paper, mm.
-    """
+    """The place of one label."""
 
     box: Box
-    anchor: FloatArray
+    anchor: FloatArray  #: shape (2,). End of the leader at the box, on paper, mm.
 
 
 def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box, *, avoid: FloatArray) -> list[Label]:
@@ -46,21 +40,15 @@ def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box,
 
     Parameters
     ----------
-    p : ndarray, shape (m, 2)
-        The points on paper, mm.
-    sizes : ndarray, shape (m, 2)
-        Width and height of each label, mm.
-    lines : ndarray, shape (n, 2, 2)
-        Drawn segments on paper, mm.
-    cell : Box
-        The area for labels.
-    avoid : ndarray, shape (k, 2, 2)
-        Segments that no label may cover, mm.
+    p : shape (m, 2). The points on paper, mm.
+    sizes : shape (m, 2). Width and height of each label, mm.
+    lines : shape (n, 2, 2). Drawn segments on paper, mm.
+    cell : The area for labels.
+    avoid : shape (k, 2, 2). Segments that no label may cover, mm.
 
     Returns
     -------
-    list of Label
-        In the order of the points.
+    list of Label. In the order of the points.
     """
     ink = _sampled(lines)
     kept_free = np.concatenate([p, _sampled(avoid)])

@@ -27,41 +27,21 @@ SHEET_SCHEMA = "wpcal/sheet/1"
 
 @dataclass(frozen=True, slots=True)
 class SheetOptions:
-    """What is on a sheet.
+    """What is on a sheet."""
 
-    Parameters
-    ----------
-    suffix : str
-        One of `SHEET_SUFFIXES`.
-    names : tuple of str
-        Features to touch, in this order. If empty, `cad.workpiece.advise` chooses them.
-    count : int
-        How many features to choose if `names` is empty.
-    touches : tuple of SheetTouch
-        Touches on faces and edges, in place of features.
-    """
-
-    suffix: str
+    suffix: str  #: One of `SHEET_SUFFIXES`.
     paper: Paper = A3
-    names: tuple[str, ...] = ()
-    count: int = 4
-    touches: tuple[SheetTouch, ...] = ()
+    names: tuple[str, ...] = ()  #: Features to touch, in this order. If empty, `cad.workpiece.advise` chooses them.
+    count: int = 4  #: How many features to choose if `names` is empty.
+    touches: tuple[SheetTouch, ...] = ()  #: Touches on faces and edges, in place of features.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
-    """A finished sheet.
+    """A finished sheet."""
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    record : dict
-        What is on the sheet: part, paper, scale and points; and what is odd in the part's file.
-    """
-
-    data: bytes
-    record: dict[str, Any]
+    data: bytes  #: The file.
+    record: dict[str, Any]  #: What is on the sheet: part, paper, scale and points; and what is odd in the part's file.
 
 
 def make_sheet(
@@ -71,18 +51,13 @@ def make_sheet(
 
     Parameters
     ----------
-    step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    cache : AnswerCache
-        As in `open_workpiece`.
+    cache : As in `open_workpiece`.
 
     Raises
     ------
-    InputError
-        When the part cannot be read, has no feature of a given name, or the points are too many for the paper.
-    GeometryError
-        When no points are named and none can be advised.
-    KernelError
-        When the kernel fails.
+    InputError : When the part cannot be read, has no feature of a given name, or the points are too many for the paper.
+    GeometryError : When no points are named and none can be advised.
+    KernelError : When the kernel fails.
     """
     from cad.sheet.fonts import require_font
     from cad.sheet.render import render

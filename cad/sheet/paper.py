@@ -45,28 +45,17 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A paper size (landscape) and the sizes of what is drawn on it, mm.
-
-    Parameters
-    ----------
-    text : float
-        Height of capital letters. ISO 3098 has 2.5 and 3.5; the smaller paper is read at a shorter distance.
-    row : float
-        Height of a row that is filled in by hand.
-    title : float
-        Width of the title block.
-    label_room : float
-        Free space around a view, for labels.
-    """
+    """A paper size (landscape) and the sizes of what is drawn on it, mm."""
 
     name: str
     width: float
     height: float
     margin: float
+    #: Height of capital letters. ISO 3098 has 2.5 and 3.5; the smaller paper is read at a shorter distance.
     text: float
-    row: float
-    title: float
-    label_room: float
+    row: float  #: Height of a row that is filled in by hand.
+    title: float  #: Width of the title block.
+    label_room: float  #: Free space around a view, for labels.
 
     @property
     def frame(self) -> Box:
@@ -90,46 +79,29 @@ PAPERS = {paper.name: paper for paper in (A3, A4)}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """The place of a view on the paper.
-
-    Parameters
-    ----------
-    scale : float
-        mm on paper per mm of the part.
-    offset : ndarray, shape (2,)
-        Place of the origin of the view's plane on paper, mm.
-    cell : Box
-        The area for the view and its labels.
-    """
+    """The place of a view on the paper."""
 
     view: View
-    scale: float
-    offset: FloatArray
-    cell: Box
+    scale: float  #: mm on paper per mm of the part.
+    offset: FloatArray  #: shape (2,). Place of the origin of the view's plane on paper, mm.
+    cell: Box  #: The area for the view and its labels.
 
     def on_paper(self, uv: FloatArray) -> FloatArray:
         """Return places on paper, mm, for places in the plane of the view.
 
         Parameters
         ----------
-        uv : ndarray, shape (..., 2)
-            In the plane of the view, mm of the part.
+        uv : shape (..., 2). In the plane of the view, mm of the part.
         """
         return np.asarray(uv * self.scale + self.offset, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class SheetLayout:
-    """The places of everything on a sheet.
-
-    Parameters
-    ----------
-    places : tuple of Place
-        Front, left, top, iso.
-    """
+    """The places of everything on a sheet."""
 
     paper: Paper
-    places: tuple[Place, ...]
+    places: tuple[Place, ...]  #: Front, left, top, iso.
     table: Box
     title: Box
 
@@ -139,10 +111,8 @@ def lay_out(paper: Paper, views: tuple[View, ...], rows: int) -> SheetLayout:
 
     Parameters
     ----------
-    views : tuple of View
-        Front, left, top, iso.
-    rows : int
-        Number of points in the table.
+    views : Front, left, top, iso.
+    rows : Number of points in the table.
     """
     frame = paper.frame
     height = (max(rows, LEAST_ROWS) + HEADING_ROWS) * paper.row

@@ -20,13 +20,11 @@ def render(document: Any, paper: Paper, suffix: str) -> bytes:
 
     Parameters
     ----------
-    suffix : str
-        ``.dxf``, ``.svg``, ``.pdf`` or ``.png``. The last two need matplotlib.
+    suffix : ``.dxf``, ``.svg``, ``.pdf`` or ``.png``. The last two need matplotlib.
 
     Raises
     ------
-    KernelError
-        When the drawing does not pass the library's audit.
+    KernelError : When the drawing does not pass the library's audit.
     """
     require_sound(document)
     if suffix == ".dxf":

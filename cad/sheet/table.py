@@ -18,20 +18,12 @@ PAD = 0.6
 
 @dataclass(frozen=True, slots=True)
 class TitleBlock:
-    """What the title block says.
-
-    Parameters
-    ----------
-    sha256 : str
-        SHA-256 of the file; empty for shapes from a script.
-    unit : str
-        Length unit of the file.
-    """
+    """What the title block says."""
 
     part: str
     file: str
-    sha256: str
-    unit: str
+    sha256: str  #: SHA-256 of the file; empty for shapes from a script.
+    unit: str  #: Length unit of the file.
     made_by: str
 
 

@@ -26,44 +26,25 @@ Xyz = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class SheetTouch:
-    """One touch to draw.
-
-    Parameters
-    ----------
-    kind : str
-        Word of a taught table.
-    feature : str
-        Its name, or empty.
-    p_part : tuple of float or None
-        The point that is touched, mm; None for that of the feature.
-    way_part : tuple of float or None
-        Unit vector of the move towards the face; None if the face decides, or on edges and at points.
-    how : str
-        How it is touched, in words.
-    """
+    """One touch to draw."""
 
     name: str
-    kind: str
-    feature: str = ""
-    p_part: Xyz | None = None
+    kind: str  #: Word of a taught table.
+    feature: str = ""  #: Its name, or empty.
+    p_part: Xyz | None = None  #: The point that is touched, mm; None for that of the feature.
+    #: Unit vector of the move towards the face; None if the face decides, or on edges and at points.
     way_part: Xyz | None = None
-    how: str = ""
+    how: str = ""  #: How it is touched, in words.
 
 
 @dataclass(frozen=True, slots=True)
 class DrawnTouch:
-    """One touch with its place.
-
-    Parameters
-    ----------
-    p_part : tuple of float
-        mm.
-    """
+    """One touch with its place."""
 
     name: str
     kind: str
     where: str
-    p_part: Xyz
+    p_part: Xyz  #: mm.
     way_part: Xyz | None
 
     def to_record(self) -> dict[str, Any]:
@@ -93,13 +74,11 @@ def read_touches_to_make(path: Path) -> tuple[SheetTouch, ...] | None:
 
     Returns
     -------
-    tuple of SheetTouch or None
-        None for a table without touches on faces or edges.
+    tuple of SheetTouch or None. None for a table without touches on faces or edges.
 
     Raises
     ------
-    FormatError
-        When a row has neither a feature nor a model point, or an unknown word.
+    FormatError : When a row has neither a feature nor a model point, or an unknown word.
     """
     table = parse_table(read_bytes(path), path=str(path))
     if not table.has("name", "kind"):
@@ -130,8 +109,7 @@ def drawn_touches(touches: Sequence[SheetTouch], workpiece: Workpiece) -> tuple[
 
     Raises
     ------
-    InputError
-        When the part has no feature of a name, or a touch is away from it.
+    InputError : When the part has no feature of a name, or a touch is away from it.
     """
     return tuple(_drawn(touch, workpiece) for touch in touches)
 

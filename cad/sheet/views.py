@@ -28,15 +28,10 @@ EYES = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewAxes:
-    """The direction of a view.
-
-    Parameters
-    ----------
-    right, toward : ndarray, shape (3,)
-        Unit directions in `part`: to the right on paper, and towards the viewer.
-    """
+    """The direction of a view."""
 
     name: str
+    #: `right`, `toward`: shape (3,). Unit directions in `part`: to the right on paper, and towards the viewer.
     right: FloatArray
     toward: FloatArray
 
@@ -60,25 +55,13 @@ ViewLines = tuple[tuple[FloatArray, FloatArray], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What is visible in one view.
-
-    Parameters
-    ----------
-    segments : ndarray, shape (n, 2, 2)
-        Visible sharp edges and outlines in the plane of the view, mm of the part.
-    smooth : ndarray, shape (k, 2, 2)
-        Visible edges between faces that join smoothly, mm.
-    p : ndarray, shape (m, 2)
-        The reference points in the plane of the view, mm.
-    is_seen : ndarray of bool, shape (m,)
-        False for points behind the part.
-    """
+    """What is visible in one view."""
 
     axes: ViewAxes
-    segments: FloatArray
-    smooth: FloatArray
-    p: FloatArray
-    is_seen: BoolArray
+    segments: FloatArray  #: shape (n, 2, 2). Visible sharp edges and outlines in the plane of the view, mm of the part.
+    smooth: FloatArray  #: shape (k, 2, 2). Visible edges between faces that join smoothly, mm.
+    p: FloatArray  #: shape (m, 2). The reference points in the plane of the view, mm.
+    is_seen: BoolArray  #: shape (m,). False for points behind the part.
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -92,8 +75,7 @@ def part_lines(workpiece: Workpiece) -> ViewLines:
 
     Raises
     ------
-    KernelError
-        When the kernel cannot mesh or project the part.
+    KernelError : When the kernel cannot mesh or project the part.
     """
 
     def project() -> ViewLines:
@@ -112,10 +94,8 @@ def project_views(graph: BrepGraph, lines: ViewLines, points: FloatArray) -> tup
 
     Parameters
     ----------
-    lines : ViewLines
-        Of `part_lines`.
-    points : ndarray, shape (m, 3)
-        Reference points in `part`, mm.
+    lines : Of `part_lines`.
+    points : shape (m, 3). Reference points in `part`, mm.
     """
     trimmed = TrimmedFaces.of(graph)
     views = []

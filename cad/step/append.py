@@ -30,15 +30,9 @@ PARALLEL_SIN = 1e-6
 
 @dataclass(slots=True)
 class EntityWriter:
-    """Collects new entities, numbered after those of the file.
+    """Collects new entities, numbered after those of the file."""
 
-    Parameters
-    ----------
-    next_id : int
-        Number of the next entity.
-    """
-
-    next_id: int
+    next_id: int  #: Number of the next entity.
     lines: list[bytes] = field(default_factory=list)
 
     def add(self, body: str) -> str:
@@ -53,10 +47,8 @@ class EntityWriter:
 
         Parameters
         ----------
-        keyword : str
-            ``CARTESIAN_POINT`` or ``DIRECTION``.
-        values : array_like, shape (3,)
-            In the unit of the file.
+        keyword : ``CARTESIAN_POINT`` or ``DIRECTION``.
+        values : shape (3,). In the unit of the file.
         """
         return self.add(f"{keyword}('',({','.join(format_real(v) for v in np.asarray(values).tolist())}))")
 
@@ -70,23 +62,15 @@ class EntityWriter:
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """The new assembly: what other appended products need to know of it.
+    """The new assembly: what other appended products need to know of it."""
 
-    Parameters
-    ----------
-    definition, representation, origin : str
-        References of its ``PRODUCT_DEFINITION``, its ``SHAPE_REPRESENTATION`` and the identity placement in the latter.
-    root : Root
-        The first root. New products use its contexts and its unit.
-    names : tuple of str
-        Names that were added: of the product and of its components.
-    """
-
+    #: `definition`, `representation`, `origin`: References of its ``PRODUCT_DEFINITION``, its ``SHAPE_REPRESENTATION``
+    #: and the identity placement in the latter.
     definition: str
     representation: str
     origin: str
-    root: Root
-    names: tuple[str, ...]
+    root: Root  #: The first root. New products use its contexts and its unit.
+    names: tuple[str, ...]  #: Names that were added: of the product and of its components.
 
     @property
     def unit_mm(self) -> float:
@@ -96,21 +80,11 @@ class Assembly:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """What a file says of its roots: all moves of a file have it in common.
+    """What a file says of its roots: all moves of a file have it in common."""
 
-    Parameters
-    ----------
-    roots : tuple of Root
-        At least one.
-    names : tuple of str
-        Of their products; empty if a product has none.
-    T_part_axis : tuple of RigidTransform or None
-        Their own placements; None if a root has no usable one.
-    """
-
-    roots: tuple[Root, ...]
-    names: tuple[str, ...]
-    T_part_axis: tuple[RigidTransform | None, ...]
+    roots: tuple[Root, ...]  #: At least one.
+    names: tuple[str, ...]  #: Of their products; empty if a product has none.
+    T_part_axis: tuple[RigidTransform | None, ...]  #: Their own placements; None if a root has no usable one.
 
     @classmethod
     def of(cls, file: Part21File) -> Placed:
@@ -118,8 +92,7 @@ class Placed:
 
         Raises
         ------
-        FormatError
-            When the file has no product with a shape.
+        FormatError : When the file has no product with a shape.
         """
         roots = find_roots(file)
         if not roots:
@@ -140,22 +113,17 @@ def append_placement(
 
     Parameters
     ----------
-    name : str
-        Name of the new product.
-    moves : mapping of int to RigidTransform, optional
-        Motions within `part` of roots, by their ``PRODUCT_DEFINITION``.
-    placed : Placed, optional
-        What the file says of its roots, if it is known already.
+    name : Name of the new product.
+    moves : Motions within `part` of roots, by their ``PRODUCT_DEFINITION``.
+    placed : What the file says of its roots, if it is known already.
 
     Returns
     -------
-    EntityWriter, Assembly
-        For `with_entities`. More entities can be added before.
+    EntityWriter, Assembly. For `with_entities`. More entities can be added before.
 
     Raises
     ------
-    FormatError
-        When the file has no product with a shape.
+    FormatError : When the file has no product with a shape.
     """
     placed = placed or Placed.of(file)
     roots = placed.roots

@@ -34,22 +34,14 @@ LINE_WIDTH_MM = 0.7
 class SeamCurve:
     """A seam to be drawn into a STEP file.
 
-    Parameters
-    ----------
-    points_part : array_like, shape (m, 3)
-        Polyline in `part`, mm. A closed seam ends at its first point.
-    color_rgb : tuple of float
-        As a file writes it (sRGB), in 0…1.
-
     Raises
     ------
-    InputError
-        When there are fewer than two distinct points.
+    InputError : When there are fewer than two distinct points.
     """
 
     name: str
-    points_part: FloatArray
-    color_rgb: Rgb
+    points_part: FloatArray  #: shape (m, 3). Polyline in `part`, mm. A closed seam ends at its first point.
+    color_rgb: Rgb  #: As a file writes it (sRGB), in 0…1.
 
     def __post_init__(self) -> None:
         points = as_points(self.points_part, name=f"seam {self.name}")
@@ -72,10 +64,8 @@ def append_seams(
 
     Parameters
     ----------
-    writer, file, assembly
-        From `append_placement`.
-    T_base_part : RigidTransform
-        The points are written in `base`.
+    writer, file, assembly : From `append_placement`.
+    T_base_part : The points are written in `base`.
     """
     definition, shape = add_product(writer, file, assembly.root, SEAMS_NAME)
     origin = writer.add_placement(RigidTransform.identity(target="base", source="base"), unit_mm=1.0)

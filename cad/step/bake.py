@@ -40,8 +40,7 @@ def bake_text(file: Part21File, T_base_part: RigidTransform) -> bytes:
 
     Returns
     -------
-    bytes
-        The text. Moved numbers are written with all their digits.
+    bytes. The text. Moved numbers are written with all their digits.
 
     Raises
     ------

@@ -27,26 +27,15 @@ VERTEX_ATOL_MM = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepInventory:
-    """What a document holds, counted.
+    """What a document holds, counted."""
 
-    Parameters
-    ----------
-    surfaces : Counter
-        Faces by kind of surface.
-    vertices : ndarray, shape (n, 3)
-        Distinct vertices, and the nodes of faces that have triangles only, mm.
-    names, colors, layers : Counter
-        Labels by name, by colour and by layer.
-    annotations : Counter
-        Dimensions, tolerances and datums (PMI).
-    """
-
-    surfaces: Counter[str]
-    vertices: FloatArray
+    surfaces: Counter[str]  #: Faces by kind of surface.
+    vertices: FloatArray  #: shape (n, 3). Distinct vertices, and the nodes of faces that have triangles only, mm.
+    #: `names`, `colors`, `layers`: Labels by name, by colour and by layer.
     names: Counter[str]
     colors: Counter[Rgb]
     layers: Counter[str]
-    annotations: Counter[str]
+    annotations: Counter[str]  #: Dimensions, tolerances and datums (PMI).
 
 
 def take_inventory(document: KernelObject, *, without: str = "") -> StepInventory:
@@ -54,8 +43,7 @@ def take_inventory(document: KernelObject, *, without: str = "") -> StepInventor
 
     Parameters
     ----------
-    without : str, optional
-        Name of an assembly and a layer to leave out with everything in them.
+    without : Name of an assembly and a layer to leave out with everything in them.
     """
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     left_out = _entries_of(tool, without) if without else frozenset()
@@ -139,12 +127,9 @@ def compare_inventories(
 
     Parameters
     ----------
-    before, after : StepInventory
-        Of the file as read and of the file as written and read again.
-    T_base_part : RigidTransform
-        The move of the vertices.
-    added : Counter
-        Names that were added on purpose.
+    before, after : Of the file as read and of the file as written and read again.
+    T_base_part : The move of the vertices.
+    added : Names that were added on purpose.
     """
     issues = [
         Issue(f"moved-{what}-differ", f"the written file differs in {what}: {_difference(old, new)}")
@@ -195,8 +180,7 @@ def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seam
 
     Returns
     -------
-    list of Issue
-        One per seam that is not present as one edge with its length and its ends.
+    list of Issue. One per seam that is not present as one edge with its length and its ends.
     """
     found = {leaf.use.path[-1]: leaf for leaf in StepTree(document).leaves() if leaf.use.path[-2:-1] == (SEAMS_NAME,)}
     issues = []

@@ -21,24 +21,13 @@ from wpcal.core.wording import counted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidsBefore:
-    """What the solids of a file were, without their shapes.
+    """What the solids of a file were, without their shapes."""
 
-    Parameters
-    ----------
-    looks : tuple
-        Name, colour and layers of each. A solid that was called by its number has no name.
-    surfaces : tuple of Counter
-        Faces of each by kind of surface.
-    vertices : tuple of ndarray, shape (k, 3)
-        Of each, in `part`, mm.
-    marks : Counter
-        Faces, wires and edges with a name, a colour or a layer of their own.
-    """
-
+    #: Name, colour and layers of each. A solid that was called by its number has no name.
     looks: tuple[tuple[Any, ...], ...]
-    surfaces: tuple[Counter[str], ...]
-    vertices: tuple[FloatArray, ...]
-    marks: Counter[tuple[Any, ...]]
+    surfaces: tuple[Counter[str], ...]  #: Faces of each by kind of surface.
+    vertices: tuple[FloatArray, ...]  #: shape (k, 3). Of each, in `part`, mm.
+    marks: Counter[tuple[Any, ...]]  #: Faces, wires and edges with a name, a colour or a layer of their own.
 
 
 def take_solids(part: StepPart, *, without: str = "") -> SolidsBefore:
@@ -53,14 +42,9 @@ def take_solids(part: StepPart, *, without: str = "") -> SolidsBefore:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnMotions:
-    """Motions of a part's solids, and what the solids were.
+    """Motions of a part's solids, and what the solids were."""
 
-    Parameters
-    ----------
-    T_part_moved : ndarray, shape (n, 4, 4)
-    """
-
-    T_part_moved: FloatArray
+    T_part_moved: FloatArray  #: shape (n, 4, 4).
     before: SolidsBefore
 
     def compare(
@@ -70,10 +54,8 @@ class OwnMotions:
 
         Parameters
         ----------
-        inventory : StepInventory
-            Of the file as it was: its products' names and its annotations.
-        without : str
-            Name of an assembly that was added.
+        inventory : Of the file as it was: its products' names and its annotations.
+        without : Name of an assembly that was added.
         """
         before, after = self.before, take_solids(again, without=without)
         if len(after.vertices) != len(before.vertices):

@@ -27,13 +27,11 @@ def refuse_distorted(file: Part21File, path: str) -> None:
 
     Parameters
     ----------
-    path : str
-        The file as the user named it.
+    path : The file as the user named it.
 
     Raises
     ------
-    InputError
-        With the instance that says so.
+    InputError : With the instance that says so.
     """
     found = {operator.id: what for operator in file.instances(OPERATOR_3D) if (what := _distortion(file, operator))}
     if not found:

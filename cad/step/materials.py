@@ -40,15 +40,9 @@ LB_IN3 = 27_679.9
 
 @dataclass(frozen=True, slots=True)
 class ProductMaterial:
-    """What a product is made of.
+    """What a product is made of."""
 
-    Parameters
-    ----------
-    texts : tuple of str
-        As written, in the order of the file; empty if the file does not say.
-    """
-
-    texts: tuple[str, ...] = ()
+    texts: tuple[str, ...] = ()  #: As written, in the order of the file; empty if the file does not say.
     density_kg_m3: float | None = None
 
 

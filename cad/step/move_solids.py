@@ -43,10 +43,8 @@ def move_solids(
 
     Parameters
     ----------
-    leaves : sequence of LeafUse
-        The uses of products with faces, in the order of the kernel.
-    T_part_moved : ndarray, shape (n, 4, 4)
-        The motion of every solid, mm.
+    leaves : The uses of products with faces, in the order of the kernel.
+    T_part_moved : shape (n, 4, 4). The motion of every solid, mm.
 
     Returns
     -------
@@ -56,8 +54,7 @@ def move_solids(
 
     Raises
     ------
-    FormatError
-        When the text does not say where the solids are, or not as the kernel does.
+    FormatError : When the text does not say where the solids are, or not as the kernel does.
     """
     trees = find_occurrences(file)
     moves = _Moves.of(file, trees, leaves, T_part_moved)
@@ -74,18 +71,10 @@ def move_solids(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Moves:
-    """What every use does; uses are known by their identity.
+    """What every use does; uses are known by their identity."""
 
-    Parameters
-    ----------
-    places : dict of int to ndarray of shape (4, 4)
-        Where each use is in `part`, mm.
-    solids : dict of int to ndarray of shape (k, 4, 4)
-        Motions of the solids of each use and of all below it.
-    """
-
-    places: Mapping[int, FloatArray]
-    solids: Mapping[int, FloatArray]
+    places: Mapping[int, FloatArray]  #: shape (4, 4). Where each use is in `part`, mm.
+    solids: Mapping[int, FloatArray]  #: shape (k, 4, 4). Motions of the solids of each use and of all below it.
 
     @classmethod
     def of(
@@ -160,10 +149,8 @@ class _Editor:
 
         Parameters
         ----------
-        use : Occurrence
-            Whose solids differ in their motions.
-        axes : sequence of int
-            Placements that a copy must list, because the use refers to them.
+        use : Whose solids differ in their motions.
+        axes : Placements that a copy must list, because the use refers to them.
         """
         is_copy = use.product.definition in self.taken
         self.taken.add(use.product.definition)

@@ -30,16 +30,14 @@ def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True)
 
     Parameters
     ----------
-    name : str
-        Of the assembly.
+    name : Of the assembly.
     pcurves : bool
         Whether each edge is also written as a curve in the parameters of its faces. This kernel does so by default;
         most CAD systems do not.
 
     Raises
     ------
-    KernelError
-        When the kernel fails.
+    KernelError : When the kernel fails.
     """
     placed = [(member, shape, TopLoc_Location()) for member, shape, _ in members]
     text = plain_step_text(placed, name, pcurves=pcurves)
@@ -54,8 +52,7 @@ def plain_step_text(placed: Sequence[tuple[str, KernelObject, KernelObject]], na
     Parameters
     ----------
     placed : sequence of (name, kernel solid, kernel location)
-    name, pcurves
-        As in `new_step_text`.
+    name, pcurves : As in `new_step_text`.
     """
     document = new_document()
     settings = {"write.surfacecurve.mode": int(pcurves)}

@@ -38,78 +38,42 @@ MOST_LEVELS = 100
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """A solid of a product.
-
-    Parameters
-    ----------
-    representation : int
-        Which lists it.
-    """
+    """A solid of a product."""
 
     item: int
     name: str
-    representation: int
+    representation: int  #: Which lists it.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """How one product is placed in another.
+    """How one product is placed in another."""
 
-    Parameters
-    ----------
-    usage : int
-        The ``NEXT_ASSEMBLY_USAGE_OCCURRENCE``.
-    name : str
-        Of the use.
-    child : int
-        The ``PRODUCT_DEFINITION`` that is placed.
-    relation, transformation : int
-        The relationship of the two representations, and its ``ITEM_DEFINED_TRANSFORMATION``.
-    side : int
-        Which end of both is the parent's: 0 or 1.
-    T_parent_axis : RigidTransform
-        The placement `parent_axis`, mm.
-    T_parent_child : RigidTransform
-        Where the child is in the parent, mm.
-    """
-
-    usage: int
-    name: str
-    child: int
+    usage: int  #: The ``NEXT_ASSEMBLY_USAGE_OCCURRENCE``.
+    name: str  #: Of the use.
+    child: int  #: The ``PRODUCT_DEFINITION`` that is placed.
+    #: `relation`, `transformation`: The relationship of the two representations, and its
+    #: ``ITEM_DEFINED_TRANSFORMATION``.
     relation: int
     transformation: int
-    side: int
+    side: int  #: Which end of both is the parent's: 0 or 1.
     child_representation: int
     child_axis: int
     parent_axis: int
-    T_parent_axis: RigidTransform
-    T_parent_child: RigidTransform
+    T_parent_axis: RigidTransform  #: The placement `parent_axis`, mm.
+    T_parent_child: RigidTransform  #: Where the child is in the parent, mm.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Occurrence:
-    """One use of a product.
-
-    Parameters
-    ----------
-    link : Link or None
-        None: a root.
-    T_root_product : RigidTransform
-        Where the product is in its root, mm.
-    solids : tuple of Solid
-        Of a product without components, in the order of the file.
-    has_faces : bool
-        Whether a product without components holds solids, or faces without one.
-    below : tuple of Occurrence
-        Its components, in the order of the file.
-    """
+    """One use of a product."""
 
     product: Root
-    link: Link | None
-    T_root_product: RigidTransform
-    solids: tuple[Solid, ...]
-    has_faces: bool
-    below: tuple[Occurrence, ...]
+    link: Link | None  #: None: a root.
+    T_root_product: RigidTransform  #: Where the product is in its root, mm.
+    solids: tuple[Solid, ...]  #: Of a product without components, in the order of the file.
+    has_faces: bool  #: Whether a product without components holds solids, or faces without one.
+    below: tuple[Occurrence, ...]  #: Its components, in the order of the file.
 
     def all(self) -> Iterator[Occurrence]:
         """Yield this use and all below it, in the order of the file."""
@@ -120,18 +84,10 @@ class Occurrence:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeafUse:
-    """One use of a product without components, as the kernel reads it.
+    """One use of a product without components, as the kernel reads it."""
 
-    Parameters
-    ----------
-    solids : tuple of int
-        Numbers of its solids in the part.
-    T_part_product : ndarray, shape (4, 4)
-        Where the product is in `part`, mm.
-    """
-
-    solids: tuple[int, ...]
-    T_part_product: FloatArray
+    solids: tuple[int, ...]  #: Numbers of its solids in the part.
+    T_part_product: FloatArray  #: shape (4, 4). Where the product is in `part`, mm.
 
 
 def find_occurrences(file: Part21File) -> tuple[Occurrence, ...]:
@@ -139,8 +95,7 @@ def find_occurrences(file: Part21File) -> tuple[Occurrence, ...]:
 
     Raises
     ------
-    FormatError
-        When the text does not say where each component is.
+    FormatError : When the text does not say where each component is.
     """
     return _Tree(file).roots()
 
@@ -150,8 +105,7 @@ def placement_mm(file: Part21File, number: int, unit_mm: float) -> RigidTransfor
 
     Raises
     ------
-    FormatError
-        When it leaves only one direction to the reader's default.
+    FormatError : When it leaves only one direction to the reader's default.
     """
     found = placement_of(file, number, unit_mm)
     if found is not None:

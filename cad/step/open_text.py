@@ -40,15 +40,12 @@ def require_step_file(path: Path) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file as the user named it.
+    path : The file as the user named it.
 
     Raises
     ------
-    InputError
-        If there is no such file, or it is a folder, empty or not readable.
-    FormatError
-        If it is not ISO 10303-21 text.
+    InputError : If there is no such file, or it is a folder, empty or not readable.
+    FormatError : If it is not ISO 10303-21 text.
     """
     _require_step_start(_read(path, first=START_SEARCH_BYTES), path)
 
@@ -58,17 +55,13 @@ def read_step_text(path: Path, *, data: bytes | None = None) -> Part21File:
 
     Parameters
     ----------
-    path : Path
-        The file as the user named it.
-    data : bytes, optional
-        The file's bytes, if they were read before.
+    path : The file as the user named it.
+    data : The file's bytes, if they were read before.
 
     Raises
     ------
-    InputError
-        If there is no such file, or it is a folder, empty or not readable.
-    FormatError
-        If it is not ISO 10303-21 text, or is cut off.
+    InputError : If there is no such file, or it is a folder, empty or not readable.
+    FormatError : If it is not ISO 10303-21 text, or is cut off.
     """
     text = _read(path) if data is None else data
     _require_step_start(text, path)

@@ -25,8 +25,7 @@ def outline(file: Part21File) -> bytes:
 
     Raises
     ------
-    FormatError
-        When a reference has too many digits.
+    FormatError : When a reference has too many digits.
     """
     order = np.argsort(file.starts, kind="stable")
     starts, ends, ids = file.starts[order], file.ends[order], file.ids[order]

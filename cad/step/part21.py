@@ -34,37 +34,18 @@ _USUAL_BLANKS = 32
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part21File:
-    """The indexed text of one STEP file.
+    """The indexed text of one STEP file."""
 
-    Parameters
-    ----------
-    name : str
-        The file as the user named it, for messages.
-    text : bytes
-        The text as read, without a byte order mark.
-    clean : bytes
-        The same text with every comment replaced by blanks, so that all positions stay.
-    ids : ndarray, shape (n,)
-        Instance numbers, ascending.
-    starts, ends : ndarray, shape (n,)
-        Positions of the ``#`` and the ``;`` of each instance, in the order of `ids`.
-    header : tuple of Record
-        The statements of the header.
-    data_end : int
-        Position of the ``ENDSEC`` of the last data section. New instances go before it.
-    byte_order_mark : bytes
-        What an editor put before the text; `text` and all positions are without it.
-    """
-
-    name: str
-    text: bytes
-    clean: bytes
-    ids: IntArray
+    name: str  #: The file as the user named it, for messages.
+    text: bytes  #: The text as read, without a byte order mark.
+    clean: bytes  #: The same text with every comment replaced by blanks, so that all positions stay.
+    ids: IntArray  #: shape (n,). Instance numbers, ascending.
+    #: `starts`, `ends`: shape (n,). Positions of the ``#`` and the ``;`` of each instance, in the order of `ids`.
     starts: IntArray
     ends: IntArray
-    header: tuple[Record, ...]
-    data_end: int
-    byte_order_mark: bytes = b""
+    header: tuple[Record, ...]  #: The statements of the header.
+    data_end: int  #: Position of the ``ENDSEC`` of the last data section. New instances go before it.
+    byte_order_mark: bytes = b""  #: What an editor put before the text; `text` and all positions are without it.
 
     @property
     def newline(self) -> bytes:
@@ -95,8 +76,7 @@ class Part21File:
 
         Raises
         ------
-        FormatError
-            When its text is not a Part 21 instance.
+        FormatError : When its text is not a Part 21 instance.
         """
         at = int(np.searchsorted(self.ids, number))
         if at == len(self.ids) or int(self.ids[at]) != number:
@@ -140,10 +120,8 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
 
     Parameters
     ----------
-    text : bytes
-        The whole file.
-    name : str
-        The file as the user named it, for messages.
+    text : The whole file.
+    name : The file as the user named it, for messages.
 
     Raises
     ------
@@ -173,8 +151,7 @@ def reference_numbers(file: Part21File) -> tuple[IntArray, IntArray]:
 
     Raises
     ------
-    FormatError
-        When a number has too many digits.
+    FormatError : When a number has too many digits.
     """
     characters = np.frombuffer(file.clean, dtype=np.uint8)
     places = np.flatnonzero(characters == _HASH)

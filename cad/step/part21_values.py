@@ -81,8 +81,7 @@ def parse_instance(statement: bytes) -> Instance:
 
     Raises
     ------
-    FormatError
-        When the text is neither.
+    FormatError : When the text is neither.
 
     Examples
     --------
@@ -106,8 +105,7 @@ def parse_value(text: bytes) -> Value:
 
     Raises
     ------
-    FormatError
-        When the text is not exactly one value.
+    FormatError : When the text is not exactly one value.
     """
     root: list[Value] = []
     stack: list[tuple[str | None, list[Value]]] = [(None, root)]

@@ -24,27 +24,13 @@ UNIT_RTOL = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """A product with its shape. It is a root if it is not a component of another product.
+    """A product with its shape. It is a root if it is not a component of another product."""
 
-    Parameters
-    ----------
-    definition : int
-        Its ``PRODUCT_DEFINITION``.
-    representation : int
-        The ``SHAPE_REPRESENTATION`` (or a subtype) of its shape.
-    context : int
-        The representation's context, which carries the units.
-    axis : int or None
-        The first ``AXIS2_PLACEMENT_3D`` that the representation lists.
-    unit_mm : float
-        Length unit of the context, mm.
-    """
-
-    definition: int
-    representation: int
-    context: int
-    axis: int | None
-    unit_mm: float
+    definition: int  #: Its ``PRODUCT_DEFINITION``.
+    representation: int  #: The ``SHAPE_REPRESENTATION`` (or a subtype) of its shape.
+    context: int  #: The representation's context, which carries the units.
+    axis: int | None  #: The first ``AXIS2_PLACEMENT_3D`` that the representation lists.
+    unit_mm: float  #: Length unit of the context, mm.
 
 
 def find_roots(file: Part21File) -> tuple[Root, ...]:
@@ -52,13 +38,11 @@ def find_roots(file: Part21File) -> tuple[Root, ...]:
 
     Returns
     -------
-    tuple of Root
-        Empty when the file has no product structure that leads to a shape.
+    tuple of Root. Empty when the file has no product structure that leads to a shape.
 
     Raises
     ------
-    FormatError
-        When an instance on the way is not a Part 21 instance.
+    FormatError : When an instance on the way is not a Part 21 instance.
     """
     children = {
         child
@@ -108,21 +92,11 @@ def context_and_items(representation: Instance) -> tuple[Ref | None, tuple[Ref, 
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """How a root places one of its components.
+    """How a root places one of its components."""
 
-    Parameters
-    ----------
-    transformation : int
-        The ``ITEM_DEFINED_TRANSFORMATION``.
-    side : int
-        Which of its two placements is the root's: 0 or 1.
-    placement : int
-        That placement.
-    """
-
-    transformation: int
-    side: int
-    placement: int
+    transformation: int  #: The ``ITEM_DEFINED_TRANSFORMATION``.
+    side: int  #: Which of its two placements is the root's: 0 or 1.
+    placement: int  #: That placement.
 
 
 def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
@@ -222,8 +196,7 @@ def axis_placement(
 
     Raises
     ------
-    FormatError
-        When the placement does not lead to three coordinates.
+    FormatError : When the placement does not lead to three coordinates.
     """
     record = record_of(file.instance(number), "AXIS2_PLACEMENT_3D")
     location = _coordinates(file, argument(record, 1))

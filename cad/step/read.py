@@ -47,96 +47,46 @@ NO_FOLDER = os.devnull + "/"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepSolid:
-    """One placed solid, or a shell where the file has no solid there.
+    """One placed solid, or a shell where the file has no solid there."""
 
-    Parameters
-    ----------
-    name : str
-        The name of the body, or else of its product, as written. A name that a program gave, such as ``Body1``, gives
-        way to that of the product. Further solids of the same name are called ``name#2``, ``name#3``, … A solid
-        without a name is called by its number: ``S4`` is the fourth.
-    path : tuple of str
-        Names of the instances from the root down.
-    shape : kernel shape
-        ``TopoDS_Solid`` or ``TopoDS_Shell`` in the frame `part`, mm.
-    color_rgb : tuple of float or None
-        sRGB as the file writes it, in 0…1.
-    facts : SolidFacts
-        Path, colour, and what else helps to tell whether the solid can be welded: products, material, density.
-    """
-
+    #: The name of the body, or else of its product, as written. A name that a program gave, such as ``Body1``, gives
+    #: way to that of the product. Further solids of the same name are called ``name#2``, ``name#3``, … A solid without
+    #: a name is called by its number: ``S4`` is the fourth.
     name: str
-    path: tuple[str, ...]
-    shape: Any
-    color_rgb: Rgb | None
+    path: tuple[str, ...]  #: Names of the instances from the root down.
+    shape: Any  #: ``TopoDS_Solid`` or ``TopoDS_Shell`` in the frame `part`, mm.
+    color_rgb: Rgb | None  #: sRGB as the file writes it, in 0…1.
     layers: tuple[str, ...]
+    #: Path, colour, and what else helps to tell whether the solid can be welded: products, material, density.
     facts: SolidFacts = field(default_factory=SolidFacts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepMark:
-    """A face, wire or edge with a name, a colour or a layer of its own.
+    """A face, wire or edge with a name, a colour or a layer of its own."""
 
-    Parameters
-    ----------
-    kind : str
-        ``face``, ``wire`` or ``edge``.
-    name : str
-        As written; empty when it has none. Often without meaning: some exporters name every edge.
-    color_rgb : tuple of float or None
-        sRGB as the file writes it, in 0…1.
-    path : tuple of str
-        Names of the instances from the root down.
-    shape : kernel shape
-        In the frame `part`, mm.
-    """
-
-    kind: str
-    name: str
-    color_rgb: Rgb | None
+    kind: str  #: ``face``, ``wire`` or ``edge``.
+    name: str  #: As written; empty when it has none. Often without meaning: some exporters name every edge.
+    color_rgb: Rgb | None  #: sRGB as the file writes it, in 0…1.
     layers: tuple[str, ...]
-    path: tuple[str, ...]
-    shape: Any
+    path: tuple[str, ...]  #: Names of the instances from the root down.
+    shape: Any  #: In the frame `part`, mm.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepPart:
-    """Everything read from one STEP file.
+    """Everything read from one STEP file."""
 
-    Parameters
-    ----------
-    file_name : str
-        Without its folder.
-    sha256 : str
-        Of the file's bytes.
-    unit : str
-        Length unit of the file: ``mm``, ``inch``, … The shapes are always in mm.
-    schema : str
-        As the header names it: ``AUTOMOTIVE_DESIGN``.
-    solids : tuple of StepSolid
-        In the order of the file.
-    marks : tuple of StepMark
-        In the order of the file.
-    issues : tuple of Issue
-        What is odd in the file.
-    document : kernel document
-        The XCAF document.
-    source : Part21File
-        The indexed text.
-    leaves : tuple of LeafUse
-        Every use of a product with faces.
-    """
-
-    file_name: str
-    sha256: str
-    unit: str
-    schema: str
-    solids: tuple[StepSolid, ...]
-    marks: tuple[StepMark, ...]
-    issues: tuple[Issue, ...]
-    document: Any
-    source: Part21File
-    leaves: tuple[LeafUse, ...] = ()
+    file_name: str  #: Without its folder.
+    sha256: str  #: Of the file's bytes.
+    unit: str  #: Length unit of the file: ``mm``, ``inch``, … The shapes are always in mm.
+    schema: str  #: As the header names it: ``AUTOMOTIVE_DESIGN``.
+    solids: tuple[StepSolid, ...]  #: In the order of the file.
+    marks: tuple[StepMark, ...]  #: In the order of the file.
+    issues: tuple[Issue, ...]  #: What is odd in the file.
+    document: Any  #: The XCAF document.
+    source: Part21File  #: The indexed text.
+    leaves: tuple[LeafUse, ...] = ()  #: Every use of a product with faces.
 
     @property
     def text(self) -> bytes:
@@ -166,22 +116,17 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
 
     Parameters
     ----------
-    data : bytes, optional
-        The file's bytes, if they were read before.
+    data : The file's bytes, if they were read before.
 
     Returns
     -------
-    StepPart
-        The same names in the same order at every run.
+    StepPart. The same names in the same order at every run.
 
     Raises
     ------
-    InputError
-        When the file cannot be read, is not a STEP file, has no face, or places a mirrored or scaled copy.
-    FormatError
-        When the text is broken or cut off.
-    KernelError
-        When the kernel fails.
+    InputError : When the file cannot be read, is not a STEP file, has no face, or places a mirrored or scaled copy.
+    FormatError : When the text is broken or cut off.
+    KernelError : When the kernel fails.
 
     Notes
     -----
@@ -214,16 +159,14 @@ def read_document(path: Path, text: bytes | None = None) -> KernelObject:
 
     Parameters
     ----------
-    path : Path
-        The file, for messages if the text is given.
+    path : The file, for messages if the text is given.
     text : bytes, optional
         The file's bytes as read before, so that the shapes come from the bytes whose SHA-256 is recorded, even if
         somebody changes the file meanwhile.
 
     Raises
     ------
-    FormatError
-        When the kernel does not read the file.
+    FormatError : When the kernel does not read the file.
     """
     document = new_document()
     with step_settings(READ_SETTINGS), _without_automatic_names():

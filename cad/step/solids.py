@@ -21,19 +21,11 @@ SEWING_TOLERANCES_MM = (0.01, 0.03, 0.1)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeafShapes:
-    """The bodies of one product.
+    """The bodies of one product."""
 
-    Parameters
-    ----------
-    bodies : tuple of kernel shapes
-        Solids, or shells (closed or open) if there is no solid; in the product's own frame, mm.
-    has_faces : bool
-        Whether the product has any face.
-    """
-
-    bodies: tuple[Any, ...]
+    bodies: tuple[Any, ...]  #: Solids, or shells (closed or open) if there is no solid; in the product's own frame, mm.
     issues: tuple[Issue, ...]
-    has_faces: bool
+    has_faces: bool  #: Whether the product has any face.
 
 
 def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
@@ -41,10 +33,8 @@ def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
 
     Parameters
     ----------
-    name : str
-        The product's name, for the issues.
-    shape : kernel shape
-        In the product's own frame, mm.
+    name : The product's name, for the issues.
+    shape : In the product's own frame, mm.
 
     Returns
     -------

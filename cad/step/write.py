@@ -96,29 +96,23 @@ def write_moved_step(
 
     Parameters
     ----------
-    path : Path
-        Overwritten when it exists.
-    bake : bool
-        Move the geometry itself instead of placing it in a new assembly.
+    path : Overwritten when it exists.
+    bake : Move the geometry itself instead of placing it in a new assembly.
     seams : sequence of (name, points, color_rgb)
         Polylines, shape (m, 3), in `part`, mm, with an sRGB colour, 0…1. They become named edges in a product
         ``wpcal seams``.
-    known : KnownPart, optional
-        What `know_part` found of the part, if it is moved many times.
+    known : What `know_part` found of the part, if it is moved many times.
     T_part_moved : ndarray, shape (n, 4, 4), optional
         Where each of the n solids of the part has moved within `part`, mm, before the part is moved.
 
     Returns
     -------
-    tuple of Issue
-        Every way of writing that failed, and every difference in the file that was kept.
+    tuple of Issue. Every way of writing that failed, and every difference in the file that was kept.
 
     Raises
     ------
-    InputError
-        When the file cannot be written, or a seam has fewer than two points.
-    KernelError
-        When the kernel fails.
+    InputError : When the file cannot be written, or a seam has fewer than two points.
+    KernelError : When the kernel fails.
 
     Notes
     -----
@@ -165,24 +159,12 @@ def _tried(job: _Job, ways: Sequence[Way], path: Path, before: StepInventory) ->
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownPart:
-    """What was found of a part before it is moved.
+    """What was found of a part before it is moved."""
 
-    Parameters
-    ----------
-    before : StepInventory
-        What the kernel finds in the file.
-    outline : Part21File, optional
-        The outline of the file, if that is enough to check a moved one.
-    outlined : StepInventory, optional
-        What the kernel finds in it.
-    placed : Placed, optional
-        Its roots.
-    """
-
-    before: StepInventory
-    outline: Part21File | None = None
-    outlined: StepInventory | None = None
-    placed: Placed | None = None
+    before: StepInventory  #: What the kernel finds in the file.
+    outline: Part21File | None = None  #: The outline of the file, if that is enough to check a moved one.
+    outlined: StepInventory | None = None  #: What the kernel finds in it.
+    placed: Placed | None = None  #: Its roots.
 
 
 def know_part(part: StepPart) -> KnownPart:

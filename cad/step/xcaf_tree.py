@@ -30,52 +30,24 @@ def merged_layers(layers: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """One use of a product: its place, and the attributes of the instances above it.
+    """One use of a product: its place, and the attributes of the instances above it."""
 
-    Parameters
-    ----------
-    location : kernel location
-        Of the product in the frame `part`.
-    path : tuple of str
-        Names of the instances from the root down.
-    products : tuple of str
-        Names of the products from the root down.
-    name : str
-        Name of the nearest product above that has one.
-    color : tuple of float or None
-        Colour of the highest instance above that has one. It overrides the product's own.
-    layers : tuple of str
-        Layers of the instances above.
-    """
-
-    location: Any
-    path: tuple[str, ...] = ()
-    products: tuple[str, ...] = ()
-    name: str = ""
-    color: Rgb | None = None
-    layers: tuple[str, ...] = ()
+    location: Any  #: Of the product in the frame `part`.
+    path: tuple[str, ...] = ()  #: Names of the instances from the root down.
+    products: tuple[str, ...] = ()  #: Names of the products from the root down.
+    name: str = ""  #: Name of the nearest product above that has one.
+    color: Rgb | None = None  #: Colour of the highest instance above that has one. It overrides the product's own.
+    layers: tuple[str, ...] = ()  #: Layers of the instances above.
 
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """One use of a product without components.
+    """One use of a product without components."""
 
-    Parameters
-    ----------
-    entry : str
-        Address of the product in the document, the same for all its uses.
-    label : kernel label
-        Of the product.
-    shape : kernel shape
-        In the product's own frame, mm.
-    use : Use
-        Its place, with the product's own name, colour and layers merged in.
-    """
-
-    entry: str
-    label: Any
-    shape: Any
-    use: Use
+    entry: str  #: Address of the product in the document, the same for all its uses.
+    label: Any  #: Of the product.
+    shape: Any  #: In the product's own frame, mm.
+    use: Use  #: Its place, with the product's own name, colour and layers merged in.
 
 
 @dataclass(slots=True)

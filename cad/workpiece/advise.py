@@ -29,36 +29,22 @@ USUAL_POINTS = 4
 
 @dataclass(frozen=True, slots=True)
 class AdviseOptions:
-    """Which features may be advised, and for what.
+    """Which features may be advised, and for what."""
 
-    Parameters
-    ----------
-    points : int or None
-        How many to teach. None: four of a part that is one body; of one whose bodies may move as many as
-        `tolerance_mm` needs, or two for each body.
-    seams : tuple of str
-        Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
-    sigma_mm : float
-        Teaching error: standard deviation per axis.
-    have, exclude : tuple of str
-        Features that are taught anyway, and features that must not be advised.
-    near : tuple of float, optional
-        Sphere as centre x, y, z and radius in `part`, mm. Only features inside may be advised.
-    kinds : tuple of FeatureKind
-        Kinds that may be advised.
-    tolerance_mm : float or None
-        For a part whose bodies may move: as many points as the worst seam needs.
-    """
-
+    #: How many to teach. None: four of a part that is one body; of one whose bodies may move as many as `tolerance_mm`
+    #: needs, or two for each body.
     points: int | None = None
+    #: Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
     seams: tuple[str, ...] = ()
-    sigma_mm: float = USUAL_SIGMA_MM
+    sigma_mm: float = USUAL_SIGMA_MM  #: Teaching error: standard deviation per axis.
     criterion: Criterion = Criterion.MINIMAX
+    #: `have`, `exclude`: Features that are taught anyway, and features that must not be advised.
     have: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
+    #: Sphere as centre x, y, z and radius in `part`, mm. Only features inside may be advised.
     near: tuple[float, float, float, float] | None = None
-    kinds: tuple[FeatureKind, ...] = POINT_KINDS
-    tolerance_mm: float | None = None
+    kinds: tuple[FeatureKind, ...] = POINT_KINDS  #: Kinds that may be advised.
+    tolerance_mm: float | None = None  #: For a part whose bodies may move: as many points as the worst seam needs.
 
 
 USUAL, USUAL_SEAMS = AdviseOptions(), SeamOptions()
@@ -77,18 +63,13 @@ def advise_points(
 
     Parameters
     ----------
-    step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    choice : SeamChoice, optional
-        What a person decided about the seams.
-    cache : AnswerCache
-        As in `open_workpiece`. The advice is kept, too.
+    choice : What a person decided about the seams.
+    cache : As in `open_workpiece`. The advice is kept, too.
 
     Raises
     ------
-    InputError
-        When the part cannot be read, or has no feature or seam of a given name.
-    GeometryError
-        When the part has no seam, or too few features that may be taught.
+    InputError : When the part cannot be read, or has no feature or seam of a given name.
+    GeometryError : When the part has no seam, or too few features that may be taught.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     choice = choice or SeamChoice()

@@ -44,17 +44,13 @@ def tacked_bodies(
 
     Parameters
     ----------
-    seams : sequence of Seam
-        Where the error counts; frames in `part`.
-    seam_options : SeamOptions
-        Their gap says which faces touch, if contacts are kept.
+    seams : Where the error counts; frames in `part`.
+    seam_options : Their gap says which faces touch, if contacts are kept.
 
     Raises
     ------
-    InputError
-        As in `find_bodies`.
-    GeometryError
-        When there is no seam.
+    InputError : As in `find_bodies`.
+    GeometryError : When there is no seam.
     """
     require_seams(seams)
     part = find_bodies(workpiece.trimmed, choice)
@@ -90,26 +86,20 @@ def advise_bodies(
 
     Parameters
     ----------
-    seams : sequence of Seam
-        Where the error counts; frames in `part`.
+    seams : Where the error counts; frames in `part`.
     allowed : sequence of Touchable
         What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
         reached without them.
-    sigma_mm : float
-        Teaching error: standard deviation per axis.
-    seam_options : SeamOptions
-        With which the seams were found.
-    have : sequence of ReferenceFeature
-        Features that are taught anyway.
-    touched : Touches, optional
-        Other touches that were made already, at their points on the model.
+    sigma_mm : Teaching error: standard deviation per axis.
+    seam_options : With which the seams were found.
+    have : Features that are taught anyway.
+    touched : Other touches that were made already, at their points on the model.
     count, tolerance_mm :
         As in `wpcal.touch.advise.moved_advice.advise_moved`; with neither, two features for each body.
 
     Raises
     ------
-    InputError, GeometryError
-        As in `find_bodies` and `advise_moved`.
+    InputError, GeometryError : As in `find_bodies` and `advise_moved`.
     """
     tacked = tacked_bodies(workpiece, seams, choice, seam_options)
     model = tacked.model()

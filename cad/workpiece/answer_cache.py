@@ -52,33 +52,20 @@ class KernelNeededError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class AnswerCache:
-    """A folder of answers.
+    """A folder of answers."""
 
-    Parameters
-    ----------
-    folder : Path, optional
-        Created when the first answer is kept. Without a folder nothing is kept.
-    most_mb : float
-        Largest size of all answers together, MB.
-    kernel : bool
-        Whether this process may load the CAD kernel to find what is missing.
-    """
-
-    folder: Path | None = None
-    most_mb: float = USUAL_MOST_MB
-    kernel: bool = True
+    folder: Path | None = None  #: Created when the first answer is kept. Without a folder nothing is kept.
+    most_mb: float = USUAL_MOST_MB  #: Largest size of all answers together, MB.
+    kernel: bool = True  #: Whether this process may load the CAD kernel to find what is missing.
 
     def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
         """Return an answer that is kept, or find it and keep it.
 
         Parameters
         ----------
-        what : str
-            The question.
-        of : sequence
-            Everything that the answer depends on, besides the code and its libraries (`versions`): plain data.
-        make : callable
-            Finds the answer: plain data.
+        what : The question.
+        of : Everything that the answer depends on, besides the code and its libraries (`versions`): plain data.
+        make : Finds the answer: plain data.
         """
         if self.folder is None:
             return make()
@@ -117,8 +104,7 @@ def user_cache() -> AnswerCache:
 
     Raises
     ------
-    InputError
-        If a variable of the environment is not usable.
+    InputError : If a variable of the environment is not usable.
     """
     text = os.environ.get(FOLDER_VARIABLE, "")
     if text == OFF:

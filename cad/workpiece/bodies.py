@@ -30,32 +30,18 @@ KNOWN = ("name", "solids", "tack_mm", "tack_mrad", "faces", "centre_mm", "size_m
 
 @dataclass(frozen=True, slots=True)
 class BodyGroup:
-    """Solids that move as one.
-
-    Parameters
-    ----------
-    solids : tuple of str
-        Names; * and ? match any letters.
-    tolerance : TackTolerance or None
-        None: the one of the part.
-    """
+    """Solids that move as one."""
 
     name: str
-    solids: tuple[str, ...]
-    tolerance: TackTolerance | None = None
+    solids: tuple[str, ...]  #: Names; * and ? match any letters.
+    tolerance: TackTolerance | None = None  #: None: the one of the part.
 
 
 @dataclass(frozen=True, slots=True)
 class BodiesSource:
-    """The file that names bodies.
+    """The file that names bodies."""
 
-    Parameters
-    ----------
-    file : str
-        Its name, without folder.
-    """
-
-    file: str
+    file: str  #: Its name, without folder.
     sha256: str
 
     @classmethod
@@ -64,8 +50,7 @@ class BodiesSource:
 
         Raises
         ------
-        InputError
-            When it cannot be read.
+        InputError : When it cannot be read.
         """
         return cls(path.name, sha256_of(read_bytes(path)))
 
@@ -74,37 +59,20 @@ class BodiesSource:
 class BodiesOptions:
     """Which bodies may move, and how far.
 
-    Parameters
-    ----------
-    tolerance : TackTolerance
-        Of bodies that state none.
-    is_stated : bool
-        Whether a person stated it; otherwise it is estimated where there are enough touches.
-    groups : tuple of BodyGroup
-        Every solid that is in no group is a body of its own.
-    bending_mm : float or None
-        Root mean square bow of a plate of 1 m; None: plates stay straight.
-    keeps_contacts : bool
-        Whether plane faces of two bodies that touch in the model stay on each other.
-    contact_sigma_mm : float or None
-        How far they may come apart or into each other: a standard deviation. None: half of the gap up to which members
-        count as in contact.
-    source : BodiesSource or None
-        The file of the groups.
-
     Raises
     ------
-    InputError
-        When `contact_sigma_mm` is not positive.
+    InputError : When `contact_sigma_mm` is not positive.
     """
 
-    tolerance: TackTolerance = field(default_factory=TackTolerance)
-    is_stated: bool = False
-    groups: tuple[BodyGroup, ...] = ()
-    bending_mm: float | None = None
-    keeps_contacts: bool = False
+    tolerance: TackTolerance = field(default_factory=TackTolerance)  #: Of bodies that state none.
+    is_stated: bool = False  #: Whether a person stated it; otherwise it is estimated where there are enough touches.
+    groups: tuple[BodyGroup, ...] = ()  #: Every solid that is in no group is a body of its own.
+    bending_mm: float | None = None  #: Root mean square bow of a plate of 1 m; None: plates stay straight.
+    keeps_contacts: bool = False  #: Whether plane faces of two bodies that touch in the model stay on each other.
+    #: How far they may come apart or into each other: a standard deviation. None: half of the gap up to which members
+    #: count as in contact.
     contact_sigma_mm: float | None = None
-    source: BodiesSource | None = None
+    source: BodiesSource | None = None  #: The file of the groups.
 
     def __post_init__(self) -> None:
         sigma_mm = self.contact_sigma_mm
@@ -117,8 +85,7 @@ class BodiesOptions:
 
         Raises
         ------
-        InputError
-            When a tolerance is not positive.
+        InputError : When a tolerance is not positive.
         """
         usual = TackTolerance()
         tolerance = TackTolerance(
@@ -133,8 +100,7 @@ def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
 
     Raises
     ------
-    FormatError
-        When the file breaks its schema, or a tolerance is not positive.
+    FormatError : When the file breaks its schema, or a tolerance is not positive.
     """
     record = read_json(path, schema=BODIES_SCHEMA)
     usual = TackTolerance()
@@ -167,16 +133,10 @@ def _refuse_unknown(record: dict[str, Any], known: tuple[str, ...], where: str, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartBodies:
-    """The bodies of a part.
-
-    Parameters
-    ----------
-    face_body : ndarray of int, shape (F,)
-        The body of every face.
-    """
+    """The bodies of a part."""
 
     bodies: Bodies
-    face_body: IntArray
+    face_body: IntArray  #: shape (F,). The body of every face.
 
 
 def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
@@ -184,8 +144,7 @@ def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
 
     Returns
     -------
-    PartBodies
-        In the order of the solids.
+    PartBodies. In the order of the solids.
 
     Raises
     ------

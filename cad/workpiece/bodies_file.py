@@ -21,22 +21,15 @@ DIGITS = 3
 def list_bodies(
     step: Path, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
 ) -> tuple[dict[str, Any], tuple[Issue, ...]]:
-    """Return the record of the bodies of a STEP file, and what is odd in it.
+    """Return the record of the bodies of a STEP file, and what is odd in it. Of the schema ``wpcal/bodies/1``.
 
     Parameters
     ----------
-    cache, progress
-        As in `open_workpiece`.
-
-    Returns
-    -------
-    dict
-        Of the schema ``wpcal/bodies/1``.
+    cache, progress : As in `open_workpiece`.
 
     Raises
     ------
-    InputError
-        When the file cannot be read, or the part is one body.
+    InputError : When the file cannot be read, or the part is one body.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     with blamed_on(str(step)):

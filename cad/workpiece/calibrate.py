@@ -48,34 +48,18 @@ SEAM_RGB = (0.9, 0.2, 0.1)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkpieceCalibration:
-    """A calibrated workpiece.
-
-    Parameters
-    ----------
-    seams : tuple of Seam
-        With frames in `part`.
-    u95_mm : tuple of ndarray, shape (frames,)
-        95 % error at every frame of each seam, mm.
-    taught : TaughtPoints
-        With the features that were found for points without one.
-    found_names : bool
-        Whether features were found for points without one.
-    join_mm : float
-        A decision may join seams whose ends are at most so far from each other, mm.
-    torch : TorchShape
-        The torch with which reach was judged.
-    moved : MovedWorkpiece or None
-        The motions of the bodies, if they were fitted; `seams` are then those of the moved bodies.
-    """
+    """A calibrated workpiece."""
 
     workpiece: Workpiece
     result: CalibrationResult
-    seams: tuple[Seam, ...]
-    u95_mm: tuple[FloatArray, ...]
-    taught: TaughtPoints
-    found_names: bool = False
+    seams: tuple[Seam, ...]  #: With frames in `part`.
+    u95_mm: tuple[FloatArray, ...]  #: shape (frames,). 95 % error at every frame of each seam, mm.
+    taught: TaughtPoints  #: With the features that were found for points without one.
+    found_names: bool = False  #: Whether features were found for points without one.
+    #: A decision may join seams whose ends are at most so far from each other, mm.
     join_mm: float = SeamOptions().most_join_mm
-    torch: TorchShape = USUAL_TORCH
+    torch: TorchShape = USUAL_TORCH  #: The torch with which reach was judged.
+    #: The motions of the bodies, if they were fitted; `seams` are then those of the moved bodies.
     moved: MovedWorkpiece | None = None
 
     @property
@@ -139,32 +123,22 @@ def calibrate_workpiece(
 
     Parameters
     ----------
-    step : path, build123d shape, iterable of build123d shapes, or Workpiece
-        The model of the part.
+    step : The model of the part.
     taught : path or TaughtPoints
         Points touched with the robot, in `base`, mm. Features of points without one are found
         (`wpcal.taught.match.name_points`).
-    T_nominal_part : RigidTransform, optional
-        Pose of the part in the model of the cell; identity if not given.
-    silent : SilentRows, optional
-        Searches of a touch program that found nothing.
-    means : Means
-        How the seams are found.
-    progress : callable, optional
-        Gets one line per step.
+    T_nominal_part : Pose of the part in the model of the cell; identity if not given.
+    silent : Searches of a touch program that found nothing.
+    means : How the seams are found.
+    progress : Gets one line per step.
 
     Raises
     ------
-    InputError
-        When the part or the points cannot be used.
-    GeometryError
-        When the points are collinear or too few.
-    UnitError
-        When the points are in another unit.
-    FormatError
-        When a file breaks its format or names no feature of the part.
-    KernelError
-        When the kernel fails.
+    InputError : When the part or the points cannot be used.
+    GeometryError : When the points are collinear or too few.
+    UnitError : When the points are in another unit.
+    FormatError : When a file breaks its format or names no feature of the part.
+    KernelError : When the kernel fails.
 
     Examples
     --------
@@ -215,28 +189,14 @@ def calibrate_workpiece(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WrittenCalibration:
-    """What a command shows of a calibration whose files were written.
-
-    Parameters
-    ----------
-    seams : tuple of Seam
-        With frames in `part`.
-    u95_mm : tuple of ndarray, shape (frames,)
-        95 % error at every frame of each seam, mm.
-    record : dict
-        The record of ``calibration.json``.
-    files : tuple of str
-        Names of the files written.
-    notes : tuple of Issue
-        What is odd about the part, and what went wrong with writing.
-    """
+    """What a command shows of a calibration whose files were written."""
 
     result: CalibrationResult
-    seams: tuple[Seam, ...]
-    u95_mm: tuple[FloatArray, ...]
-    record: dict[str, Any]
-    files: tuple[str, ...]
-    notes: tuple[Issue, ...] = ()
+    seams: tuple[Seam, ...]  #: With frames in `part`.
+    u95_mm: tuple[FloatArray, ...]  #: shape (frames,). 95 % error at every frame of each seam, mm.
+    record: dict[str, Any]  #: The record of ``calibration.json``.
+    files: tuple[str, ...]  #: Names of the files written.
+    notes: tuple[Issue, ...] = ()  #: What is odd about the part, and what went wrong with writing.
 
 
 def calibrate_files(
@@ -264,37 +224,23 @@ def calibrate_files(
 
     Parameters
     ----------
-    step : Path or Workpiece
-        A part that is open already must come from a STEP file.
-    out : Path
-        The folder to write into.
-    overwrite : bool
-        Whether the folder may exist and hold files.
-    T_nominal_part, options, progress
-        As in `calibrate_workpiece`.
-    mark_seams : bool
-        Write the accepted seams as named edges into the moved STEP file.
-    bake : bool
-        Move the geometry itself in the STEP file, without a new assembly level.
-    holding : Holding, optional
-        The cell whose robot 2 held the part: ``cell.json`` with the part's place in the gripper is written, too.
-    searches : dict, optional
-        Which searches of a touch program the points are, for the record.
-    run_issues : sequence of Issue
-        What is odd about that run.
-    silent : SilentRows, optional
-        Its searches that found nothing.
-    means : Means
-        How seams are found and the moved part is written, and whether there is a page.
-    cache : AnswerCache
-        As in `open_workpiece`.
+    step : A part that is open already must come from a STEP file.
+    out : The folder to write into.
+    overwrite : Whether the folder may exist and hold files.
+    T_nominal_part, options, progress : As in `calibrate_workpiece`.
+    mark_seams : Write the accepted seams as named edges into the moved STEP file.
+    bake : Move the geometry itself in the STEP file, without a new assembly level.
+    holding : The cell whose robot 2 held the part: ``cell.json`` with the part's place in the gripper is written, too.
+    searches : Which searches of a touch program the points are, for the record.
+    run_issues : What is odd about that run.
+    silent : Its searches that found nothing.
+    means : How seams are found and the moved part is written, and whether there is a page.
+    cache : As in `open_workpiece`.
 
     Raises
     ------
-    InputError
-        As in `calibrate_workpiece`, or when the folder cannot be written. In both cases nothing is written.
-    KernelError
-        When the kernel fails.
+    InputError : As in `calibrate_workpiece`, or when the folder cannot be written. In both cases nothing is written.
+    KernelError : When the kernel fails.
     """
     from wpcal.pages.report import build_report
 

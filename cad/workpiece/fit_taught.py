@@ -35,17 +35,7 @@ from wpcal.touch.touch_results import SilentRows
 
 @dataclass(frozen=True, slots=True)
 class CalibrateOptions:
-    """How a workpiece is calibrated.
-
-    Parameters
-    ----------
-    ball_mm : float
-        Radius of the probe's ball for touches on faces that state no radius.
-    choice : SeamChoice
-        What a person decided about the seams.
-    bodies : BodiesOptions or None
-        Which bodies may have moved; None: the part is one body.
-    """
+    """How a workpiece is calibrated."""
 
     criterion: Criterion = Criterion.MINIMAX
     solver: Solver = Solver.ANNEALING
@@ -54,23 +44,17 @@ class CalibrateOptions:
     teaching: TeachingError = field(default_factory=TeachingError)
     seams: SeamOptions = field(default_factory=SeamOptions)
     certify: bool = False
-    ball_mm: float = 0.0
-    choice: SeamChoice = field(default_factory=SeamChoice)
-    bodies: BodiesOptions | None = None
+    ball_mm: float = 0.0  #: Radius of the probe's ball for touches on faces that state no radius.
+    choice: SeamChoice = field(default_factory=SeamChoice)  #: What a person decided about the seams.
+    bodies: BodiesOptions | None = None  #: Which bodies may have moved; None: the part is one body.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedPoints:
-    """Taught points that all have a feature or model coordinates.
-
-    Parameters
-    ----------
-    found_names : bool
-        Whether features were found for points without one.
-    """
+    """Taught points that all have a feature or model coordinates."""
 
     taught: TaughtPoints
-    found_names: bool
+    found_names: bool  #: Whether features were found for points without one.
 
 
 def name_taught(
@@ -101,28 +85,16 @@ def name_taught(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observed:
-    """Taught rows with what each of them lies on: ready to be fitted.
-
-    Parameters
-    ----------
-    check : PointPairs or Touches or None
-        Rows that are not fitted; they test the fit.
-    tcp_bias_mm : float
-        Error of the tool centre point that the rows state, mm.
-    features : dict of str to ndarray of shape (3,)
-        Places that can be touched as points, in `part`, mm: a suspicious point is tried on them.
-    postures : dict of str to ndarray of shape (3, 3)
-        The axes of the tool in `base` by the names of the rows that say them.
-    silent : SilentSearches or None
-        Searches of a touch program that found nothing.
-    """
+    """Taught rows with what each of them lies on: ready to be fitted."""
 
     fitted: PointPairs | Touches
-    check: PointPairs | Touches | None
-    tcp_bias_mm: float = 0.0
+    check: PointPairs | Touches | None  #: Rows that are not fitted; they test the fit.
+    tcp_bias_mm: float = 0.0  #: Error of the tool centre point that the rows state, mm.
+    #: shape (3,). Places that can be touched as points, in `part`, mm: a suspicious point is tried on them.
     features: dict[str, FloatArray] = field(default_factory=dict)
+    #: shape (3, 3). The axes of the tool in `base` by the names of the rows that say them.
     postures: dict[str, FloatArray] = field(default_factory=dict)
-    silent: SilentSearches | None = None
+    silent: SilentSearches | None = None  #: Searches of a touch program that found nothing.
 
 
 def prepare_fit(
@@ -136,17 +108,13 @@ def prepare_fit(
 
     Parameters
     ----------
-    taught : TaughtPoints
-        With their features (`name_taught`).
-    T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part: finds the face of touches that name none.
-    silent : SilentRows, optional
-        Searches of a touch program that found nothing.
+    taught : With their features (`name_taught`).
+    T_nominal_part : Where the cell's model has the part: finds the face of touches that name none.
+    silent : Searches of a touch program that found nothing.
 
     Raises
     ------
-    FormatError
-        Naming the row whose feature or face the part does not have.
+    FormatError : Naming the row whose feature or face the part does not have.
     """
     features = workpiece.features
     if not taught.has_touches:
@@ -169,15 +137,12 @@ def next_point(
 
     Parameters
     ----------
-    taught : TaughtPoints
-        With their features (`name_taught`).
-    sigma_mm : float, optional
-        Teaching error per axis.
+    taught : With their features (`name_taught`).
+    sigma_mm : Teaching error per axis.
 
     Returns
     -------
-    str or None
-        None if rows were touched on faces or have no feature, or no further feature helps.
+    str or None. None if rows were touched on faces or have no feature, or no further feature helps.
     """
     used = [name for name, use in zip(taught.features, taught.use, strict=True) if use == "yes"]
     if taught.has_touches or not all(taught.features):
@@ -211,22 +176,17 @@ def run_fit(
 
     Parameters
     ----------
-    observed : Observed
-        From `prepare_fit`.
-    seams : sequence of Seam
-        With frames in `part`; the verdict judges the accepted ones, and the criteria are compared there.
-    suggest : callable, optional
-        Returns the feature to touch next (`next_point`). It is called if the verdict is ``UNSURE``.
+    observed : From `prepare_fit`.
+    seams : With frames in `part`; the verdict judges the accepted ones, and the criteria are compared there.
+    suggest : Returns the feature to touch next (`next_point`). It is called if the verdict is ``UNSURE``.
 
     Returns
     -------
-    u95_mm : tuple of ndarray
-        95 % error at every frame of each seam, mm; one array of shape (frames,) per seam.
+    u95_mm : tuple of ndarray. 95 % error at every frame of each seam, mm; one array of shape (frames,) per seam.
 
     Raises
     ------
-    GeometryError, UnitError
-        When the observations cannot be fitted.
+    GeometryError, UnitError : When the observations cannot be fitted.
     """
     accepted = [seam for seam in seams if seam.accepted]
     bias_mm = max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm)

@@ -45,15 +45,12 @@ def find_marked(
 
     Parameters
     ----------
-    patterns : sequence of str
-        Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
-    places : sequence of str
-        Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
+    patterns : Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
+    places : Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
 
     Raises
     ------
-    InputError
-        When a pattern fits no edge, or a place is not readable or not near an edge.
+    InputError : When a pattern fits no edge, or a place is not readable or not near an edge.
     """
     found: list[tuple[FreeEdge, str]] = []
     for pattern in patterns:

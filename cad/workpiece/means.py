@@ -24,23 +24,12 @@ def _not_sealed(_: WorkpieceCalibration, __: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Means:
-    """The steps of a calibration that a batch does once per part instead of once per job, and what commands choose.
+    """The steps of a calibration that a batch does once per part instead of once per job, and what commands choose."""
 
-    Parameters
-    ----------
-    find_seams : callable
-        As `cad.workpiece.seams.find_seams`.
-    write_moved : callable
-        As `cad.workpiece.moved_file.write_moved`.
-    wants_page : callable
-        Tells of a result whether its page is written.
-    seal : callable
-        Gets the calibration and the folder with all its files before the folder appears, and may add a file.
-    """
-
-    find_seams: Callable[..., tuple[tuple[Seam, ...], Workpiece]] = find_seams
-    write_moved: Callable[..., tuple[Issue, ...]] = write_moved
-    wants_page: Callable[[CalibrationResult], bool] = lambda _: True
+    find_seams: Callable[..., tuple[tuple[Seam, ...], Workpiece]] = find_seams  #: As `cad.workpiece.seams.find_seams`.
+    write_moved: Callable[..., tuple[Issue, ...]] = write_moved  #: As `cad.workpiece.moved_file.write_moved`.
+    wants_page: Callable[[CalibrationResult], bool] = lambda _: True  #: Tells of a result whether its page is written.
+    #: Gets the calibration and the folder with all its files before the folder appears, and may add a file.
     seal: Callable[[WorkpieceCalibration, Path], None] = _not_sealed
 
 

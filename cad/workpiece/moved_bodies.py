@@ -43,35 +43,18 @@ OVERLAP_MM = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedWorkpiece:
-    """What the bodies' motions change.
-
-    Parameters
-    ----------
-    result : CalibrationResult
-        With the pose, the residuals and the verdict of this fit.
-    seams : tuple of MovedSeam
-        Where moved faces meet, in `part`.
-    errors : tuple of MeetingErrors
-        At the frames of each seam.
-    gap_limit_mm : float
-        Members count as in contact up to this gap (`SeamOptions.gap_for`); a wider one is told per seam.
-    contacts : Contacts or None
-        Where bodies were kept on each other.
-    contact_sigma_mm : float
-        How far they may come apart: standard deviation.
-    source : BodiesSource or None
-        The file that names the bodies.
-    """
+    """What the bodies' motions change."""
 
     bodies: MovedBodies
     part: PartBodies
-    result: CalibrationResult
-    seams: tuple[MovedSeam, ...]
-    errors: tuple[MeetingErrors, ...]
+    result: CalibrationResult  #: With the pose, the residuals and the verdict of this fit.
+    seams: tuple[MovedSeam, ...]  #: Where moved faces meet, in `part`.
+    errors: tuple[MeetingErrors, ...]  #: At the frames of each seam.
+    #: Members count as in contact up to this gap (`SeamOptions.gap_for`); a wider one is told per seam.
     gap_limit_mm: float
-    contacts: Contacts | None = None
-    contact_sigma_mm: float = 0.0
-    source: BodiesSource | None = None
+    contacts: Contacts | None = None  #: Where bodies were kept on each other.
+    contact_sigma_mm: float = 0.0  #: How far they may come apart: standard deviation.
+    source: BodiesSource | None = None  #: The file that names the bodies.
 
     @property
     def u95_mm(self) -> tuple[FloatArray, ...]:
@@ -87,8 +70,7 @@ class MovedWorkpiece:
 
         Returns
         -------
-        ndarray, shape (solids, 4, 4), or None
-            mm; None if no solid moves as one.
+        ndarray, shape (solids, 4, 4), or None. mm; None if no solid moves as one.
         """
         R, t = self.bodies.fit.motions.moves()
         motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
@@ -188,15 +170,12 @@ def fit_weldment(
 
     Parameters
     ----------
-    rigid : CalibrationResult
-        The fit of the part as one body.
-    seams : sequence of Seam
-        With frames in `part`.
+    rigid : The fit of the part as one body.
+    seams : With frames in `part`.
 
     Raises
     ------
-    InputError, GeometryError, ConvergenceError
-        As in `find_bodies` and `fit_moved_bodies`.
+    InputError, GeometryError, ConvergenceError : As in `find_bodies` and `fit_moved_bodies`.
     """
     part = find_bodies(workpiece.trimmed, choice)
     touches = _touches(taught, workpiece, observed.fitted, "yes")

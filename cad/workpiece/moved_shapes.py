@@ -16,8 +16,7 @@ def moved_shapes(workpiece: Workpiece, T_base_part: RigidTransform, T_part_moved
 
     Parameters
     ----------
-    T_part_moved : ndarray, shape (solids, 4, 4), or None
-        Where each solid moved within `part`, mm; None: they did not.
+    T_part_moved : shape (solids, 4, 4). Where each solid moved within `part`, mm; None: they did not.
 
     Returns
     -------

@@ -15,22 +15,15 @@ _CADQUERY = "cadquery"
 
 
 def script_shapes(given: Any) -> tuple[Any, ...]:
-    """Return shapes of build123d.
+    """Return shapes of build123d. Those of build123d unchanged; those of an assembly at their places.
 
     Parameters
     ----------
-    given : build123d shape, CadQuery `Workplane`, `Assembly` or `Shape`, or an iterable of these
-        The label of a shape, or its name in an assembly, becomes the name of its solid.
-
-    Returns
-    -------
-    tuple of build123d shape
-        Those of build123d unchanged; those of an assembly at their places.
+    given : The label of a shape, or its name in an assembly, becomes the name of its solid.
 
     Raises
     ------
-    InputError
-        When something else is given.
+    InputError : When something else is given.
     """
     return tuple(_shapes_of(given))
 

@@ -36,24 +36,13 @@ from wpcal.weld.thickness import plate_thicknesses
 
 @dataclass(frozen=True, slots=True)
 class SeamChoice:
-    """What a person decided about the seams of a part.
+    """What a person decided about the seams of a part."""
 
-    Parameters
-    ----------
-    edits : tuple of PlacedEdit
-        Edits of candidates (`wpcal.seam.edit.read_edits`).
-    marked : tuple of str
-        Names, layers or colours of the edges in the STEP file that are seams (`marked_edges.find_marked`).
-    edges : tuple of str
-        Places of edges that are seams. With them, or with marked ones, nothing else is.
-    added_edges : tuple of str
-        Places of edges that are seams beside those that are found.
-    """
-
-    edits: tuple[PlacedEdit, ...] = ()
+    edits: tuple[PlacedEdit, ...] = ()  #: Edits of candidates (`wpcal.seam.edit.read_edits`).
+    #: Names, layers or colours of the edges in the STEP file that are seams (`marked_edges.find_marked`).
     marked: tuple[str, ...] = ()
-    edges: tuple[str, ...] = ()
-    added_edges: tuple[str, ...] = ()
+    edges: tuple[str, ...] = ()  #: Places of edges that are seams. With them, or with marked ones, nothing else is.
+    added_edges: tuple[str, ...] = ()  #: Places of edges that are seams beside those that are found.
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -63,18 +52,10 @@ class SeamChoice:
 
 @dataclass(frozen=True, slots=True)
 class Explained:
-    """Why one seam is taken for a weld or not.
+    """Why one seam is taken for a weld or not."""
 
-    Parameters
-    ----------
-    record : dict
-        As `wpcal.seam.explain.explain_seam` returns it.
-    svg : str
-        A picture of the seam in its part.
-    """
-
-    record: dict[str, Any]
-    svg: str
+    record: dict[str, Any]  #: As `wpcal.seam.explain.explain_seam` returns it.
+    svg: str  #: A picture of the seam in its part.
 
 
 def find_seams(
@@ -84,13 +65,11 @@ def find_seams(
 
     Parameters
     ----------
-    choice : SeamChoice, optional
-        What a person decided.
+    choice : What a person decided.
 
     Returns
     -------
-    seams : tuple of Seam
-        With frames in `part`.
+    seams : tuple of Seam. With frames in `part`.
     workpiece : Workpiece
         The same workpiece, with those curves in its graph, with the pairs that failed in its issues, and with what its
         solids are taken for.

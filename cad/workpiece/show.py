@@ -30,18 +30,11 @@ LEAST_ARROW_MM = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """One object of the viewer.
-
-    Parameters
-    ----------
-    shape : build123d shape
-    color : str
-        ``#rrggbb``.
-    """
+    """One object of the viewer."""
 
     name: str
     shape: Any
-    color: str
+    color: str  #: ``#rrggbb``.
     alpha: float = 1.0
 
 
@@ -53,15 +46,12 @@ def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *,
     found : WorkpieceCalibration or Workpiece
         A calibrated part is shown in `base`, with seams in the colour of their 95 % error. An opened part is shown in
         `part`, with `seams`.
-    seams : sequence of Seam
-        Those of an opened part.
-    port : int, optional
-        Of the viewer; by default `ocp_vscode` finds it.
+    seams : Those of an opened part.
+    port : Of the viewer; by default `ocp_vscode` finds it.
 
     Raises
     ------
-    InputError
-        When `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
+    InputError : When `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
     """
     try:
         import ocp_vscode

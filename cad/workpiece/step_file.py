@@ -30,32 +30,18 @@ PART, MESH, LINES = "part", "mesh", "lines"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartContent:
-    """What wpcal takes from a STEP file.
-
-    Parameters
-    ----------
-    unit : str
-        Length unit of the file.
-    issues : tuple of Issue
-        What is odd in the file.
-    """
+    """What wpcal takes from a STEP file."""
 
     graph: BrepGraph
-    unit: str
-    issues: tuple[Issue, ...]
+    unit: str  #: Length unit of the file.
+    issues: tuple[Issue, ...]  #: What is odd in the file.
 
 
 @dataclass(frozen=True, eq=False)
 class StepFile:
-    """A STEP file as it was when it was opened: what is found later is found in the same bytes.
+    """A STEP file as it was when it was opened: what is found later is found in the same bytes."""
 
-    Parameters
-    ----------
-    path : Path
-        As the user named it.
-    """
-
-    path: Path
+    path: Path  #: As the user named it.
     data: bytes
     cache: AnswerCache = NO_CACHE
 
@@ -65,8 +51,7 @@ class StepFile:
 
         Raises
         ------
-        InputError
-            If they cannot be read.
+        InputError : If they cannot be read.
         """
         return cls(Path(path), read_bytes(Path(path), most_mb=MOST_STEP_MB, expected="a STEP file"), cache)
 
@@ -95,10 +80,8 @@ class StepFile:
 
         Raises
         ------
-        KernelNeededError
-            If this process must not load the kernel.
-        InputError, FormatError, KernelError
-            As `read_step` raises them.
+        KernelNeededError : If this process must not load the kernel.
+        InputError, FormatError, KernelError : As `read_step` raises them.
         """
         if not self.cache.kernel:
             raise KernelNeededError

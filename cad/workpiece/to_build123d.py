@@ -23,13 +23,11 @@ def seam_locations(frames: SeamFrames) -> list[Location]:
 
     Parameters
     ----------
-    frames : SeamFrames
-        n frames, mm; for example ``seam.frames`` in `part`, or ``seam.frames.moved(T_base_part)`` in `base`.
+    frames : n frames, mm; for example ``seam.frames`` in `part`, or ``seam.frames.moved(T_base_part)`` in `base`.
 
     Returns
     -------
-    list of build123d.Location, length n
-        x along the seam, z out of the joint, in the frame of `frames`.
+    list of build123d.Location, length n. x along the seam, z out of the joint, in the frame of `frames`.
     """
     from build123d import Location
 
@@ -44,13 +42,11 @@ def seam_planes(frames: SeamFrames) -> list[Plane]:
 
     Parameters
     ----------
-    frames : SeamFrames
-        n frames, mm, as for `seam_locations`.
+    frames : n frames, mm, as for `seam_locations`.
 
     Returns
     -------
-    list of build123d.Plane, length n
-        In the frame of `frames`.
+    list of build123d.Plane, length n. In the frame of `frames`.
     """
     from build123d import Plane
 
@@ -66,10 +62,8 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
     graph : BrepGraph
         The graph in which the seam was found: ``found.workpiece.graph`` after `calibrate_workpiece`, the graph of the
         second result of `find_seams`, or that given to `detect_seams`.
-    seam : Seam
-        One that was found in that graph.
-    T_base_part : RigidTransform, optional
-        When given, the wire is in `base`; otherwise in `part`.
+    seam : One that was found in that graph.
+    T_base_part : When given, the wire is in `base`; otherwise in `part`.
 
     Returns
     -------
@@ -79,10 +73,8 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
 
     Raises
     ------
-    InputError
-        When the seam has no pieces: it was read from a file.
-    KernelError
-        When the kernel fails.
+    InputError : When the seam has no pieces: it was read from a file.
+    KernelError : When the kernel fails.
     """
     from build123d import Location, Wire
 

@@ -47,26 +47,18 @@ def plan_touches(
 
     Parameters
     ----------
-    step : path, build123d shape, iterable of build123d shapes, or Workpiece
-    choice : SeamChoice, optional
-        What a person decided about the seams.
-    seams : sequence of str
-        Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
-    T_base_part : RigidTransform, optional
-        Where the part stands as planned. By default that of the cell, otherwise base and part coincide.
-    cell : OneRobotCell, optional
-        The arm that makes the searches, and the bodies around it. Without it, joints stay empty.
+    choice : What a person decided about the seams.
+    seams : Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
+    T_base_part : Where the part stands as planned. By default that of the cell, otherwise base and part coincide.
+    cell : The arm that makes the searches, and the bodies around it. Without it, joints stay empty.
     bodies : BodiesOptions, optional
         The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as one.
-    cache : AnswerCache
-        As in `open_workpiece`.
+    cache : As in `open_workpiece`.
 
     Raises
     ------
-    InputError
-        When the part cannot be read, or has no seam of a given name.
-    GeometryError
-        When the part has no seam, or no plan holds it: what would help.
+    InputError : When the part cannot be read, or has no seam of a given name.
+    GeometryError : When the part has no seam, or no plan holds it: what would help.
     """
     return draw_touches(
         step,
@@ -84,21 +76,13 @@ def plan_touches(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnTouches:
-    """A plan of touches, and what its page draws.
-
-    Parameters
-    ----------
-    part_glb : bytes or None
-        The triangles of the part.
-    seams : dict
-        By name: points along each seam where the error counts, in `part`, mm, shape (n, 3).
-    border_mm : dict
-        By the name of a search on the part: how far its contact is from the border of the face.
-    """
+    """A plan of touches, and what its page draws."""
 
     plan: TouchPlan
-    part_glb: bytes | None
+    part_glb: bytes | None  #: The triangles of the part.
+    #: By name: points along each seam where the error counts, in `part`, mm, shape (n, 3).
     seams: dict[str, FloatArray]
+    #: By the name of a search on the part: how far its contact is from the border of the face.
     border_mm: dict[str, float]
 
 

@@ -28,26 +28,14 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, eq=False)
 class Workpiece:
-    """A part as read, and what can be taught and welded on it.
-
-    Parameters
-    ----------
-    issues : tuple of Issue
-        What is odd in the file.
-    source : StepFile or None
-        The STEP file; None for shapes from a script.
-    shapes : tuple
-        The shapes from a script, unchanged.
-    member_notes : MemberNotes or None
-        What the solids are taken for; None before seams were found.
-    """
+    """A part as read, and what can be taught and welded on it."""
 
     graph: BrepGraph
     features: tuple[ReferenceFeature, ...]
-    issues: tuple[Issue, ...] = ()
-    source: StepFile | None = None
-    shapes: tuple[Any, ...] = ()
-    member_notes: MemberNotes | None = None
+    issues: tuple[Issue, ...] = ()  #: What is odd in the file.
+    source: StepFile | None = None  #: The STEP file; None for shapes from a script.
+    shapes: tuple[Any, ...] = ()  #: The shapes from a script, unchanged.
+    member_notes: MemberNotes | None = None  #: What the solids are taken for; None before seams were found.
 
     @property
     def file(self) -> StepFile:
@@ -55,8 +43,7 @@ class Workpiece:
 
         Raises
         ------
-        InputError
-            For shapes from a script.
+        InputError : For shapes from a script.
         """
         if self.source is None:
             raise InputError("expected a STEP file, got shapes from a script")
@@ -110,10 +97,8 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
 
     Raises
     ------
-    InputError
-        When the file cannot be read, there is no solid, or a solid has geometry at infinity.
-    KernelError
-        When the kernel fails.
+    InputError : When the file cannot be read, there is no solid, or a solid has geometry at infinity.
+    KernelError : When the kernel fails.
     """
     if isinstance(step, Workpiece):
         return step

@@ -80,17 +80,12 @@ def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> Float
 
 
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
-    """Tell which points are on the axis of their cone or sphere: at its apex or pole.
+    """Tell which points are on the axis of their cone or sphere: at its apex or pole, shape (m,).
 
     Parameters
     ----------
     faces : ndarray of int, shape (m,)
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
+    points : shape (m, 3). In `part`, mm.
     """
     on_axis = np.zeros(len(faces), dtype=bool)
     pointed = np.flatnonzero(np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE)))

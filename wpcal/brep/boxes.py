@@ -22,17 +22,12 @@ Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoxTree:
-    """Boxes, eight of them in a larger one, eight of those in a still larger one, and so on.
+    """Boxes, eight of them in a larger one, eight of those in a still larger one, and so on."""
 
-    Parameters
-    ----------
-    order : ndarray of int, shape (n,)
-        Numbers of the boxes in the order of the lowest level: along a Morton curve, which keeps neighbours together.
-    levels : tuple of (ndarray, ndarray)
-        Least and greatest corners of the boxes of each level, shapes (3, m), the lowest level first.
-    """
-
+    #: shape (n,). Numbers of the boxes in the order of the lowest level: along a Morton curve, which keeps neighbours
+    #: together.
     order: IntArray
+    #: Least and greatest corners of the boxes of each level, shapes (3, m), the lowest level first.
     levels: tuple[tuple[FloatArray, FloatArray], ...]
 
     @classmethod
@@ -41,8 +36,7 @@ class BoxTree:
 
         Parameters
         ----------
-        low, high : ndarray, shape (n, 3)
-            Least and greatest corner of each box. A query never meets an empty box (low > high).
+        low, high : shape (n, 3). Least and greatest corner of each box. A query never meets an empty box (low > high).
         """
         real = np.flatnonzero((low <= high).all(axis=1))
         order = real[np.argsort(_morton((low[real] + high[real]) / 2), kind="stable")]
@@ -66,15 +60,12 @@ class BoxTree:
 
         Parameters
         ----------
-        count : int
-            Number of queries.
-        meets : callable
-            Tells which queries meet which boxes; a query that meets a box must meet every box around it.
+        count : Number of queries.
+        meets : Tells which queries meet which boxes; a query that meets a box must meet every box around it.
 
         Returns
         -------
-        query, box : ndarray of int, shape (k,)
-            Sorted by query, then box.
+        query, box : ndarray of int, shape (k,). Sorted by query, then box.
         """
         none = np.zeros(0, dtype=np.int64)
         found = [
@@ -90,13 +81,11 @@ class BoxTree:
 
         Parameters
         ----------
-        low, high : ndarray, shape (n, 3)
-            Least and greatest corner of each given box.
+        low, high : shape (n, 3). Least and greatest corner of each given box.
 
         Returns
         -------
-        query, box : ndarray of int, shape (k,)
-            Sorted by query, then box.
+        query, box : ndarray of int, shape (k,). Sorted by query, then box.
         """
 
         def meets(query: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
@@ -141,17 +130,13 @@ def boxes_of_solids(
 
     Parameters
     ----------
-    face_solid : ndarray of int, shape (F,)
-        Number of the solid of each face.
-    face_box : two ndarray, shape (F, 3)
-        Least and greatest corners, mm.
-    count : int
-        Number of solids, s.
+    face_solid : shape (F,). Number of the solid of each face.
+    face_box : shape (F, 3). Least and greatest corners, mm.
+    count : Number of solids, s.
 
     Returns
     -------
-    low, high : ndarray, shape (s, 3)
-        Infinite and the wrong way round where there are no faces.
+    low, high : ndarray, shape (s, 3). Infinite and the wrong way round where there are no faces.
     """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, face_solid, face_box[0])

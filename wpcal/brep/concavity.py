@@ -21,8 +21,7 @@ def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
 
     Parameters
     ----------
-    edges : ndarray of int, shape (m,)
-        Edges with a face on both sides.
+    edges : shape (m,). Edges with a face on both sides.
 
     Returns
     -------

@@ -26,15 +26,12 @@ def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[Fl
     Parameters
     ----------
     edges : array_like of int, shape (m,)
-    t : array_like, shape (m,)
-        Parameters on those edges.
+    t : shape (m,). Parameters on those edges.
 
     Returns
     -------
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
-    slopes : ndarray, shape (m, 3)
-        Derivatives with respect to t, mm per unit of t.
+    points : ndarray, shape (m, 3). In `part`, mm.
+    slopes : ndarray, shape (m, 3). Derivatives with respect to t, mm per unit of t.
     """
     e, t = np.asarray(edges, dtype=np.int64), np.asarray(t, dtype=np.float64)
     kind = graph.edge_kind[e]
@@ -74,10 +71,8 @@ def edge_polylines(graph: BrepGraph) -> tuple[IntArray, FloatArray, FloatArray]:
     -------
     start : ndarray of int, shape (E + 1,)
         The samples of edge e are ``start[e]:start[e + 1]``; a degenerate edge has none.
-    t : ndarray, shape (m,)
-        Their parameters.
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
+    t : ndarray, shape (m,). Their parameters.
+    points : ndarray, shape (m, 3). In `part`, mm.
     """
     samples = np.where(graph.edge_kind == CurveKind.DEGENERATE, 0, piece_counts(graph) + 1)
     start = np.concatenate([[0], np.cumsum(samples)])
@@ -118,19 +113,13 @@ def arc_length(graph: BrepGraph, edge: int, t0: float, t1: float) -> float:
 
 
 def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
-    """Return the length of one edge from t[0] to each t.
+    """Return the length of one edge from t[0] to each t, shape (m,). mm, negative where t is below t[0].
 
     No piece of the integral reaches across a knot: a higher derivative jumps there, and Gauss-Legendre loses its order.
 
     Parameters
     ----------
-    t : ndarray, shape (m,)
-        Parameters.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        mm, negative where t is below t[0].
+    t : shape (m,). Parameters.
     """
     cuts = np.unique(np.concatenate([t, _knots_between(graph, edge, t.min(), t.max())]))
     whole = graph.edge_range[edge, 1] - graph.edge_range[edge, 0]
@@ -155,21 +144,15 @@ def _knots_between(graph: BrepGraph, edge: int, t0: float, t1: float) -> FloatAr
 
 
 def parameters_at_length(graph: BrepGraph, edge: int, t0: float, t1: float, s_mm: FloatArray) -> FloatArray:
-    """Return the parameters of one edge at lengths from t0 towards t1.
+    """Return the parameters of one edge at lengths from t0 towards t1, shape (n,).
 
     A table of lengths brackets each parameter. Inside its bracket, Newton's method on the arc length finds it; a step
     that leaves the bracket is replaced by a bisection.
 
     Parameters
     ----------
-    t0, t1 : float
-        The parameters between which they lie; t1 may be below t0.
-    s_mm : ndarray, shape (n,)
-        Lengths from t0, mm; clipped to the length between t0 and t1.
-
-    Returns
-    -------
-    ndarray, shape (n,)
+    t0, t1 : The parameters between which they lie; t1 may be below t0.
+    s_mm : shape (n,). Lengths from t0, mm; clipped to the length between t0 and t1.
     """
     nodes = np.unique([*np.linspace(t0, t1, 2 + piece_counts_of(graph, edge)), *_knots_between(graph, edge, t0, t1)])
     nodes = nodes if t1 > t0 else nodes[::-1]

@@ -14,26 +14,14 @@ from wpcal.core.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeEdge:
-    """A piece of a curve.
-
-    Parameters
-    ----------
-    frame : ndarray, shape (4, 3)
-        As `BrepGraph.edge_frame`.
-    param : tuple of float
-        As `BrepGraph.edge_param`.
-    span : tuple of float
-        First and last parameter.
-    ball_mm : float
-        As `BrepGraph.edge_ball_mm`.
-    """
+    """A piece of a curve."""
 
     kind: int
-    frame: FloatArray
-    param: tuple[float, float]
-    span: tuple[float, float]
+    frame: FloatArray  #: shape (4, 3). As `BrepGraph.edge_frame`.
+    param: tuple[float, float]  #: As `BrepGraph.edge_param`.
+    span: tuple[float, float]  #: First and last parameter.
     nurbs: NurbsCurve | None = None
-    ball_mm: float = 0.0
+    ball_mm: float = 0.0  #: As `BrepGraph.edge_ball_mm`.
 
 
 def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, IntArray]:
@@ -63,8 +51,7 @@ def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
 
     Parameters
     ----------
-    p0, p1 : ndarray, shape (3,)
-        In `part`, mm.
+    p0, p1 : shape (3,). In `part`, mm.
     """
     length = float(np.linalg.norm(p1 - p0))
     frame = np.stack([p0, (p1 - p0) / length, np.zeros(3), np.zeros(3)])
@@ -76,8 +63,7 @@ def interpolated(points: FloatArray) -> FreeEdge:
 
     Parameters
     ----------
-    points : ndarray, shape (n, 3)
-        At least four points in `part`, mm.
+    points : shape (n, 3). At least four points in `part`, mm.
     """
     from scipy.interpolate import make_interp_spline
 

@@ -16,8 +16,7 @@ def require_finite(graph: BrepGraph) -> None:
 
     Raises
     ------
-    GeometryError
-        With the names of the solids.
+    GeometryError : With the names of the solids.
     """
     wrong = np.zeros(len(graph.solid_names) + 1, dtype=bool)  # the last is for what belongs to no solid
     wrong[graph.face_solid[~_are_near(graph.face_frame, graph.face_param)]] = True

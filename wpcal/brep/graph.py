@@ -56,61 +56,35 @@ class CurveKind(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class BrepGraph:
-    """The faces, edges, vertices and coedges of a part; lengths in mm, coordinates in the frame `part`.
+    """The faces, edges, vertices and coedges of a part; lengths in mm, coordinates in the frame `part`."""
 
-    Parameters
-    ----------
-    solid_names : tuple of str, length S
-        Names of the placed solids, unique.
-    face_solid : ndarray of int, shape (F,)
-        The solid that a face bounds.
-    face_kind : ndarray of int, shape (F,)
-        `SurfaceKind`.
-    face_frame : ndarray, shape (F, 4, 3)
-        Rows: origin, x, y, z of the surface's frame.
-    face_param : ndarray, shape (F, 2)
-    face_outward : ndarray, shape (F,)
-        +1 or -1: the outward normal is this times the surface's own (plane: z; others: away from the axis or centre;
-        NURBS: du × dv).
-    face_nurbs : ndarray of int, shape (F,)
-        Index into `nurbs_surfaces`, or -1.
-    edge_kind, edge_frame, edge_param, edge_nurbs :
-        The same for edges, shapes (E,), (E, 4, 3), (E, 2), (E,).
-    edge_range : ndarray, shape (E, 2)
-        First and last parameter.
-    edge_vertices : ndarray of int, shape (E, 2)
-        Vertices at the first and the last parameter.
-    vertex_p : ndarray, shape (V, 3)
-    coedge_face, coedge_edge : ndarray of int, shape (C,)
-    coedge_forward : ndarray of bool, shape (C,)
-        Whether the coedge runs with its edge's parameter.
-    solid_facts : tuple of SolidFacts, length S or 0
-        What the file says about each solid besides its shape; empty if nothing is known.
-    edge_ball_mm : ndarray, shape (E,), optional
-        For an edge that was added in the groove between two faces, the radius of the ball that fits into the mouth of
-        the groove; 0 for other edges. None: all are 0.
-    """
-
-    solid_names: tuple[str, ...]
-    face_solid: IntArray
-    face_kind: IntArray
-    face_frame: FloatArray
-    face_param: FloatArray
+    solid_names: tuple[str, ...]  #: length S. Names of the placed solids, unique.
+    face_solid: IntArray  #: shape (F,). The solid that a face bounds.
+    face_kind: IntArray  #: shape (F,). `SurfaceKind`.
+    face_frame: FloatArray  #: shape (F, 4, 3). Rows: origin, x, y, z of the surface's frame.
+    face_param: FloatArray  #: shape (F, 2).
+    #: shape (F,). +1 or -1: the outward normal is this times the surface's own (plane: z; others: away from the axis or
+    #: centre; NURBS: du × dv).
     face_outward: FloatArray
-    face_nurbs: IntArray
+    face_nurbs: IntArray  #: shape (F,). Index into `nurbs_surfaces`, or -1.
+    #: `edge_kind`, `edge_frame`, `edge_param`, `edge_nurbs`: The same for edges, shapes (E,), (E, 4, 3), (E, 2), (E,).
     edge_kind: IntArray
     edge_frame: FloatArray
     edge_param: FloatArray
     edge_nurbs: IntArray
-    edge_range: FloatArray
-    edge_vertices: IntArray
-    vertex_p: FloatArray
+    edge_range: FloatArray  #: shape (E, 2). First and last parameter.
+    edge_vertices: IntArray  #: shape (E, 2). Vertices at the first and the last parameter.
+    vertex_p: FloatArray  #: shape (V, 3).
+    #: `coedge_face`, `coedge_edge`: shape (C,).
     coedge_face: IntArray
     coedge_edge: IntArray
-    coedge_forward: BoolArray
+    coedge_forward: BoolArray  #: shape (C,). Whether the coedge runs with its edge's parameter.
     nurbs_surfaces: tuple[NurbsSurface, ...] = ()
     nurbs_curves: tuple[NurbsCurve, ...] = ()
+    #: length S or 0. What the file says about each solid besides its shape; empty if nothing is known.
     solid_facts: tuple[SolidFacts, ...] = ()
+    #: shape (E,). For an edge that was added in the groove between two faces, the radius of the ball that fits into the
+    #: mouth of the groove; 0 for other edges. None: all are 0.
     edge_ball_mm: FloatArray | None = None
 
     @property

@@ -56,10 +56,8 @@ def read_graph(path: Path) -> BrepGraph:
 
     Raises
     ------
-    InputError
-        If the file cannot be opened.
-    FormatError
-        If it is not a graph file, is of another version, or is incomplete.
+    InputError : If the file cannot be opened.
+    FormatError : If it is not a graph file, is of another version, or is incomplete.
     """
     content = read_bytes(path)
     try:

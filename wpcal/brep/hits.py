@@ -26,21 +26,13 @@ PARALLEL = 1e-14
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """Places where rays go through faces, sorted by ray, then by distance.
+    """Places where rays go through faces, sorted by ray, then by distance."""
 
-    Parameters
-    ----------
-    ray, face : ndarray of int, shape (k,)
-    at_mm : ndarray, shape (k,)
-        Distance from the start of the ray.
-    way : ndarray of int, shape (k,)
-        +1 where the ray leaves the material of the face's solid, -1 where it enters it.
-    """
-
+    #: `ray`, `face`: shape (k,).
     ray: IntArray
     face: IntArray
-    at_mm: FloatArray
-    way: IntArray
+    at_mm: FloatArray  #: shape (k,). Distance from the start of the ray.
+    way: IntArray  #: shape (k,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
 
 
 def find_hits(
@@ -56,14 +48,10 @@ def find_hits(
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    origins, rays : ndarray, shape (m, 3)
-        Starts (mm) and unit directions in `part`.
-    length_mm : float or ndarray, shape (m,)
-        Where the rays end.
-    solid : int or ndarray of int, shape (m,), optional
-        Only the faces of this solid, one for all rays or one for each.
+    trimmed : Of the same graph.
+    origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
+    length_mm : shape (m,). Where the rays end.
+    solid : shape (m,). Only the faces of this solid, one for all rays or one for each.
     """
     only = None if solid is None else np.broadcast_to(np.asarray(solid, dtype=np.int64), len(origins))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
@@ -110,24 +98,17 @@ def through_faces(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     face : ndarray of int, shape (k,)
-    origins, rays : ndarray, shape (k, 3)
-        Starts (mm) and unit directions in `part`.
-    length : ndarray, shape (k,)
-        Where the rays end, mm.
-    low, high : ndarray, shape (k,)
-        Distances between which the ray is in the box of the face, mm.
+    origins, rays : shape (k, 3). Starts (mm) and unit directions in `part`.
+    length : shape (k,). Where the rays end, mm.
+    low, high : shape (k,). Distances between which the ray is in the box of the face, mm.
 
     Returns
     -------
-    pair : ndarray of int, shape (h,)
-        The pairs that meet.
-    at_mm : ndarray, shape (h,)
-        At which distance.
-    way : ndarray of int, shape (h,)
-        +1 where the ray leaves the material of the face's solid, -1 where it enters it.
+    pair : ndarray of int, shape (h,). The pairs that meet.
+    at_mm : ndarray, shape (h,). At which distance.
+    way : ndarray of int, shape (h,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
     is_free_form = graph.face_kind[face] == SurfaceKind.NURBS
     closed, free_form = np.flatnonzero(~is_free_form), np.flatnonzero(is_free_form)
@@ -237,13 +218,11 @@ def passage(
     ----------
     o, d, low, high : ndarray, shape (3, m)
         Starts, directions, and corners of the boxes, which grow by `THIN_MM`; one row per coordinate, mm.
-    length : ndarray, shape (m,)
-        Where the rays end, mm.
+    length : shape (m,). Where the rays end, mm.
 
     Returns
     -------
-    enter, leave : ndarray, shape (m,)
-        Distances from the start, mm.
+    enter, leave : ndarray, shape (m,). Distances from the start, mm.
     """
     enter, leave = np.zeros(len(length)), length
     for k in range(3):

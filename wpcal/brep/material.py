@@ -30,21 +30,13 @@ FLAT = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidHits:
-    """Places where rays enter or leave solids, sorted by ray, then by distance.
+    """Places where rays enter or leave solids, sorted by ray, then by distance."""
 
-    Parameters
-    ----------
-    ray, solid : ndarray of int, shape (k,)
-    at_mm : ndarray, shape (k,)
-        Distance from the start of the ray.
-    way : ndarray of int, shape (k,)
-        +1 where the ray leaves the solid, -1 where it enters it.
-    """
-
+    #: `ray`, `solid`: shape (k,).
     ray: IntArray
     solid: IntArray
-    at_mm: FloatArray
-    way: IntArray
+    at_mm: FloatArray  #: shape (k,). Distance from the start of the ray.
+    way: IntArray  #: shape (k,). +1 where the ray leaves the solid, -1 where it enters it.
 
 
 class Material(Protocol):
@@ -63,10 +55,8 @@ class Material(Protocol):
 
         Parameters
         ----------
-        origins, rays : ndarray, shape (m, 3)
-            Starts (mm) and unit directions in `part`.
-        length_mm : float or ndarray, shape (m,)
-            Where the rays end.
+        origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
+        length_mm : shape (m,). Where the rays end.
         """
 
     def tube_solids(
@@ -76,12 +66,9 @@ class Material(Protocol):
 
         Parameters
         ----------
-        tips : ndarray, shape (n, 3)
-            Points on the axes, in the frame of the solids, mm.
-        back : ndarray, shape (n, 3)
-            Unit vectors along the axes.
-        low, high : ndarray, shape (n,)
-            Where each tube begins and ends, mm from the tip.
+        tips : shape (n, 3). Points on the axes, in the frame of the solids, mm.
+        back : shape (n, 3). Unit vectors along the axes.
+        low, high : shape (n,). Where each tube begins and ends, mm from the tip.
 
         Returns
         -------
@@ -92,16 +79,10 @@ class Material(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExactMaterial:
-    """The solids of a `BrepGraph`.
-
-    Parameters
-    ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    """
+    """The solids of a `BrepGraph`."""
 
     graph: BrepGraph
-    trimmed: TrimmedFaces
+    trimmed: TrimmedFaces  #: Of the same graph.
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -118,10 +99,8 @@ class ExactMaterial:
 
         Parameters
         ----------
-        origins, rays : ndarray, shape (m, 3)
-            Starts (mm) and unit directions in `part`.
-        length_mm : float or ndarray, shape (m,)
-            Where the rays end.
+        origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
+        length_mm : shape (m,). Where the rays end.
         """
         found = find_hits(self.graph, self.trimmed, origins, rays, length_mm=length_mm)
         return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
@@ -133,12 +112,9 @@ class ExactMaterial:
 
         Parameters
         ----------
-        tips : ndarray, shape (n, 3)
-            Points on the axes, in `part`, mm.
-        back : ndarray, shape (n, 3)
-            Unit vectors along the axes.
-        low, high : ndarray, shape (n,)
-            Where each tube begins and ends, mm from the tip.
+        tips : shape (n, 3). Points on the axes, in `part`, mm.
+        back : shape (n, 3). Unit vectors along the axes.
+        low, high : shape (n,). Where each tube begins and ends, mm from the tip.
 
         Returns
         -------
@@ -158,27 +134,15 @@ class ExactMaterial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TriangleMaterial:
-    """The solids of a part as triangles.
+    """The solids of a part as triangles."""
 
-    Parameters
-    ----------
-    corners : ndarray, shape (m, 3, 3)
-        The three corners of each triangle, mm, counter-clockwise seen from outside; the triangles of each solid close.
-    solid : ndarray of int, shape (m,)
-        Number of each triangle's solid.
-    names : tuple of str
-        Of the solids.
-    deflection_mm : float
-        Largest distance of a triangle from the part, mm.
-    tree : BoxTree
-        Of the triangles' boxes.
-    """
-
+    #: shape (m, 3, 3). The three corners of each triangle, mm, counter-clockwise seen from outside; the triangles of
+    #: each solid close.
     corners: FloatArray
-    solid: IntArray
-    names: tuple[str, ...]
-    deflection_mm: float
-    tree: BoxTree
+    solid: IntArray  #: shape (m,). Number of each triangle's solid.
+    names: tuple[str, ...]  #: Of the solids.
+    deflection_mm: float  #: Largest distance of a triangle from the part, mm.
+    tree: BoxTree  #: Of the triangles' boxes.
 
     @classmethod
     def of(cls, mesh: PartMesh, T_frame_part: RigidTransform | None = None) -> TriangleMaterial:
@@ -210,10 +174,8 @@ class TriangleMaterial:
 
         Parameters
         ----------
-        origins, rays : ndarray, shape (m, 3)
-            Starts (mm) and unit directions in `part`.
-        length_mm : float or ndarray, shape (m,)
-            Where the rays end.
+        origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
+        length_mm : shape (m,). Where the rays end.
         """
         length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
         none = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.int64))
@@ -233,12 +195,9 @@ class TriangleMaterial:
 
         Parameters
         ----------
-        tips : ndarray, shape (n, 3)
-            Points on the axes, in the frame of the triangles, mm.
-        back : ndarray, shape (n, 3)
-            Unit vectors along the axes.
-        low, high : ndarray, shape (n,)
-            Where each tube begins and ends, mm from the tip.
+        tips : shape (n, 3). Points on the axes, in the frame of the triangles, mm.
+        back : shape (n, 3). Unit vectors along the axes.
+        low, high : shape (n,). Where each tube begins and ends, mm from the tip.
 
         Returns
         -------
@@ -278,13 +237,11 @@ def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray
 
     Parameters
     ----------
-    points : ndarray, shape (m, 3)
-        In `part`, mm. On a face the answer is either.
+    points : shape (m, 3). In `part`, mm. On a face the answer is either.
 
     Returns
     -------
-    point, solid : ndarray of int, shape (k,)
-        Pairs of a point and a solid around it, sorted by point, then solid.
+    point, solid : ndarray of int, shape (k,). Pairs of a point and a solid around it, sorted by point, then solid.
     """
     low, high = material.boxes
     asked, solid = BoxTree.of(low, high).meeting(points, points)

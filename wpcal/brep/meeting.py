@@ -32,16 +32,10 @@ Feet: TypeAlias = "Callable[[IntArray, FloatArray], list[tuple[FloatArray, Float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedFaces:
-    """Faces that are not where the model has them.
+    """Faces that are not where the model has them."""
 
-    Parameters
-    ----------
-    face : ndarray of int, shape (n,)
-    R, t : ndarray, shapes (n, 3, 3), (n, 3)
-        From the model to where each face is, mm.
-    """
-
-    face: IntArray
+    face: IntArray  #: shape (n,).
+    #: `R`, `t`: shapes (n, 3, 3), (n, 3). From the model to where each face is, mm.
     R: FloatArray
     t: FloatArray
 
@@ -65,17 +59,13 @@ def meet_moved(
 
     Parameters
     ----------
-    first, second : MovedFaces
-        n each; their whole surfaces count.
-    p0, x : ndarray, shape (n, 3)
-        A point of each plane, where the search starts, and its unit normal, mm.
-    least_sin : float
-        As in `meet_surfaces`.
+    first, second : n each; their whole surfaces count.
+    p0, x : shape (n, 3). A point of each plane, where the search starts, and its unit normal, mm.
+    least_sin : As in `meet_surfaces`.
 
     Returns
     -------
-    ndarray, shape (n, 3)
-        mm; NaN where there is no answer.
+    ndarray, shape (n, 3). mm; NaN where there is no answer.
     """
 
     def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
@@ -98,21 +88,15 @@ def meet_surfaces(
 
     Parameters
     ----------
-    first, second : ndarray of int, shape (n,)
-        Faces; their whole surfaces count.
-    p0 : ndarray, shape (n, 3)
-        Where the search starts, in `part`, mm.
-    x : ndarray, shape (n, 3)
-        Unit normals of the planes through p0.
-    height_mm : ndarray of shape (n,), or float
-        Above both surfaces, on the outer side.
-    least_sin : float
-        Where the surfaces are nearer to parallel than this sine, there is no answer.
+    first, second : shape (n,). Faces; their whole surfaces count.
+    p0 : shape (n, 3). Where the search starts, in `part`, mm.
+    x : shape (n, 3). Unit normals of the planes through p0.
+    height_mm : shape (n,), or float. Above both surfaces, on the outer side.
+    least_sin : Where the surfaces are nearer to parallel than this sine, there is no answer.
 
     Returns
     -------
-    ndarray, shape (n, 3)
-        In `part`, mm; NaN where there is no answer.
+    ndarray, shape (n, 3). In `part`, mm; NaN where there is no answer.
     """
 
     def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

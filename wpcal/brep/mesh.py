@@ -19,48 +19,26 @@ Rgb = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidMesh:
-    """One solid as triangles with the edges of its faces.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 3)
-        Part frame, mm. Faces share no point, so that an edge between two faces stays sharp.
-    triangles : ndarray of int, shape (m, 3)
-        Rows of `points`, counter-clockwise seen from outside.
-    edges : ndarray of int, shape (k, 2)
-        Segments of the edges of the model, as rows of `points`.
-    color_rgb : tuple of float or None
-        sRGB in 0…1; None if the file states no colour.
-    normals : ndarray, shape (n, 3), or None
-        Outward unit normals of the faces at the points; None: computed by `vertex_normals`.
-    """
+    """One solid as triangles with the edges of its faces."""
 
     name: str
+    #: shape (n, 3). Part frame, mm. Faces share no point, so that an edge between two faces stays sharp.
     points: FloatArray
-    triangles: IntArray
-    edges: IntArray
-    color_rgb: Rgb | None = None
+    triangles: IntArray  #: shape (m, 3). Rows of `points`, counter-clockwise seen from outside.
+    edges: IntArray  #: shape (k, 2). Segments of the edges of the model, as rows of `points`.
+    color_rgb: Rgb | None = None  #: sRGB in 0…1; None if the file states no colour.
+    #: shape (n, 3). Outward unit normals of the faces at the points; None: computed by `vertex_normals`.
     normals: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartMesh:
-    """A part as triangles, in the frame `part`.
-
-    Parameters
-    ----------
-    deflection_mm : float
-        Largest distance of a triangle from its face, mm.
-    angle_rad : float
-        Largest change of a face's normal along one triangle, rad.
-    sha256 : str or None
-        Hash of the STEP file.
-    """
+    """A part as triangles, in the frame `part`."""
 
     solids: tuple[SolidMesh, ...]
-    deflection_mm: float
-    angle_rad: float
-    sha256: str | None = None
+    deflection_mm: float  #: Largest distance of a triangle from its face, mm.
+    angle_rad: float  #: Largest change of a face's normal along one triangle, rad.
+    sha256: str | None = None  #: Hash of the STEP file.
 
     @property
     def triangle_count(self) -> int:
@@ -73,15 +51,12 @@ def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
     Parameters
     ----------
-    points : ndarray, shape (n, 3)
-        Any frame and unit.
-    triangles : ndarray of int, shape (m, 3)
-        Rows of `points`, counter-clockwise seen from outside.
+    points : shape (n, 3). Any frame and unit.
+    triangles : shape (m, 3). Rows of `points`, counter-clockwise seen from outside.
 
     Returns
     -------
-    ndarray, shape (n, 3)
-        Outward, in the frame of `points`; (0, 0, 1) for a point without a triangle of non-zero area.
+    ndarray, shape (n, 3). Outward, in the frame of `points`; (0, 0, 1) for a point without a triangle of non-zero area.
     """
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     area = np.repeat(np.cross(b - a, c - a), 3, axis=0)

@@ -40,13 +40,7 @@ PART_RGB: Rgb = (0.72, 0.76, 0.80)
 
 
 def write_part_glb(mesh: PartMesh) -> bytes:
-    """Write a part as GLB.
-
-    Returns
-    -------
-    bytes
-        Contents of the file, the same for the same mesh.
-    """
+    """Write a part as GLB. Contents of the file, the same for the same mesh."""
     buffer = _Buffer()
     step_mm = mesh.deflection_mm / STEPS_PER_DEFLECTION
     nodes = [_solid_node(buffer, number, solid, step_mm) for number, solid in enumerate(mesh.solids)]
@@ -164,22 +158,15 @@ def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh, step_mm: float) 
 
 
 def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
-    """Read a file of `write_part_glb`.
+    """Read a file of `write_part_glb`. Points exact to one step of the file.
 
     Parameters
     ----------
-    path : str
-        Name of the file, for messages.
-
-    Returns
-    -------
-    PartMesh
-        Points exact to one step of the file.
+    path : Name of the file, for messages.
 
     Raises
     ------
-    FormatError
-        If `data` is not such a file.
+    FormatError : If `data` is not such a file.
     """
     try:
         document, _, binary = glb_chunks(data)
@@ -195,8 +182,7 @@ def glb_chunks(data: bytes) -> tuple[dict[str, Any], bytes, bytes]:
 
     Raises
     ------
-    ValueError
-        If `data` is not a complete GLB file.
+    ValueError : If `data` is not a complete GLB file.
     """
     if len(data) < _HEADER.size + _CHUNK.size or _HEADER.unpack_from(data) != (b"glTF", 2, len(data)):
         raise ValueError("not a complete GLB file")

@@ -25,17 +25,13 @@ def moved_glb(data: bytes, calibration: Mapping[str, Any], *, path: str = "part.
 
     Parameters
     ----------
-    data : bytes
-        Of ``part.glb``.
-    calibration : mapping
-        The record of ``calibration.json``. Without bodies, the data stay as they are.
-    path : str
-        For messages.
+    data : Of ``part.glb``.
+    calibration : The record of ``calibration.json``. Without bodies, the data stay as they are.
+    path : For messages.
 
     Raises
     ------
-    FormatError
-        When `data` is not such a file.
+    FormatError : When `data` is not such a file.
     """
     bodies = calibration.get("bodies")
     if bodies is None:
@@ -49,8 +45,7 @@ def read_moved_glb(path: Path) -> bytes:
 
     Raises
     ------
-    InputError, FormatError
-        When a file cannot be read.
+    InputError, FormatError : When a file cannot be read.
     """
     data, beside = read_bytes(path), path.with_name(CALIBRATION_FILE)
     if not beside.exists():
@@ -63,8 +58,7 @@ def moved_mesh(mesh: PartMesh, T_part_moved: Mapping[str, FloatArray]) -> PartMe
 
     Parameters
     ----------
-    T_part_moved : mapping of str to ndarray of shape (4, 4)
-        By the name of the solid, mm; solids without a motion stay.
+    T_part_moved : shape (4, 4). By the name of the solid, mm; solids without a motion stay.
     """
     solids = []
     for solid in mesh.solids:

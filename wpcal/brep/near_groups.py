@@ -28,15 +28,12 @@ def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
 
     Parameters
     ----------
-    owner : ndarray of int, shape (n,)
-        Ascending.
-    way : ndarray, shape (n, 3)
-        Unit directions; a new group starts where they have turned by `GROUP_RAD`.
+    owner : shape (n,). Ascending.
+    way : shape (n, 3). Unit directions; a new group starts where they have turned by `GROUP_RAD`.
 
     Returns
     -------
-    ndarray of int, shape (g,)
-        The first row of each group.
+    ndarray of int, shape (g,). The first row of each group.
     """
     start = np.flatnonzero(np.diff(owner, prepend=-1))
     number = np.arange(len(owner)) - np.repeat(start, np.diff(start, append=len(owner)))
@@ -48,17 +45,10 @@ def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearFaces:
-    """The faces near each of g groups, by their boxes (`TrimmedFaces.patch_boxes`).
+    """The faces near each of g groups, by their boxes (`TrimmedFaces.patch_boxes`)."""
 
-    Parameters
-    ----------
-    box : ndarray of int, shape (k,)
-        The boxes of group i are ``box[start[i]:start[i + 1]]``.
-    start : ndarray of int, shape (g + 1,)
-    """
-
-    box: IntArray
-    start: IntArray
+    box: IntArray  #: shape (k,). The boxes of group i are ``box[start[i]:start[i + 1]]``.
+    start: IntArray  #: shape (g + 1,).
 
     @property
     def counts(self) -> IntArray:
@@ -76,23 +66,14 @@ class NearFaces:
 def find_near_faces(
     graph: BrepGraph, trimmed: TrimmedFaces, p0: FloatArray, p1: FloatArray, first: IntArray, *, within_mm: float = 0.0
 ) -> NearFaces:
-    """Find the faces that segments of groups may meet.
+    """Find the faces that segments of groups may meet. A face that is not among them is met by no segment of the group.
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    p0, p1 : ndarray, shape (m, 3)
-        Ends of the segments in `part`, mm, sorted by group.
-    first : ndarray of int, shape (g,)
-        The first segment of each group; every group has at least one.
-    within_mm : float
-        How far beside the segments of a group faces are also near.
-
-    Returns
-    -------
-    NearFaces
-        A face that is not among them is met by no segment of the group.
+    trimmed : Of the same graph.
+    p0, p1 : shape (m, 3). Ends of the segments in `part`, mm, sorted by group.
+    first : shape (g,). The first segment of each group; every group has at least one.
+    within_mm : How far beside the segments of a group faces are also near.
     """
     none = np.zeros(0, dtype=np.int64)
     if len(first) == 0:
@@ -182,14 +163,10 @@ def find_hits_near(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    group : ndarray of int, shape (m,)
-        The group of each ray.
-    origins, rays : ndarray, shape (m, 3)
-        Starts (mm) and unit directions in `part`.
-    length_mm : ndarray, shape (m,)
-        Where the rays end.
+    graph, trimmed : The part.
+    group : shape (m,). The group of each ray.
+    origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
+    length_mm : shape (m,). Where the rays end.
     """
     boxes = trimmed.patch_boxes
     none = np.zeros(0, dtype=np.int64)
@@ -232,24 +209,16 @@ def first_faces(
     rays: FloatArray,
     length_mm: FloatArray,
 ) -> IntArray:
-    """Return the face that each bundle of rays meets first, or -1.
+    """Return the face that each bundle of rays meets first, or -1, shape (n,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    owner : ndarray of int, shape (n,)
-        What the bundles belong to, ascending: neighbours of one owner are searched together.
-    origins : ndarray, shape (n, k, 3)
-        Starts in `part`, mm.
+    graph, trimmed : The part.
+    owner : shape (n,). What the bundles belong to, ascending: neighbours of one owner are searched together.
+    origins : shape (n, k, 3). Starts in `part`, mm.
     rays : ndarray, shape (n, 3) or (n, k, 3)
         Unit directions in `part`: one per bundle, or one per ray. Groups are divided by the first of each bundle.
-    length_mm : ndarray, shape (n,) or (n, k)
-        Length of the rays.
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
+    length_mm : shape (n,) or (n, k). Length of the rays.
     """
     n, k = origins.shape[:2]
     found = np.full(n, -1)

@@ -32,29 +32,16 @@ APART_MM = 1e9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestOnSurfaces:
-    """Finds nearest points on the bounded parts of surfaces.
-
-    Parameters
-    ----------
-    low, high : ndarray, shape (n, 2)
-        Least and greatest u and v of the used part of each surface.
-    is_round : ndarray of bool, shape (n,)
-        Whether a surface is closed along u: its two ends there are one.
-    breaks : list of (ndarray, ndarray)
-        Where the cells of each surface begin and end (`cell_breaks`).
-    seeds : ndarray, shape (k, 2)
-        Parameters of the seeds of all surfaces.
-    tree : cKDTree
-        Of the seeds' points, with `APART_MM` times the surface's number as fourth coordinate.
-    """
+    """Finds nearest points on the bounded parts of surfaces."""
 
     surfaces: SurfaceSet
+    #: `low`, `high`: shape (n, 2). Least and greatest u and v of the used part of each surface.
     low: FloatArray
     high: FloatArray
-    is_round: BoolArray
-    breaks: list[tuple[FloatArray, FloatArray]]
-    seeds: FloatArray
-    tree: cKDTree
+    is_round: BoolArray  #: shape (n,). Whether a surface is closed along u: its two ends there are one.
+    breaks: list[tuple[FloatArray, FloatArray]]  #: Where the cells of each surface begin and end (`cell_breaks`).
+    seeds: FloatArray  #: shape (k, 2). Parameters of the seeds of all surfaces.
+    tree: cKDTree  #: Of the seeds' points, with `APART_MM` times the surface's number as fourth coordinate.
 
     @classmethod
     def of(cls, surfaces: Sequence[NurbsSurface]) -> NearestOnSurfaces:
@@ -73,18 +60,12 @@ class NearestOnSurfaces:
         return cls(taken_apart, low, high, _is_round(taken_apart, low, high), breaks, uv, tree)
 
     def project(self, surface: IntArray, points: FloatArray) -> FloatArray:
-        """Return the parameters of the nearest points of bounded surfaces.
+        """Return the parameters of the nearest points of bounded surfaces, shape (m, 2). u and v.
 
         Parameters
         ----------
         surface : ndarray of int, shape (m,)
-        points : ndarray, shape (m, 3)
-            In `part`, mm.
-
-        Returns
-        -------
-        ndarray, shape (m, 2)
-            u and v.
+        points : shape (m, 3). In `part`, mm.
         """
         uv: FloatArray = self.seeds[self.tree.query(np.column_stack([points, APART_MM * surface]))[1]]
         low, high = self.low[surface], self.high[surface]

@@ -20,15 +20,13 @@ def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> t
     Parameters
     ----------
     edges : ndarray of int, shape (m,)
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
+    points : shape (m, 3). In `part`, mm.
 
     Returns
     -------
     p : ndarray, shape (m, 3)
         In `part`, mm. Lines and circles extend beyond the ends of the edge; other curves end there.
-    tangent : ndarray, shape (m, 3)
-        Unit tangents.
+    tangent : ndarray, shape (m, 3). Unit tangents.
     """
     kind = graph.edge_kind[edges]
     origin, x, _, z = np.moveaxis(graph.edge_frame[edges], 1, 0)

@@ -11,22 +11,12 @@ from wpcal.core.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NurbsCurve:
-    """A rational B-spline curve.
-
-    Parameters
-    ----------
-    degree : int
-    knots : ndarray, shape (m + degree + 1,)
-        Not decreasing, with repetitions.
-    poles : ndarray, shape (m, 3)
-        mm.
-    weights : ndarray, shape (m,)
-    """
+    """A rational B-spline curve."""
 
     degree: int
-    knots: FloatArray
-    poles: FloatArray
-    weights: FloatArray
+    knots: FloatArray  #: shape (m + degree + 1,). Not decreasing, with repetitions.
+    poles: FloatArray  #: shape (m, 3). mm.
+    weights: FloatArray  #: shape (m,).
 
     @property
     def span_count(self) -> int:
@@ -36,27 +26,15 @@ class NurbsCurve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NurbsSurface:
-    """A rational B-spline surface, not periodic.
+    """A rational B-spline surface, not periodic."""
 
-    Parameters
-    ----------
-    degrees : tuple of int
-        In u and v.
-    knots_u, knots_v : ndarray
-        Not decreasing, with repetitions.
-    poles : ndarray, shape (m, n, 3)
-        mm.
-    weights : ndarray, shape (m, n)
-    bounds : tuple of float
-        First u, last u, first v, last v of the part that the face uses.
-    """
-
-    degrees: tuple[int, int]
+    degrees: tuple[int, int]  #: In u and v.
+    #: `knots_u`, `knots_v`: Not decreasing, with repetitions.
     knots_u: FloatArray
     knots_v: FloatArray
-    poles: FloatArray
-    weights: FloatArray
-    bounds: tuple[float, float, float, float]
+    poles: FloatArray  #: shape (m, n, 3). mm.
+    weights: FloatArray  #: shape (m, n).
+    bounds: tuple[float, float, float, float]  #: First u, last u, first v, last v of the part that the face uses.
 
     @property
     def transposed(self) -> NurbsSurface:

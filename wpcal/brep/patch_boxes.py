@@ -15,21 +15,13 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PatchBoxes:
-    """Boxes that together contain each face: one for most faces, one per patch for those with many patches.
+    """Boxes that together contain each face: one for most faces, one per patch for those with many patches."""
 
-    Parameters
-    ----------
-    face : ndarray of int, shape (m,)
-    low, high : ndarray, shape (m, 3)
-        Corners of the boxes, mm.
-    tree : BoxTree
-        Of the same boxes.
-    """
-
-    face: IntArray
+    face: IntArray  #: shape (m,).
+    #: `low`, `high`: shape (m, 3). Corners of the boxes, mm.
     low: FloatArray
     high: FloatArray
-    tree: BoxTree
+    tree: BoxTree  #: Of the same boxes.
 
     @classmethod
     def of(cls, graph: BrepGraph, low: FloatArray, high: FloatArray) -> PatchBoxes:
@@ -69,8 +61,7 @@ def patch_corners(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    surface : NurbsSurface
-        With positive weights.
+    surface : With positive weights.
     """
     first_u, last_u, first_v, last_v = surface.bounds
     at_u = _spans(surface.knots_u, surface.degrees[0], first_u, last_u)

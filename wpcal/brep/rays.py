@@ -23,20 +23,13 @@ def is_blocked(
     *,
     length_mm: FloatArray | float = TOOL_MM,
 ) -> BoolArray:
-    """Tell which rays hit a face of the part.
+    """Tell which rays hit a face of the part, shape (m,).
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    origins, rays : ndarray, shape (m, 3)
-        Starts (mm) and unit directions in `part`.
-    length_mm : float or ndarray, shape (m,)
-        Where the rays end.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
+    trimmed : Of the same graph.
+    origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
+    length_mm : shape (m,). Where the rays end.
     """
     blocked = np.zeros(len(origins), dtype=bool)
     blocked[find_hits(graph, trimmed, origins, rays, length_mm=length_mm).ray] = True

@@ -28,33 +28,21 @@ What is found about them then differs by less than 1e-9 mm."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Solids with nothing else near them.
+    """Solids with nothing else near them."""
 
-    Parameters
-    ----------
-    solids, faces, edges, coedges : ndarray of int
-        Numbers in the graph, ascending.
-    low : ndarray, shape (3,)
-        Least corner of the box around them, mm.
-    """
-
+    #: `solids`, `faces`, `edges`, `coedges`: Numbers in the graph, ascending.
     solids: IntArray
     faces: IntArray
     edges: IntArray
     coedges: IntArray
-    low: FloatArray
+    low: FloatArray  #: shape (3,). Least corner of the box around them, mm.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Copy:
-    """A group that is the same as another one at another place. Equal positions in their arrays are the same thing.
+    """A group that is the same as another one at another place. Equal positions in their arrays are the same thing."""
 
-    Parameters
-    ----------
-    first, group : Group
-        The group that stands for both, and this one.
-    """
-
+    #: `first`, `group`: The group that stands for both, and this one.
     first: Group
     group: Group
 
@@ -78,10 +66,8 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    within_mm : float
-        Solids whose boxes are nearer belong to one group.
+    trimmed : Of the same graph.
+    within_mm : Solids whose boxes are nearer belong to one group.
 
     Returns
     -------
@@ -182,15 +168,10 @@ def _are_same_curve(a: NurbsCurve, b: NurbsCurve, shift: FloatArray) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Firsts:
-    """A graph without the faces and edges of copies. Solids and vertices are all there, with their numbers.
-
-    Parameters
-    ----------
-    faces, edges : ndarray of int
-        The number of each face and edge in the whole graph.
-    """
+    """A graph without the faces and edges of copies. Solids and vertices are all there, with their numbers."""
 
     graph: BrepGraph
+    #: `faces`, `edges`: The number of each face and edge in the whole graph.
     faces: IntArray
     edges: IntArray
 
@@ -245,21 +226,15 @@ def copy_added_edges(
 
     Parameters
     ----------
-    firsts : Firsts
-        Of this graph.
-    wider : BrepGraph
-        ``firsts.graph`` with more edges.
-    solid : ndarray of int, shape (m,)
-        The solid that each of these edges belongs to, -1 for none.
+    firsts : Of this graph.
+    wider : ``firsts.graph`` with more edges.
+    solid : shape (m,). The solid that each of these edges belongs to, -1 for none.
 
     Returns
     -------
-    graph : BrepGraph
-        The whole graph with more edges.
-    edges : ndarray of int
-        The number in it of each edge of `wider`.
-    copies : tuple of Copy
-        The same copies, which have these edges, too.
+    graph : BrepGraph. The whole graph with more edges.
+    edges : ndarray of int. The number in it of each edge of `wider`.
+    copies : tuple of Copy. The same copies, which have these edges, too.
     """
     added = [_free_edge(wider, edge) for edge in range(firsts.graph.edge_count, wider.edge_count)]
     rows_of = [np.flatnonzero(np.isin(solid, copy.first.solids)) for copy in copies]

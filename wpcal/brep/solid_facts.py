@@ -8,23 +8,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SolidFacts:
-    """What a file says about one solid.
+    """What a file says about one solid."""
 
-    Parameters
-    ----------
-    path : tuple of str
-        Names of the instances from the root down, the solid's own last.
-    products : tuple of str
-        Names of the products from the root down, the solid's own last.
-    color_rgb : tuple of float or None
-        sRGB in 0…1.
-    materials : tuple of str
-        The material as written, with every text that belongs to it: ``S355J2``, ``Plywood, birch``.
-    """
-
-    path: tuple[str, ...] = ()
-    products: tuple[str, ...] = ()
-    color_rgb: tuple[float, float, float] | None = None
+    path: tuple[str, ...] = ()  #: Names of the instances from the root down, the solid's own last.
+    products: tuple[str, ...] = ()  #: Names of the products from the root down, the solid's own last.
+    color_rgb: tuple[float, float, float] | None = None  #: sRGB in 0…1.
+    #: The material as written, with every text that belongs to it: ``S355J2``, ``Plywood, birch``.
     materials: tuple[str, ...] = ()
     density_kg_m3: float | None = None
 

@@ -23,28 +23,16 @@ CHUNK = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Spans:
-    """The knot spans of one parameter of splines of one degree, one spline after the other.
+    """The knot spans of one parameter of splines of one degree, one spline after the other."""
 
-    Parameters
-    ----------
-    start : ndarray of int, shape (n + 1,)
-        The spans of spline i are ``start[i]:start[i + 1]``.
-    low, width : ndarray, shape (s,)
-        Where each span begins and how long it is.
-    first_pole : ndarray of int, shape (s,)
-        The first of the degree + 1 poles that act on it.
-    basis : ndarray, shape (s, degree + 1, degree + 1)
-        From those poles (last index) to the coefficients of the powers of x.
-    keys : ndarray, shape (s,)
-        Numbers that increase from span to span: from 2 i to 2 i + 1 on spline i.
-    """
-
-    start: IntArray
+    start: IntArray  #: shape (n + 1,). The spans of spline i are ``start[i]:start[i + 1]``.
+    #: `low`, `width`: shape (s,). Where each span begins and how long it is.
     low: FloatArray
     width: FloatArray
-    first_pole: IntArray
+    first_pole: IntArray  #: shape (s,). The first of the degree + 1 poles that act on it.
+    #: shape (s, degree + 1, degree + 1). From those poles (last index) to the coefficients of the powers of x.
     basis: FloatArray
-    keys: FloatArray
+    keys: FloatArray  #: shape (s,). Numbers that increase from span to span: from 2 i to 2 i + 1 on spline i.
 
     @classmethod
     def of(cls, degree: int, knots: Sequence[FloatArray]) -> _Spans:
@@ -82,8 +70,7 @@ def _basis_polynomials(knots: FloatArray, degree: int) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (s, degree + 1, degree + 1)
-        [span, power of x, B-spline].
+    ndarray, shape (s, degree + 1, degree + 1). [span, power of x, B-spline].
     """
     count = len(knots)
     splines = np.zeros((count, degree + 1, degree + 1))
@@ -211,14 +198,9 @@ Group = TypeVar("Group", _Curves, _Surfaces)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SplineSet(Generic[Group]):
-    """Many splines as polynomials, in groups of equal degree.
+    """Many splines as polynomials, in groups of equal degree."""
 
-    Parameters
-    ----------
-    group, place : ndarray of int, shape (n,)
-        The group of each spline, and its place there.
-    """
-
+    #: `group`, `place`: shape (n,). The group of each spline, and its place there.
     group: IntArray
     place: IntArray
     groups: tuple[Group, ...]
@@ -250,13 +232,11 @@ class CurveSet(_SplineSet[_Curves]):
         Parameters
         ----------
         curve : ndarray of int, shape (m,)
-        t : ndarray, shape (m,)
-            Parameters.
+        t : shape (m,). Parameters.
 
         Returns
         -------
-        p, slope : ndarray, shape (m, 3)
-            mm, and mm per unit of t.
+        p, slope : ndarray, shape (m, 3). mm, and mm per unit of t.
         """
         p, slope = self._evaluate(curve, t, 2)
         return p, slope
@@ -279,13 +259,11 @@ class SurfaceSet(_SplineSet[_Surfaces]):
         Parameters
         ----------
         surface : ndarray of int, shape (m,)
-        uv : ndarray, shape (m, 2)
-            Parameters.
+        uv : shape (m, 2). Parameters.
 
         Returns
         -------
-        p, du, dv : ndarray, shape (m, 3)
-            mm, and mm per unit of u and v.
+        p, du, dv : ndarray, shape (m, 3). mm, and mm per unit of u and v.
         """
         p, du, dv = self._evaluate(surface, uv, 3)
         return p, du, dv
@@ -298,13 +276,11 @@ class SurfaceSet(_SplineSet[_Surfaces]):
         Parameters
         ----------
         surface : ndarray of int, shape (m,)
-        low, high : ndarray, shape (m, 2)
-            Least and greatest u and v of each rectangle.
+        low, high : shape (m, 2). Least and greatest u and v of each rectangle.
 
         Yields
         ------
-        rows : ndarray of int, shape (k,)
-            Rectangles of surfaces of equal degrees.
+        rows : ndarray of int, shape (k,). Rectangles of surfaces of equal degrees.
         coefficients : ndarray, shape (k, degree u + 1, degree v + 1, 4)
             Of the powers of both parameters, in homogeneous coordinates, mm.
         """

@@ -25,27 +25,15 @@ MOST_STRIPS = 512
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strips:
-    """The strips of F faces, and the pieces in each.
+    """The strips of F faces, and the pieces in each."""
 
-    Parameters
-    ----------
-    low, width : ndarray, shape (F,)
-        Where the strips of a face begin, and how far they go together, in u.
-    turns : ndarray of bool, shape (F,)
-        Whether u is an angle.
-    first : ndarray of int, shape (F + 1,)
-        The strips of face f are ``first[f]`` to ``first[f + 1] - 1``.
-    start : ndarray of int, shape (s + 1,)
-        The pieces in strip i are ``piece[start[i]:start[i + 1]]``, ascending.
-    piece : ndarray of int, shape (k,)
-    """
-
+    #: `low`, `width`: shape (F,). Where the strips of a face begin, and how far they go together, in u.
     low: FloatArray
     width: FloatArray
-    turns: BoolArray
-    first: IntArray
-    start: IntArray
-    piece: IntArray
+    turns: BoolArray  #: shape (F,). Whether u is an angle.
+    first: IntArray  #: shape (F + 1,). The strips of face f are ``first[f]`` to ``first[f + 1] - 1``.
+    start: IntArray  #: shape (s + 1,). The pieces in strip i are ``piece[start[i]:start[i + 1]]``, ascending.
+    piece: IntArray  #: shape (k,).
 
     @classmethod
     def of(cls, turns: BoolArray, start: IntArray, begin: FloatArray, end: FloatArray) -> Strips:
@@ -53,12 +41,9 @@ class Strips:
 
         Parameters
         ----------
-        turns : ndarray of bool, shape (F,)
-            Whether u is an angle, rad; otherwise it is a length or a parameter.
-        start : ndarray of int, shape (F + 1,)
-            The pieces of face f are ``start[f]:start[f + 1]``.
-        begin, end : ndarray, shape (n,)
-            Where the pieces begin and end, in u. One that turns goes the shorter way.
+        turns : shape (F,). Whether u is an angle, rad; otherwise it is a length or a parameter.
+        start : shape (F + 1,). The pieces of face f are ``start[f]:start[f + 1]``.
+        begin, end : shape (n,). Where the pieces begin and end, in u. One that turns goes the shorter way.
         """
         low, width = _ranges(turns, start, begin, end)
         face = np.repeat(np.arange(len(turns)), np.diff(start))
@@ -86,15 +71,12 @@ class Strips:
         Parameters
         ----------
         faces : ndarray of int, shape (m,)
-        u : ndarray, shape (m,)
-            The meridians.
-        most : int
-            About so many pairs come at once.
+        u : shape (m,). The meridians.
+        most : About so many pairs come at once.
 
         Yields
         ------
-        row, piece : ndarray of int, shape (k,)
-            By row, then piece.
+        row, piece : ndarray of int, shape (k,). By row, then piece.
         """
         at = _from(self.low, self.turns, faces, u)
         rows = np.flatnonzero((at >= -SLACK) & (at <= self.width[faces] + SLACK))

@@ -49,22 +49,13 @@ class _Level:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceCells:
-    """The cells of many surfaces.
+    """The cells of many surfaces."""
 
-    Parameters
-    ----------
-    surfaces : SurfaceSet
-        The same surfaces.
-    low, high : ndarray, shape (c, 2)
-        Where each cell begins and ends, in u and v.
-    levels : tuple
-        Boxes, the cells first.
-    """
-
-    surfaces: SurfaceSet
+    surfaces: SurfaceSet  #: The same surfaces.
+    #: `low`, `high`: shape (c, 2). Where each cell begins and ends, in u and v.
     low: FloatArray
     high: FloatArray
-    levels: tuple[_Level, ...]
+    levels: tuple[_Level, ...]  #: Boxes, the cells first.
 
     @classmethod
     def of(cls, polynomials: SurfaceSet, breaks: Sequence[tuple[FloatArray, FloatArray]]) -> SurfaceCells:
@@ -87,10 +78,8 @@ class SurfaceCells:
 
         Parameters
         ----------
-        surface : ndarray of int, shape (k,)
-            The surface of each query.
-        meets : callable
-            Tells which queries (numbers) meet which boxes (corners of shape (3, m)).
+        surface : shape (k,). The surface of each query.
+        meets : Tells which queries (numbers) meet which boxes (corners of shape (3, m)).
 
         Returns
         -------
@@ -116,13 +105,11 @@ def cell_breaks(surfaces: Sequence[NurbsSurface], polynomials: SurfaceSet) -> li
 
     Parameters
     ----------
-    polynomials : SurfaceSet
-        Of the same surfaces.
+    polynomials : Of the same surfaces.
 
     Returns
     -------
-    list of (ndarray, ndarray)
-        Where cells begin and end along u and along v; knots are among them.
+    list of (ndarray, ndarray). Where cells begin and end along u and along v; knots are among them.
     """
     spans = [_breaks(surface) for surface in surfaces]
     number, low, high, shapes = _rectangles(spans)

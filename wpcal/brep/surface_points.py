@@ -11,19 +11,12 @@ MOST_SAMPLES = 4_000_000
 
 
 def surface_points(corners: FloatArray, spacing: float) -> list[FloatArray]:
-    """Return points on triangles; no place on a triangle is farther than `spacing` from one of them.
+    """Return points on triangles; no place on a triangle is farther than `spacing` from one of them, shape (k, 3), mm.
 
     Parameters
     ----------
-    corners : ndarray, shape (m, 3, 3)
-        Any frame, mm.
-    spacing : float
-        mm.
-
-    Returns
-    -------
-    list of ndarray, each of shape (k, 3)
-        mm.
+    corners : shape (m, 3, 3). Any frame, mm.
+    spacing : mm.
     """
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     steps = np.maximum(np.ceil(longest / spacing), 1).astype(int)

@@ -26,23 +26,12 @@ SAME_MM = 1e-5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceHits:
-    """Crossings of rays and whole surfaces.
+    """Crossings of rays and whole surfaces."""
 
-    Parameters
-    ----------
-    row : ndarray of int, shape (h,)
-        The pair of a ray and a surface.
-    at_mm : ndarray, shape (h,)
-        Distance from the start of the ray.
-    uv : ndarray, shape (h, 2)
-    normal : ndarray, shape (h, 3)
-        du × dv, not of length 1.
-    """
-
-    row: IntArray
-    at_mm: FloatArray
-    uv: FloatArray
-    normal: FloatArray
+    row: IntArray  #: shape (h,). The pair of a ray and a surface.
+    at_mm: FloatArray  #: shape (h,). Distance from the start of the ray.
+    uv: FloatArray  #: shape (h, 2).
+    normal: FloatArray  #: shape (h, 3). du × dv, not of length 1.
 
     def select(self, rows: IntArray | BoolArray) -> SurfaceHits:
         """Return the crossings at `rows`: integers, or a mask of shape (h,)."""
@@ -57,15 +46,12 @@ def meet_rays(
     Parameters
     ----------
     surface : ndarray of int, shape (k,)
-    origins, rays : ndarray, shape (k, 3)
-        Starts (mm) and unit directions in `part`.
-    low, high : ndarray, shape (k,)
-        Distances between which crossings are looked for, mm.
+    origins, rays : shape (k, 3). Starts (mm) and unit directions in `part`.
+    low, high : shape (k,). Distances between which crossings are looked for, mm.
 
     Returns
     -------
-    SurfaceHits
-        A ray that only touches a surface may have none or two that coincide.
+    SurfaceHits. A ray that only touches a surface may have none or two that coincide.
     """
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -19,20 +19,11 @@ from wpcal.core.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Foot:
-    """The nearest points of surfaces (not trimmed) to given points.
+    """The nearest points of surfaces (not trimmed) to given points."""
 
-    Parameters
-    ----------
-    p : ndarray, shape (m, 3)
-        In `part`, mm.
-    normal : ndarray, shape (m, 3)
-        Outward unit normal of the face there, in `part`.
-    uv : ndarray, shape (m, 2)
-    """
-
-    p: FloatArray
-    normal: FloatArray
-    uv: FloatArray
+    p: FloatArray  #: shape (m, 3). In `part`, mm.
+    normal: FloatArray  #: shape (m, 3). Outward unit normal of the face there, in `part`.
+    uv: FloatArray  #: shape (m, 2).
 
 
 def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> Foot:
@@ -41,13 +32,11 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
     Parameters
     ----------
     faces : array_like of int, shape (m,)
-    points : array_like, shape (m, 3)
-        In `part`, mm.
+    points : shape (m, 3). In `part`, mm.
 
     Returns
     -------
-    Foot
-        On the axis or at the centre all directions are equally near; the x direction of the frame is taken.
+    Foot. On the axis or at the centre all directions are equally near; the x direction of the frame is taken.
     """
     f, points = np.asarray(faces, dtype=np.int64), np.asarray(points, dtype=np.float64)
     frame = graph.face_frame[f]
@@ -67,15 +56,12 @@ def offsets_from_faces(graph: BrepGraph, faces: IntArray, points: FloatArray) ->
 
     Parameters
     ----------
-    faces : ndarray of int, shape (m,)
-        None of them free-form.
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
+    faces : shape (m,). None of them free-form.
+    points : shape (m, 3). In `part`, mm.
 
     Returns
     -------
-    offset : ndarray, shape (m,)
-        Along the outward normal, mm; negative inside.
+    offset : ndarray, shape (m,). Along the outward normal, mm; negative inside.
     uv : ndarray, shape (m, 2)
     """
     frame, kinds, param = graph.face_frame[faces], graph.face_kind[faces], graph.face_param[faces]
@@ -96,13 +82,11 @@ def surface_normals(kinds: IntArray, frames: FloatArray, params: FloatArray, poi
     ----------
     kinds, frames, params : ndarray, shapes (m,), (m, 4, 3), (m, 2)
         As `face_kind`, `face_frame` and `face_param` of a `BrepGraph`.
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
+    points : shape (m, 3). In `part`, mm.
 
     Returns
     -------
-    ndarray, shape (m, 3)
-        Unit vectors in `part`.
+    ndarray, shape (m, 3). Unit vectors in `part`.
     """
     return _project_elementary(kinds, frames, params, points)[1]
 

@@ -34,33 +34,22 @@ MOST_PAIRS = 500_000
 
 @dataclass(frozen=True, eq=False)
 class TrimmedFaces:
-    """The boundaries of all faces of a graph as pieces, sorted by face.
-
-    Parameters
-    ----------
-    start : ndarray of int, shape (F + 1,)
-        The pieces of face f are ``start[f]:start[f + 1]``.
-    uv0, uv1 : ndarray, shape (m, 2)
-        Ends of each piece on the face's surface, the face to the left in (u, v) seen along the surface's own normal.
-    p0, p1 : ndarray, shape (m, 3)
-        The same in `part`, mm.
-    piece_edge : ndarray of int, shape (m,)
-        The edge that a piece belongs to.
-    t0, t1 : ndarray, shape (m,)
-        Edge parameters at the ends of each piece.
-    known : dict
-        What somebody has found out about solids, by subject and solid. It stays with the faces if edges are added.
-    """
+    """The boundaries of all faces of a graph as pieces, sorted by face."""
 
     graph: BrepGraph
-    start: IntArray
+    start: IntArray  #: shape (F + 1,). The pieces of face f are ``start[f]:start[f + 1]``.
+    #: `uv0`, `uv1`: shape (m, 2). Ends of each piece on the face's surface, the face to the left in (u, v) seen along
+    #: the surface's own normal.
     uv0: FloatArray
     uv1: FloatArray
+    #: `p0`, `p1`: shape (m, 3). The same in `part`, mm.
     p0: FloatArray
     p1: FloatArray
-    piece_edge: IntArray
+    piece_edge: IntArray  #: shape (m,). The edge that a piece belongs to.
+    #: `t0`, `t1`: shape (m,). Edge parameters at the ends of each piece.
     t0: FloatArray
     t1: FloatArray
+    #: What somebody has found out about solids, by subject and solid. It stays with the faces if edges are added.
     known: dict[tuple[str, int], Any] = field(default_factory=dict, repr=False)
 
     @classmethod
@@ -127,13 +116,11 @@ class TrimmedFaces:
         Parameters
         ----------
         faces : ndarray of int, shape (m,)
-        uv : ndarray, shape (m, 2)
-            Parameters of points on the faces' surfaces (`project_to_faces`).
+        uv : shape (m, 2). Parameters of points on the faces' surfaces (`project_to_faces`).
 
         Returns
         -------
-        ndarray of bool, shape (m,)
-            True on a face without boundary (a whole sphere).
+        ndarray of bool, shape (m,). True on a face without boundary (a whole sphere).
 
         Notes
         -----
@@ -160,10 +147,8 @@ class TrimmedFaces:
         Parameters
         ----------
         faces : ndarray of int, shape (m,)
-        points : ndarray, shape (m, 3)
-            In `part`, mm.
-        within_mm : float
-            Greater distances are not computed.
+        points : shape (m, 3). In `part`, mm.
+        within_mm : Greater distances are not computed.
         group : ndarray of int, shape (m,), optional
             Points with the same number are consecutive and belong to one face, such as the samples of an edge. Pieces
             of boundary away from the box around such a group are skipped together.
@@ -348,17 +333,11 @@ def wrap_angle(angle: FloatArray) -> FloatArray:
 
 
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-    """Return the distance of each point to its own segment.
+    """Return the distance of each point to its own segment, shape (m,), mm.
 
     Parameters
     ----------
-    points, p0, p1 : ndarray, shape (m, 3)
-        Points and ends of segments in one frame, mm.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        mm.
+    points, p0, p1 : shape (m, 3). Points and ends of segments in one frame, mm.
     """
     d, r = p1 - p0, points - p0
     square = np.einsum("ki,ki->k", d, d)

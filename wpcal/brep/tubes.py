@@ -28,21 +28,15 @@ def tube_triangles(
 
     Parameters
     ----------
-    corners : ndarray, shape (m, 3, 3)
-        The three corners of each triangle, mm.
-    tree : BoxTree
-        Of the triangles' boxes.
-    tips : ndarray, shape (n, 3)
-        Points on the axes, in the frame of the corners, mm.
-    back : ndarray, shape (n, 3)
-        Unit vectors along the axes.
-    low, high : ndarray, shape (n,)
-        Where each tube begins and ends, mm from the tip.
+    corners : shape (m, 3, 3). The three corners of each triangle, mm.
+    tree : Of the triangles' boxes.
+    tips : shape (n, 3). Points on the axes, in the frame of the corners, mm.
+    back : shape (n, 3). Unit vectors along the axes.
+    low, high : shape (n,). Where each tube begins and ends, mm from the tip.
 
     Returns
     -------
-    ndarray of int, shape (n,)
-        The triangle; -1 for a tube that meets none.
+    ndarray of int, shape (n,). The triangle; -1 for a tube that meets none.
     """
     starts, ends = tips + low[:, None] * back, tips + high[:, None] * back
     row, triangle = tree.meeting(np.minimum(starts, ends) - radius_mm, np.maximum(starts, ends) + radius_mm)
@@ -63,13 +57,11 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
 
     Parameters
     ----------
-    back : ndarray, shape (n, 3)
-        Unit vectors along the axes.
+    back : shape (n, 3). Unit vectors along the axes.
 
     Returns
     -------
-    ndarray, shape (n, k, 3)
-        Relative to the axis, mm; the axis first.
+    ndarray, shape (n, k, 3). Relative to the axis, mm; the axis first.
     """
     circles = int(np.ceil(1.05 * radius_mm / LINES_MM))
     u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])

@@ -45,17 +45,11 @@ MOST_FAILED = 50
 
 
 def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> str:
-    """Return the page.
+    """Return the page. A self-contained HTML file, the same for the same jobs.
 
     Parameters
     ----------
-    left_out : sequence of str
-        One line for each part with too few jobs.
-
-    Returns
-    -------
-    str
-        A self-contained HTML file, the same for the same jobs.
+    left_out : One line for each part with too few jobs.
     """
     order = sorted(range(len(parts)), key=lambda k: (not parts[k].shifts, -len(parts[k].jobs.names)))
     charted = set(order[:MOST_CHARTED])

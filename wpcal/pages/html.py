@@ -34,28 +34,18 @@ def build_page(
     blobs: Mapping[str, bytes] | None = None,
     connects: bool = False,
 ) -> str:
-    """Return a page with its data, scripts and styles.
+    """Return a page with its data, scripts and styles. HTML, the same for the same arguments.
 
     Parameters
     ----------
-    title : str
-        Title of the window, any text.
-    entry : str
-        Name of the bundle: ``NAME.js`` and ``NAME.css`` in ``wpcal/pages/bundles``.
-    body : str
-        Markup written by wpcal; it must not contain text from a file.
-    data : mapping
-        JSON values; the script of the page gets them from ``readData()``.
+    title : Title of the window, any text.
+    entry : Name of the bundle: ``NAME.js`` and ``NAME.css`` in ``wpcal/pages/bundles``.
+    body : Markup written by wpcal; it must not contain text from a file.
+    data : JSON values; the script of the page gets them from ``readData()``.
     blobs : mapping of str to bytes, optional
         Larger data, which the page stores deflated (GLB files are packed first). The script gets them from
         ``readBlob(name)`` or ``readJsonBlob(name)``.
-    connects : bool
-        Whether the page may send requests to its own server. A page on disk must not send requests to anyone.
-
-    Returns
-    -------
-    str
-        HTML, the same for the same arguments.
+    connects : Whether the page may send requests to its own server. A page on disk must not send requests to anyone.
     """
     styles = [_bundle(f"{entry}.css")]
     scripts = [_bundle("viewer.js"), _bundle(f"{entry}.js")]
@@ -82,21 +72,13 @@ def build_page(
 
 
 def build_still_page(*, title: str, style: str, body: str) -> str:
-    """Return a page without scripts.
+    """Return a page without scripts. HTML, the same for the same arguments.
 
     Parameters
     ----------
-    title : str
-        Title of the window, any text.
-    style : str
-        CSS written by wpcal.
-    body : str
-        Markup written by wpcal. Texts of files in it have gone through `escaped`.
-
-    Returns
-    -------
-    str
-        HTML, the same for the same arguments.
+    title : Title of the window, any text.
+    style : CSS written by wpcal.
+    body : Markup written by wpcal. Texts of files in it have gone through `escaped`.
     """
     policy = f"default-src 'none'; style-src {_hash_source(style)}; img-src data:; base-uri 'none'; form-action 'none'"
     lines = [

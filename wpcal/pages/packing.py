@@ -23,18 +23,15 @@ def pack_glb(data: bytes) -> bytes:
 
     Parameters
     ----------
-    data : bytes
-        A file of `wpcal.brep.mesh_glb.write_part_glb`: every accessor has its own view, in order.
+    data : A file of `wpcal.brep.mesh_glb.write_part_glb`: every accessor has its own view, in order.
 
     Returns
     -------
-    bytes
-        Input for `zlib.compress`.
+    bytes. Input for `zlib.compress`.
 
     Raises
     ------
-    ValueError
-        If `data` is not a GLB file.
+    ValueError : If `data` is not a GLB file.
     """
     document, text, binary = glb_chunks(data)
     views = document["bufferViews"]

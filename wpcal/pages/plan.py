@@ -37,21 +37,11 @@ WIRE_MM = 26.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MethodFront:
-    """What one method found by itself.
+    """What one method found by itself."""
 
-    Parameters
-    ----------
-    name : str
-        ``ladder`` or ``nsga2``.
-    values : ndarray, shape (m, k)
-        Objectives of its m plans, in the order of the page's objectives.
-    hypervolume : float
-        Hypervolume that its plans dominate.
-    """
-
-    name: str
-    values: FloatArray
-    hypervolume: float
+    name: str  #: ``ladder`` or ``nsga2``.
+    values: FloatArray  #: shape (m, k). Objectives of its m plans, in the order of the page's objectives.
+    hypervolume: float  #: Hypervolume that its plans dominate.
 
 
 def build_plan_page(
@@ -63,31 +53,21 @@ def build_plan_page(
     fronts: Sequence[MethodFront] = (),
     part_glb: bytes | None = None,
 ) -> str:
-    """Return the page of the trade-off plans of a seam.
+    """Return the page of the trade-off plans of a seam. A self-contained HTML file, the same for the same runs.
 
     Parameters
     ----------
-    runs : sequence of CellRun
-        One per plan, all of the same seam.
-    objectives : sequence of Objective
-        Two or more; the chart shows the first and the last.
-    chosen : int
-        Row of the plan that the page shows first.
-    fronts : sequence of MethodFront
-        The plans that each method found by itself, drawn behind the others.
+    runs : One per plan, all of the same seam.
+    objectives : Two or more; the chart shows the first and the last.
+    chosen : Row of the plan that the page shows first.
+    fronts : The plans that each method found by itself, drawn behind the others.
     part_glb : bytes, optional
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the page draws the
         part's collision bodies.
 
-    Returns
-    -------
-    str
-        A self-contained HTML file, the same for the same runs.
-
     Raises
     ------
-    InputError
-        If there is no run, the runs are of different seams, or `chosen` is not one of their rows.
+    InputError : If there is no run, the runs are of different seams, or `chosen` is not one of their rows.
     """
     if not 0 <= chosen < len(runs) or len({run.plan.seam for run in runs}) != 1:
         raise InputError(
@@ -118,8 +98,7 @@ def build_cell_page(cell: RobotCell) -> str:
 
     Returns
     -------
-    str
-        A self-contained HTML file, the same for the same cell.
+    str. A self-contained HTML file, the same for the same cell.
     """
     low, high = cell.joint_limits
     joints = np.clip(np.zeros((1, 2 * JOINTS)), low, high)
@@ -192,8 +171,7 @@ def body_record(body: Body, group: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    group : str
-        What it is shown and hidden with: ``robot1``, ``robot2``, ``torch``, ``part`` or ``bench``.
+    group : What it is shown and hidden with: ``robot1``, ``robot2``, ``torch``, ``part`` or ``bench``.
     """
     shape = body.shape
     record: dict[str, Any] = {

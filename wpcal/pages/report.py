@@ -31,29 +31,20 @@ OF_BODIES = {"across": "u95_across_mm", "placing": "u95_placing_mm", "unseen": "
 def build_report(
     calibration: dict[str, Any], seams: dict[str, Any], part_glb: bytes | None = None, *, path: str = "seams.json"
 ) -> str:
-    """Return the page of a calibration.
+    """Return the page of a calibration. A self-contained HTML file, the same for the same records.
 
     Parameters
     ----------
-    calibration : dict
-        The record of ``calibration.json``.
-    seams : dict
-        The record of ``seams.json``, frames in `base`.
+    calibration : The record of ``calibration.json``.
+    seams : The record of ``seams.json``, frames in `base`.
     part_glb : bytes, optional
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
         seams and points.
-    path : str
-        File of the seams, for messages.
-
-    Returns
-    -------
-    str
-        A self-contained HTML file, the same for the same records.
+    path : File of the seams, for messages.
 
     Raises
     ------
-    FormatError
-        If a record lacks a field, or `part_glb` is not a mesh of wpcal.
+    FormatError : If a record lacks a field, or `part_glb` is not a mesh of wpcal.
     """
     try:
         heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]

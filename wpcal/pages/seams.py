@@ -22,18 +22,15 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
 
     Parameters
     ----------
-    seams : dict
-        The record of `wpcal.seam.record.seams_record`, frames in `part`.
+    seams : The record of `wpcal.seam.record.seams_record`, frames in `part`.
     part_glb : bytes or None
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
         seams.
-    file_name : str
-        Name of the part's file, the heading of the page.
+    file_name : Name of the part's file, the heading of the page.
 
     Returns
     -------
-    str
-        A self-contained HTML file, the same for the same record.
+    str. A self-contained HTML file, the same for the same record.
     """
     plain = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
     data = {"file": file_name, "record": {**seams, "seams": plain}}

@@ -37,19 +37,14 @@ def build_touches_page(
 
     Parameters
     ----------
-    part_glb : bytes, optional
-        The part's triangles.
-    seams : mapping, optional
-        By name: points along each seam in `part`, mm, shape (n, 3).
-    border_mm : mapping, optional
-        By the name of a search: how far its contact is from the border of the face.
-    setup : TouchSetup, optional
-        Its speeds give the times.
+    part_glb : The part's triangles.
+    seams : By name: points along each seam in `part`, mm, shape (n, 3).
+    border_mm : By the name of a search: how far its contact is from the border of the face.
+    setup : Its speeds give the times.
 
     Returns
     -------
-    str
-        A self-contained HTML file, the same for the same plan.
+    str. A self-contained HTML file, the same for the same plan.
     """
     given = setup or TouchSetup()
     borders = border_mm or {}

@@ -21,38 +21,21 @@ ROUND_MM = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """Pieces in order.
+    """Pieces in order."""
 
-    Parameters
-    ----------
-    rows : ndarray of int, shape (k,)
-        Rows of the pieces in order.
-    flip : ndarray of bool, shape (k,)
-        Whether a piece is reversed.
-    """
-
-    rows: IntArray
-    flip: BoolArray
+    rows: IntArray  #: shape (k,). Rows of the pieces in order.
+    flip: BoolArray  #: shape (k,). Whether a piece is reversed.
     closed: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bridges:
-    """Which ends of pieces may be joined by a straight bridge.
+    """Which ends of pieces may be joined by a straight bridge."""
 
-    Parameters
-    ----------
-    join_mm : float
-        Largest length of a bridge, mm.
-    slip_mm : float
-        How far a bridge may lead sideways, mm.
-    side : ndarray, shape (k, 2, 3)
-        Direction out of the joint at the start and at the end of each piece. On both ends of a bridge it is the same
-        within the angle by which the direction of travel may turn.
-    """
-
-    join_mm: float
-    slip_mm: float
+    join_mm: float  #: Largest length of a bridge, mm.
+    slip_mm: float  #: How far a bridge may lead sideways, mm.
+    #: shape (k, 2, 3). Direction out of the joint at the start and at the end of each piece. On both ends of a bridge
+    #: it is the same within the angle by which the direction of travel may turn.
     side: FloatArray
 
 
@@ -63,12 +46,9 @@ def chain_pieces(
 
     Parameters
     ----------
-    group : ndarray of int, shape (k,)
-        Only pieces with the same number are joined.
-    split_rad : float
-        Largest turn of the direction of travel from one piece to the next, rad.
-    bridges : Bridges, optional
-        What joins pieces whose ends do not meet; nothing by default.
+    group : shape (k,). Only pieces with the same number are joined.
+    split_rad : Largest turn of the direction of travel from one piece to the next, rad.
+    bridges : What joins pieces whose ends do not meet; nothing by default.
     """
     p, out = _ends(graph, pieces)
     link = _links(p.reshape(-1, 3), out.reshape(-1, 3), np.repeat(group, 2), np.cos(split_rad))

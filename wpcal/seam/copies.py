@@ -16,24 +16,12 @@ from wpcal.seam.seam import NamedSolids, Seam, SeamPieces
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CopiedSeams:
-    """Seams of a part, and which of them were copied.
+    """Seams of a part, and which of them were copied."""
 
-    Parameters
-    ----------
-    seams : tuple of Seam, length n
-        Those that were searched come first, then their copies.
-    first : ndarray of int, shape (n,)
-        The seam that each one was copied from; its own number if it was searched.
-    movers : tuple of Mover
-        The copies of the part.
-    mover : ndarray of int, shape (n,)
-        The copy to which a seam belongs; -1 if it was searched.
-    """
-
-    seams: tuple[Seam, ...]
-    first: IntArray
-    movers: tuple[Mover, ...] = ()
-    mover: IntArray | None = None
+    seams: tuple[Seam, ...]  #: length n. Those that were searched come first, then their copies.
+    first: IntArray  #: shape (n,). The seam that each one was copied from; its own number if it was searched.
+    movers: tuple[Mover, ...] = ()  #: The copies of the part.
+    mover: IntArray | None = None  #: shape (n,). The copy to which a seam belongs; -1 if it was searched.
 
     @classmethod
     def none(cls, seams: Sequence[Seam]) -> CopiedSeams:
@@ -46,10 +34,8 @@ class CopiedSeams:
 
         Parameters
         ----------
-        graph : BrepGraph
-            The whole part, with the edges of all copies.
-        seams : sequence of Seam
-            Of the first groups, with faces and edges of this graph.
+        graph : The whole part, with the edges of all copies.
+        seams : Of the first groups, with faces and edges of this graph.
         """
         movers = tuple(Mover.of(graph, copy) for copy in copies)
         face = np.array([max(int(seam.pieces.wall[0]), int(seam.pieces.base[0])) for seam in seams], dtype=np.int64)
@@ -76,10 +62,8 @@ class CopiedSeams:
 
         Parameters
         ----------
-        rows : ndarray of int, shape (k,)
-            Copied seams.
-        of_first : mapping
-            What was made of the first ones, by row.
+        rows : shape (k,). Copied seams.
+        of_first : What was made of the first ones, by row.
         """
         found: dict[int, list[Seam]] = {}
         for number, mover in enumerate(self.movers):
@@ -92,16 +76,10 @@ class CopiedSeams:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mover:
-    """Moves seams of a group to its copy.
-
-    Parameters
-    ----------
-    names : dict
-        The name of each solid in the copy, by its name in the first group.
-    """
+    """Moves seams of a group to its copy."""
 
     copy: Copy
-    names: Mapping[str, str]
+    names: Mapping[str, str]  #: The name of each solid in the copy, by its name in the first group.
 
     @classmethod
     def of(cls, graph: BrepGraph, copy: Copy) -> Mover:

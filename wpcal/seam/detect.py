@@ -57,16 +57,11 @@ def detect_seams(
 
     Parameters
     ----------
-    trimmed : TrimmedFaces, optional
-        Of the same graph, if the caller has it already.
-    sections : SeamPieces, optional
-        Curves in which solids meet that run into each other; a CAD kernel computes them.
-    beads : JoinedPieces, optional
-        Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
-    flares : FlareGrooves, optional
-        Paths in grooves beside radii (`flare_grooves.add_grooves`).
-    marked : MarkedEdges, optional
-        Edges to be welded. No other candidate is accepted then, unless they are added ones.
+    trimmed : Of the same graph, if the caller has it already.
+    sections : Curves in which solids meet that run into each other; a CAD kernel computes them.
+    beads : Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
+    flares : Paths in grooves beside radii (`flare_grooves.add_grooves`).
+    marked : Edges to be welded. No other candidate is accepted then, unless they are added ones.
 
     Returns
     -------
@@ -149,10 +144,8 @@ def judge_candidates(
 
     Parameters
     ----------
-    found : CopiedSeams
-        Candidates of the whole part.
-    trimmed : TrimmedFaces
-        Of this graph.
+    found : Candidates of the whole part.
+    trimmed : Of this graph.
     """
     has_marks = any(seam.source is SeamSource.MARKED for seam in found.seams)
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.like(len(graph.solid_names)))

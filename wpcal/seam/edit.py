@@ -46,33 +46,20 @@ MOST_JOINED = 100
 
 @dataclass(frozen=True, slots=True)
 class PlacedEdit:
-    """A decision about one candidate.
-
-    Parameters
-    ----------
-    path : str
-        The file of the decision, for messages.
-    """
+    """A decision about one candidate."""
 
     candidate: Candidate
     edit: SeamEdit
-    path: str = "script"
+    path: str = "script"  #: The file of the decision, for messages.
 
 
 def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
-    """Read the decisions in an edited ``seams.json``.
-
-    Returns
-    -------
-    tuple of PlacedEdit
-        One for every seam with an object ``edit`` that is not empty.
+    """Read the decisions in an edited ``seams.json``. One for every seam with an object ``edit`` that is not empty.
 
     Raises
     ------
-    InputError
-        If the file cannot be opened.
-    FormatError
-        If it is not a seams file, or an edit has an unknown key or a value of the wrong type.
+    InputError : If the file cannot be opened.
+    FormatError : If it is not a seams file, or an edit has an unknown key or a value of the wrong type.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     found = []
@@ -90,8 +77,7 @@ def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
 
     Raises
     ------
-    FormatError
-        If something is missing.
+    FormatError : If something is missing.
     """
     try:
         x, y, z = map(_length, record["start_part_mm"])
@@ -114,8 +100,7 @@ def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
 
     Raises
     ------
-    FormatError
-        If a key is unknown or a value has the wrong type.
+    FormatError : If a key is unknown or a value has the wrong type.
     """
 
     def refuse(message: str) -> FormatError:
@@ -188,14 +173,10 @@ def apply_edits(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        The candidates, with frames in `part`.
-    edits : sequence of PlacedEdit
-        Several edits of one candidate, with different names, make several seams of it: stretches of a long one.
-    options : SeamOptions
-        The options with which the seams were found; edited seams get new frames.
+    graph, trimmed : The part.
+    seams : The candidates, with frames in `part`.
+    edits : Several edits of one candidate, with different names, make several seams of it: stretches of a long one.
+    options : The options with which the seams were found; edited seams get new frames.
 
     Returns
     -------

@@ -36,8 +36,7 @@ def part_of(graph: BrepGraph, seam: Seam, range_mm: tuple[float, float] | None) 
 
     Raises
     ------
-    InputError
-        If the range is longer than the candidate.
+    InputError : If the range is longer than the candidate.
     """
     if range_mm is None:
         return seam.pieces
@@ -56,13 +55,11 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join
     runs : sequence of tuple of str and SeamPieces
         Names, for messages, and pieces. The first keeps its direction; the others are put before or after it, in any
         order, and are turned where their other end meets.
-    join_mm : float
-        Largest straight bridge between two runs, mm.
+    join_mm : Largest straight bridge between two runs, mm.
 
     Raises
     ------
-    InputError
-        If the ends of a run do not meet those of the others within `join_mm`.
+    InputError : If the ends of a run do not meet those of the others within `join_mm`.
     """
     (first, run), *left = runs
     while left:
@@ -116,12 +113,9 @@ def judged_anew(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        With edits and the pieces that follow from them; frames and judgement are those of the candidates.
-    has_marks : bool
-        Whether edges of the part are marked as seams.
+    graph, trimmed : The part.
+    seams : With edits and the pieces that follow from them; frames and judgement are those of the candidates.
+    has_marks : Whether edges of the part are marked as seams.
     """
     if not seams:
         return []

@@ -28,14 +28,10 @@ def explain_seam(
 
     Parameters
     ----------
-    graph : BrepGraph
-        The part.
-    seam : Seam
-        One of its seams, judged, with pieces.
-    notes : MemberNotes
-        What its solids are taken for.
-    thick_mm : tuple of (float or None)
-        Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
+    graph : The part.
+    seam : One of its seams, judged, with pieces.
+    notes : What its solids are taken for.
+    thick_mm : Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
 
     Returns
     -------

@@ -40,14 +40,10 @@ def explained_svg(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seam : Seam
-        With pieces and with frames in `part`.
-    torch : TorchShape
-        With its usual wire.
-    section : mapping
-        ``section`` of `explain.explain_seam`.
+    graph, trimmed : The part.
+    seam : With pieces and with frames in `part`.
+    torch : With its usual wire.
+    section : ``section`` of `explain.explain_seam`.
 
     Returns
     -------

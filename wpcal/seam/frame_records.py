@@ -26,14 +26,10 @@ def frame_records(
 
     Parameters
     ----------
-    seams : sequence of Seam
-        With frames in `part`.
-    T_base_part : RigidTransform, optional
-        If given, frames are written in `base`, with their weld positions.
-    u95_mm : sequence of ndarray, shape (n,), optional
-        For each seam, the 95 % error at each of its n frames, mm.
-    columns : mapping of str to sequence of ndarray, shape (n,), optional
-        More numbers of the frames of each seam, by the name of their field.
+    seams : With frames in `part`.
+    T_base_part : If given, frames are written in `base`, with their weld positions.
+    u95_mm : shape (n,). For each seam, the 95 % error at each of its n frames, mm.
+    columns : shape (n,). More numbers of the frames of each seam, by the name of their field.
     """
     if not seams:
         return []

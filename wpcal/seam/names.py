@@ -21,25 +21,18 @@ def split_names(text: str) -> tuple[str, ...]:
 
 
 def seams_named(words: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
-    """Return the seams that are meant, each once, in the order of `words`.
+    """Return the seams that are meant, each once, in the order of `words`. Names of `known`.
 
     Parameters
     ----------
     words : sequence of str
         Names and ranges. A name counts first, so a seam may be called ``rib-2``. Capital letters do not matter where
         no other seam has the same letters.
-    known : sequence of str
-        Names of the seams that there are.
-
-    Returns
-    -------
-    tuple of str
-        Names of `known`.
+    known : Names of the seams that there are.
 
     Raises
     ------
-    InputError
-        When a word is no seam, or a range has no seam at one of its ends.
+    InputError : When a word is no seam, or a range has no seam at one of its ends.
 
     Examples
     --------

@@ -28,26 +28,16 @@ class ConcaveEdges(Enum):
 class StepOptions:
     """How a seam is cut into steps.
 
-    Parameters
-    ----------
-    chord_mm : float
-        Largest distance of the seam from the chord between neighbouring points, mm.
-    min_step_mm : float
-        Points nearer than this to their neighbour are removed where the chord bound allows it, mm.
-    max_step_mm : float
-        Largest distance along the seam between neighbours, mm.
-    turn_rad : float
-        Largest turn of the frame between neighbours, rad. It takes precedence over the least step.
-
     Raises
     ------
-    InputError
-        If a value is not positive, or the least step is larger than the largest.
+    InputError : If a value is not positive, or the least step is larger than the largest.
     """
 
-    chord_mm: float = 0.1
+    chord_mm: float = 0.1  #: Largest distance of the seam from the chord between neighbouring points, mm.
+    #: Points nearer than this to their neighbour are removed where the chord bound allows it, mm.
     min_step_mm: float = 1.0
-    max_step_mm: float = 10.0
+    max_step_mm: float = 10.0  #: Largest distance along the seam between neighbours, mm.
+    #: Largest turn of the frame between neighbours, rad. It takes precedence over the least step.
     turn_rad: float = float(np.radians(45.0))
 
     def __post_init__(self) -> None:
@@ -60,61 +50,41 @@ class StepOptions:
 
 @dataclass(frozen=True, slots=True)
 class Judging:
-    """What a person says about members, and how sure a seam must be.
+    """What a person says about members, and how sure a seam must be."""
 
-    Parameters
-    ----------
-    weld : tuple of str
-        Names of solids that can be welded, whatever the evidence; ``*`` and ``?`` match any letters. The name of a
-        product or an instance above stands for all solids in it.
-    not_welded : tuple of str
-        Names of solids that are not welded. If both fit a solid, the name with more letters counts.
-    """
-
+    #: Names of solids that can be welded, whatever the evidence; ``*`` and ``?`` match any letters. The name of a
+    #: product or an instance above stands for all solids in it.
     weld: tuple[str, ...] = ()
+    #: Names of solids that are not welded. If both fit a solid, the name with more letters counts.
     not_welded: tuple[str, ...] = ()
     level: Level = Level.USUAL
 
 
 @dataclass(frozen=True, slots=True)
 class Play:
-    """A gap that several joints of an assembly have.
+    """A gap that several joints of an assembly have."""
 
-    Parameters
-    ----------
-    least_mm, gap_mm, most_mm : float
-        The narrowest, the median and the widest of these gaps.
-    joints : int
-        How many joints have it.
-    """
-
+    #: `least_mm`, `gap_mm`, `most_mm`: The narrowest, the median and the widest of these gaps.
     least_mm: float
     gap_mm: float
     most_mm: float
-    joints: int
+    joints: int  #: How many joints have it.
 
 
 @dataclass(frozen=True, slots=True)
 class Reach:
     """The torch with which reach is judged, and how far it may lean and turn.
 
-    Parameters
-    ----------
-    torch : TorchShape
-    work_deg, travel_deg : tuple of float
-        Least and largest angle across and along the seam; positive travel is push.
-    spin_deg : tuple of float
-        Least and largest turn of a bent neck about the wire; at 0 it bends against the travel.
-
     Raises
     ------
-    InputError
-        If a range does not hold 0, or goes beyond 60 degrees (the spin: 180).
+    InputError : If a range does not hold 0, or goes beyond 60 degrees (the spin: 180).
     """
 
     torch: TorchShape = USUAL_TORCH
+    #: `work_deg`, `travel_deg`: Least and largest angle across and along the seam; positive travel is push.
     work_deg: tuple[float, float] = (-15.0, 15.0)
     travel_deg: tuple[float, float] = (-35.0, 35.0)
+    #: Least and largest turn of a bent neck about the wire; at 0 it bends against the travel.
     spin_deg: tuple[float, float] = (-180.0, 180.0)
 
     def __post_init__(self) -> None:
@@ -131,40 +101,26 @@ class Reach:
 class SeamOptions:
     """How seams are found, accepted and cut into frames.
 
-    Parameters
-    ----------
-    gap_mm : float, optional
-        Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
-    concave : ConcaveEdges
-        `AUTO` takes concave edges of solids that touch no other solid and may be built up of plates, bars and tubes
-        (`built_up.why_one_piece`).
-    split_rad : float
-        A seam ends where its direction turns by more, rad.
-    min_length_mm : float
-        Least length of an accepted seam, mm.
-    join_mm : float
-        Contacts in one line are joined across interruptions of at most this length, mm.
-    play : tuple of Play, optional
-        The gaps that joints of this part have by design; by default they are measured (`find.play`).
-    wrap : bool
-        Whether accepted seams that meet at a corner of a member are welded in one run round it, with the short ends
-        between them (`judge.wrapping`).
-
     Raises
     ------
-    InputError
-        If a length is negative or not finite.
+    InputError : If a length is negative or not finite.
     """
 
+    #: Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
     gap_mm: float | None = None
+    #: `AUTO` takes concave edges of solids that touch no other solid and may be built up of plates, bars and tubes
+    #: (`built_up.why_one_piece`).
     concave: ConcaveEdges = ConcaveEdges.AUTO
-    split_rad: float = float(np.radians(30.0))
+    split_rad: float = float(np.radians(30.0))  #: A seam ends where its direction turns by more, rad.
     steps: StepOptions = field(default_factory=StepOptions)
-    min_length_mm: float = LEAST_SEAM_MM
-    join_mm: float = MOST_BRIDGE_MM
+    min_length_mm: float = LEAST_SEAM_MM  #: Least length of an accepted seam, mm.
+    join_mm: float = MOST_BRIDGE_MM  #: Contacts in one line are joined across interruptions of at most this length, mm.
     judging: Judging = Judging()
     reach: Reach = Reach()
+    #: Whether accepted seams that meet at a corner of a member are welded in one run round it, with the short ends
+    #: between them (`judge.wrapping`).
     wrap: bool = False
+    #: The gaps that joints of this part have by design; by default they are measured (`find.play`).
     play: tuple[Play, ...] | None = None
 
     def __post_init__(self) -> None:

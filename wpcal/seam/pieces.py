@@ -15,17 +15,13 @@ def sample_pieces(graph: BrepGraph, pieces: SeamPieces, share: FloatArray) -> tu
 
     Parameters
     ----------
-    pieces : SeamPieces
-        k pieces.
-    share : ndarray, shape (n,)
-        From 0 (start of a piece) to 1 (end), by the edge's parameter.
+    pieces : k pieces.
+    share : shape (n,). From 0 (start of a piece) to 1 (end), by the edge's parameter.
 
     Returns
     -------
-    t : ndarray, shape (k, n)
-        Edge parameters.
-    p : ndarray, shape (k, n, 3)
-        Points in `part`, mm.
+    t : ndarray, shape (k, n). Edge parameters.
+    p : ndarray, shape (k, n, 3). Points in `part`, mm.
     """
     t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * share
     return t, evaluate_edges(graph, np.repeat(pieces.edge, len(share)), t.ravel())[0].reshape(*t.shape, 3)

@@ -50,22 +50,14 @@ def seams_record(
 
     Parameters
     ----------
-    seams : sequence of Seam
-        With frames in `part`.
-    T_base_part : RigidTransform, optional
-        If given, frames are written in `base`; otherwise in `part`.
-    u95_mm : sequence of ndarray, shape (n,), optional
-        For each seam, the 95 % error at each of its n frames, mm.
-    space : RobotSpace
-        The model of the robot that computed the taught points behind `T_base_part`.
-    notes : MemberNotes, optional
-        What the solids are taken for.
-    join_mm : float, optional
-        A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
-    torch : TorchShape
-        The torch with which reach was felt (`SeamOptions.reach`).
-    columns : mapping of str to sequence of ndarray, shape (n,), optional
-        More numbers of the frames of each seam, by the name of their field.
+    seams : With frames in `part`.
+    T_base_part : If given, frames are written in `base`; otherwise in `part`.
+    u95_mm : shape (n,). For each seam, the 95 % error at each of its n frames, mm.
+    space : The model of the robot that computed the taught points behind `T_base_part`.
+    notes : What the solids are taken for.
+    join_mm : A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
+    torch : The torch with which reach was felt (`SeamOptions.reach`).
+    columns : shape (n,). More numbers of the frames of each seam, by the name of their field.
 
     Returns
     -------
@@ -164,8 +156,7 @@ def seams_csv(record: dict[str, Any]) -> str:
 
     Parameters
     ----------
-    record : dict
-        A result of `seams_record`.
+    record : A result of `seams_record`.
     """
     row = f"{','.join(SEAMS_CSV_COLUMNS.values())}\n"
     texts = [csv_text([SEAMS_CSV_COLUMNS])]
@@ -200,8 +191,7 @@ def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
 
     Raises
     ------
-    FormatError
-        If a field is missing or has the wrong shape, or a value is not what its field says (`check_seams`).
+    FormatError : If a field is missing or has the wrong shape, or a value is not what its field says (`check_seams`).
     """
     try:
         check_seams(record, path=path)

@@ -32,15 +32,12 @@ def check_seams(record: Mapping[str, Any], *, path: str) -> None:
 
     Parameters
     ----------
-    record : mapping
-        The contents of ``seams.json``.
-    path : str
-        The file, for the message.
+    record : The contents of ``seams.json``.
+    path : The file, for the message.
 
     Raises
     ------
-    FormatError
-        With the seam, the point (counted from 0, as in ``seams.csv``) and the field.
+    FormatError : With the seam, the point (counted from 0, as in ``seams.csv``) and the field.
     """
     for place, problem in seam_faults(record):
         raise FormatError(f"{place}: {problem}", path=path)
@@ -51,8 +48,7 @@ def seam_faults(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
     Parameters
     ----------
-    record : mapping
-        The contents of ``seams.json``.
+    record : The contents of ``seams.json``.
     """
     seams = record["seams"]
     if not isinstance(seams, Sequence) or isinstance(seams, str):

@@ -33,24 +33,12 @@ still accepted."""
 
 @dataclass(frozen=True, slots=True)
 class RuleRow:
-    """One row of the table.
+    """One row of the table."""
 
-    Parameters
-    ----------
-    factor : float
-        The confidence is multiplied by it.
-    finding : str
-        What was found.
-    why : str
-        Why this speaks against a weld, and why as much.
-    evidence : str
-        What the finding rests on.
-    """
-
-    factor: float
-    finding: str
-    why: str
-    evidence: str
+    factor: float  #: The confidence is multiplied by it.
+    finding: str  #: What was found.
+    why: str  #: Why this speaks against a weld, and why as much.
+    evidence: str  #: What the finding rests on.
 
 
 class Rule(Enum):

@@ -60,27 +60,15 @@ class SeamSource(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamPieces:
-    """k pieces of edges along which two faces can be welded.
+    """k pieces of edges along which two faces can be welded."""
 
-    Parameters
-    ----------
-    edge : ndarray of int, shape (k,)
-    t0, t1 : ndarray, shape (k,)
-        Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
-    wall : ndarray of int, shape (k,)
-        The face that the edge bounds and that leads away from the joint.
-    base : ndarray of int, shape (k,)
-        The other face of the joint.
-    gap_mm : ndarray, shape (k, 3)
-        Least, mean and largest distance between the edge and the base.
-    """
-
-    edge: IntArray
+    edge: IntArray  #: shape (k,).
+    #: `t0`, `t1`: shape (k,). Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
     t0: FloatArray
     t1: FloatArray
-    wall: IntArray
-    base: IntArray
-    gap_mm: FloatArray
+    wall: IntArray  #: shape (k,). The face that the edge bounds and that leads away from the joint.
+    base: IntArray  #: shape (k,). The other face of the joint.
+    gap_mm: FloatArray  #: shape (k, 3). Least, mean and largest distance between the edge and the base.
 
     def __len__(self) -> int:
         return len(self.edge)
@@ -109,27 +97,13 @@ class SeamPieces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamFrames:
-    """The frames along a seam (DESIGN §3): x travel, z out of the joint, y = z × x.
+    """The frames along a seam (DESIGN §3): x travel, z out of the joint, y = z × x."""
 
-    Parameters
-    ----------
-    s_mm : ndarray, shape (n,)
-        Arc length from the start.
-    p : ndarray, shape (n, 3)
-        Origins, mm.
-    R : ndarray, shape (n, 3, 3)
-        Columns are the axes x, y, z.
-    angle_rad : ndarray, shape (n,)
-        Between the outward normals of the two faces.
-    frame : str
-        The coordinates of `p` and `R`.
-    """
-
-    s_mm: FloatArray
-    p: FloatArray
-    R: FloatArray
-    angle_rad: FloatArray
-    frame: str = "part"
+    s_mm: FloatArray  #: shape (n,). Arc length from the start.
+    p: FloatArray  #: shape (n, 3). Origins, mm.
+    R: FloatArray  #: shape (n, 3, 3). Columns are the axes x, y, z.
+    angle_rad: FloatArray  #: shape (n,). Between the outward normals of the two faces.
+    frame: str = "part"  #: The coordinates of `p` and `R`.
 
     def __len__(self) -> int:
         return len(self.s_mm)
@@ -173,76 +147,38 @@ class SeamFrames:
 
 @dataclass(frozen=True, slots=True)
 class Groove:
-    """The cross-section of a flare groove in the middle of its seam.
+    """The cross-section of a flare groove in the middle of its seam."""
 
-    Parameters
-    ----------
-    depth_mm : float
-        From the root, where the two surfaces are nearest, to where the first of the two faces ends.
-    opening_mm : float
-        Distance between the two faces there.
-    root_mm : float
-        Distance of the seam from the root, along the groove.
-    """
-
-    depth_mm: float
-    opening_mm: float
-    root_mm: float
+    depth_mm: float  #: From the root, where the two surfaces are nearest, to where the first of the two faces ends.
+    opening_mm: float  #: Distance between the two faces there.
+    root_mm: float  #: Distance of the seam from the root, along the groove.
 
 
 @dataclass(frozen=True, slots=True)
 class Hiding:
-    """What a torch would reach of a seam if a solid beside it were not there.
-
-    Parameters
-    ----------
-    length_mm : float
-        So much of the seam would be free.
-    is_loose : bool
-        No face of the solid is near another solid: it may be a fixture, or a part that is mounted later.
-    """
+    """What a torch would reach of a seam if a solid beside it were not there."""
 
     solid: str
-    length_mm: float
-    is_loose: bool
+    length_mm: float  #: So much of the seam would be free.
+    is_loose: bool  #: No face of the solid is near another solid: it may be a fixture, or a part that is mounted later.
 
 
 @dataclass(frozen=True, slots=True)
 class OtherTorch:
-    """A torch that comes with wpcal and reaches a seam which the stated torch does not reach.
+    """A torch that comes with wpcal and reaches a seam which the stated torch does not reach."""
 
-    Parameters
-    ----------
-    name : str
-        As `--torch` takes it.
-    wire_mm : float
-        The wire that it needs, from the tip to the mouth of the nozzle.
-    """
-
-    name: str
-    wire_mm: float
+    name: str  #: As `--torch` takes it.
+    wire_mm: float  #: The wire that it needs, from the tip to the mouth of the nozzle.
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One finding that speaks against a candidate.
+    """One finding that speaks against a candidate."""
 
-    Parameters
-    ----------
-    rule : str
-        Key of the rule (`judge.rules.Rule`): ``not-reached``.
-    factor : float
-        The confidence is multiplied by it.
-    text : str
-        The finding in words, for people.
-    solid : str
-        Name of the solid that it is about; empty if it is about the candidate.
-    """
-
-    rule: str
-    factor: float
-    text: str
-    solid: str = ""
+    rule: str  #: Key of the rule (`judge.rules.Rule`): ``not-reached``.
+    factor: float  #: The confidence is multiplied by it.
+    text: str  #: The finding in words, for people.
+    solid: str = ""  #: Name of the solid that it is about; empty if it is about the candidate.
 
 
 class NamedSolids(str):
@@ -250,8 +186,7 @@ class NamedSolids(str):
 
     Parameters
     ----------
-    words : str
-        With ``{}`` where the names belong.
+    words : With ``{}`` where the names belong.
     """
 
     words: str
@@ -270,82 +205,47 @@ class NamedSolids(str):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seam:
-    """One seam: a curve with a direction, which a torch can follow in one run.
+    """One seam: a curve with a direction, which a torch can follow in one run."""
 
-    Parameters
-    ----------
-    name : str
-        ``W1``, ``W2``, … by the place of the start.
-    solids : tuple of str
-        Names of the solids that it joins; one name for an edge inside a solid.
-    pieces : SeamPieces
-        In order, each in the direction of the seam.
-    reachable : bool
-        Whether a torch can reach it: enough rays out of the joint leave the part.
-    accepted : bool
-        Whether it is to be welded.
-    reasons : tuple of str
-        Why it is a candidate, and what else was found out about it.
-    frames : SeamFrames
-        Empty until they are computed.
-    confidence : float
-        From 0 to 1: how sure the rules are that this is a weld (`judge.evidence`).
-    findings : tuple of Finding
-        What speaks against it, the strongest first: the reasons for a rejection.
-    candidate : Candidate or None
-        The candidate as it was found; None for a seam that does not come from a part.
-    edit : SeamEdit or None
-        What a person decided about it.
-    inside : tuple of str
-        Names of the solids in whose material the tip or the wire would be. Such a stretch is never welded.
-    blocked_by : tuple of str
-        Names of the solids that a torch meets at this stretch with every lean that was tried.
-    lean_rad : ndarray, shape (n, 2), or None
-        Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it always meets
-        something. None: not felt.
-    spin_rad : ndarray, shape (n,), or None
-        How far a torch with a bent neck is turned about the wire at each frame (`judge.torch_neck.bend_directions`);
-        NaN where it always meets something. None: 0 everywhere.
-    more_wire_mm : float
-        How much longer than usual the wire must be, from its tip to the mouth of the nozzle, for the torch to reach the
-        seam.
-    hiding : tuple of Hiding
-        What the torch would reach of a blocked stretch without one of the solids in its way.
-    other_torch : OtherTorch or None
-        A torch that reaches the seam, if the stated one does not.
-    groove : Groove or None
-        The cross-section of a flare groove; None for another weld.
-    wrap_of : str or None
-        The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
-        other seam.
-    """
-
-    name: str
+    name: str  #: ``W1``, ``W2``, … by the place of the start.
     joint: JointType
     weld: WeldType
-    solids: tuple[str, ...]
-    pieces: SeamPieces
+    solids: tuple[str, ...]  #: Names of the solids that it joins; one name for an edge inside a solid.
+    pieces: SeamPieces  #: In order, each in the direction of the seam.
     closed: bool
     length_mm: float
-    reachable: bool
-    accepted: bool
-    reasons: tuple[str, ...]
+    reachable: bool  #: Whether a torch can reach it: enough rays out of the joint leave the part.
+    accepted: bool  #: Whether it is to be welded.
+    reasons: tuple[str, ...]  #: Why it is a candidate, and what else was found out about it.
+    #: Empty until they are computed.
     frames: SeamFrames = field(
         default_factory=lambda: SeamFrames(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0))
     )
     source: SeamSource = SeamSource.CONTACT
-    confidence: float = 1.0
-    findings: tuple[Finding, ...] = ()
+    confidence: float = 1.0  #: From 0 to 1: how sure the rules are that this is a weld (`judge.evidence`).
+    findings: tuple[Finding, ...] = ()  #: What speaks against it, the strongest first: the reasons for a rejection.
+    #: The candidate as it was found; None for a seam that does not come from a part.
     candidate: Candidate | None = None
-    edit: SeamEdit | None = None
+    edit: SeamEdit | None = None  #: What a person decided about it.
+    #: Names of the solids in whose material the tip or the wire would be. Such a stretch is never welded.
     inside: tuple[str, ...] = ()
+    #: Names of the solids that a torch meets at this stretch with every lean that was tried.
     blocked_by: tuple[str, ...] = ()
+    #: shape (n, 2). Work and travel angle at each of the n frames with which the torch meets nothing; NaN where it
+    #: always meets something. None: not felt.
     lean_rad: FloatArray | None = None
+    #: shape (n,). How far a torch with a bent neck is turned about the wire at each frame
+    #: (`judge.torch_neck.bend_directions`); NaN where it always meets something. None: 0 everywhere.
     spin_rad: FloatArray | None = None
+    #: How much longer than usual the wire must be, from its tip to the mouth of the nozzle, for the torch to reach the
+    #: seam.
     more_wire_mm: float = 0.0
+    #: What the torch would reach of a blocked stretch without one of the solids in its way.
     hiding: tuple[Hiding, ...] = ()
-    other_torch: OtherTorch | None = None
-    groove: Groove | None = None
+    other_torch: OtherTorch | None = None  #: A torch that reaches the seam, if the stated one does not.
+    groove: Groove | None = None  #: The cross-section of a flare groove; None for another weld.
+    #: The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
+    #: other seam.
     wrap_of: str | None = None
 
     @property

@@ -35,21 +35,11 @@ Mark: TypeAlias = Callable[[BrepGraph], tuple[BrepGraph, MarkedEdges]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartSeams:
-    """The seams of a part.
+    """The seams of a part."""
 
-    Parameters
-    ----------
-    graph : BrepGraph
-        With the edges that were added.
-    seams : tuple of Seam
-        As `detect_seams` returns them.
-    issues : tuple of Issue
-        Pairs of solids that could not be crossed.
-    """
-
-    graph: BrepGraph
-    seams: tuple[Seam, ...]
-    issues: tuple[Issue, ...]
+    graph: BrepGraph  #: With the edges that were added.
+    seams: tuple[Seam, ...]  #: As `detect_seams` returns them.
+    issues: tuple[Issue, ...]  #: Pairs of solids that could not be crossed.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,12 +76,9 @@ def find_part_seams(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    cross : callable
-        How solids that run into each other are crossed (`Cross`).
-    mark : callable, optional
-        How marked edges are added (`Mark`).
+    graph, trimmed : The part.
+    cross : How solids that run into each other are crossed (`Cross`).
+    mark : How marked edges are added (`Mark`).
     """
     once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
     if once is not None:

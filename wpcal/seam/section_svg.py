@@ -46,19 +46,14 @@ def draw_section(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seam : Seam
-        With frames in `part`.
-    torch : TorchShape
-        With the wire of this seam.
-    section : mapping
-        ``section`` of `explain.explain_seam`.
+    graph, trimmed : The part.
+    seam : With frames in `part`.
+    torch : With the wire of this seam.
+    section : ``section`` of `explain.explain_seam`.
 
     Returns
     -------
-    list of str
-        In a square of `SIZE` pixels with the root in the middle, z of the seam upwards and y to the right.
+    list of str. In a square of `SIZE` pixels with the root in the middle, z of the seam upwards and y to the right.
     """
     row = len(seam.frames) // 2
     p, R = seam.frames.p[row], seam.frames.R[row]

@@ -21,30 +21,14 @@ LONGER_WIRE_MM = 50.0
 
 @dataclass(frozen=True, slots=True)
 class Neck:
-    """What is behind the nozzle of a torch: a neck that may bend, and the body on it.
+    """What is behind the nozzle of a torch: a neck that may bend, and the body on it."""
 
-    Parameters
-    ----------
-    angle_deg : float
-        By how much the neck bends away from the wire; 0 is straight.
-    from_mm : float
-        From the mouth of the nozzle to where the bend begins.
-    bend_mm : float
-        Radius of the centre line of the bend.
-    radius_mm : float
-        Outer radius of the neck.
-    body_from_mm : float
-        From the mouth along the centre line to where the body begins; behind the bend.
-    body_radius_mm : float
-        Outer radius of the body.
-    """
-
-    angle_deg: float
-    from_mm: float
-    bend_mm: float
-    radius_mm: float
-    body_from_mm: float
-    body_radius_mm: float
+    angle_deg: float  #: By how much the neck bends away from the wire; 0 is straight.
+    from_mm: float  #: From the mouth of the nozzle to where the bend begins.
+    bend_mm: float  #: Radius of the centre line of the bend.
+    radius_mm: float  #: Outer radius of the neck.
+    body_from_mm: float  #: From the mouth along the centre line to where the body begins; behind the bend.
+    body_radius_mm: float  #: Outer radius of the body.
 
     def __post_init__(self) -> None:
         for name in ("from_mm", "radius_mm", "body_from_mm", "body_radius_mm"):
@@ -71,13 +55,9 @@ class Tube:
     """A straight round piece of a torch, in the torch's own frame.
 
     The origin of that frame is the middle of the mouth, z leads back along the wire, and the neck bends towards x.
-
-    Parameters
-    ----------
-    start, end : ndarray, shape (3,)
-        Ends of its axis, mm.
     """
 
+    #: `start`, `end`: shape (3,). Ends of its axis, mm.
     start: FloatArray
     end: FloatArray
     radius_mm: float
@@ -89,36 +69,23 @@ class TorchShape:
 
     Without a neck, one radius goes on to the end: a straight torch.
 
-    Parameters
-    ----------
-    wire_mm : float
-        From the tip of the wire to the mouth of the nozzle; only the wire is nearer to the joint. 20 mm is usual with
-        spray arcs.
-    nozzle_radius_mm : float
-        Outer radius. Gas nozzles of usual size have 10 to 13 mm.
-    length_mm : float
-        From the tip of the wire along the centre line to where the wrist has room to turn: a usual torch has 300 mm.
-        What comes behind is not compared with the part.
-    mouth_radius_mm : float, optional
-        Outer radius at the mouth of a conical nozzle; None for a cylindrical one.
-    taper_mm : float
-        Length of the cone.
-    most_wire_mm : float, optional
-        The longest wire with which this torch still welds; None: `wire_mm`. Seams that need more than `wire_mm` say so.
-
     Raises
     ------
-    InputError
-        When a length is not positive, or the pieces do not follow each other.
+    InputError : When a length is not positive, or the pieces do not follow each other.
     """
 
+    #: From the tip of the wire to the mouth of the nozzle; only the wire is nearer to the joint. 20 mm is usual with
+    #: spray arcs.
     wire_mm: float = 20.0
-    nozzle_radius_mm: float = 11.0
+    nozzle_radius_mm: float = 11.0  #: Outer radius. Gas nozzles of usual size have 10 to 13 mm.
+    #: From the tip of the wire along the centre line to where the wrist has room to turn: a usual torch has 300 mm.
+    #: What comes behind is not compared with the part.
     length_mm: float = 300.0
     name: str = "stated"
-    mouth_radius_mm: float | None = None
-    taper_mm: float = 0.0
+    mouth_radius_mm: float | None = None  #: Outer radius at the mouth of a conical nozzle; None for a cylindrical one.
+    taper_mm: float = 0.0  #: Length of the cone.
     neck: Neck | None = None
+    #: The longest wire with which this torch still welds; None: `wire_mm`. Seams that need more than `wire_mm` say so.
     most_wire_mm: float | None = None
 
     def __post_init__(self) -> None:

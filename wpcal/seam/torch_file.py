@@ -20,20 +20,11 @@ TORCH_SCHEMA, TORCHES_SCHEMA = "wpcal/torch/1", "wpcal/torches/1"
 
 @dataclass(frozen=True, slots=True)
 class ShippedTorch:
-    """A torch that comes with wpcal.
-
-    Parameters
-    ----------
-    shape : TorchShape
-    title : str
-        What it is, for people.
-    source : str
-        Where its sizes come from.
-    """
+    """A torch that comes with wpcal."""
 
     shape: TorchShape
-    title: str
-    source: str
+    title: str  #: What it is, for people.
+    source: str  #: Where its sizes come from.
 
 
 @cache
@@ -54,8 +45,7 @@ def find_torch(name_or_path: str) -> TorchShape:
     ------
     InputError
         If it is neither a shipped name nor a file, or its sizes are not those of a torch. The message lists the names.
-    FormatError
-        If the file breaks the format.
+    FormatError : If the file breaks the format.
     """
     shipped = {torch.shape.name: torch.shape for torch in shipped_torches()}
     if name_or_path in shipped:
@@ -72,10 +62,8 @@ def read_torch(path: Path) -> TorchShape:
 
     Raises
     ------
-    InputError
-        If the file cannot be opened, or its sizes are not those of a torch.
-    FormatError
-        If the file breaks the format.
+    InputError : If the file cannot be opened, or its sizes are not those of a torch.
+    FormatError : If the file breaks the format.
     """
     return _shape(_record(path), path)
 
@@ -103,8 +91,7 @@ def torch_of_seams(record: Mapping[str, Any], path: Path) -> TorchShape | None:
 
     Raises
     ------
-    FormatError
-        If it is not complete, or its sizes are not those of a torch.
+    FormatError : If it is not complete, or its sizes are not those of a torch.
     """
     if record.get("torch") is None:
         return None

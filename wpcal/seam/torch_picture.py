@@ -19,16 +19,11 @@ WIRE, METAL, EDGE = "#c05000", "#d8dde2", "#404850"
 
 
 def torches_svg(shapes: Sequence[TorchShape]) -> str:
-    """Draw torches side by side.
+    """Draw torches side by side. SVG; the same torches give the same text.
 
     Parameters
     ----------
     shapes : sequence of TorchShape
-
-    Returns
-    -------
-    str
-        SVG; the same torches give the same text.
     """
     drawn = [_pieces(shape) for shape in shapes]
     boxes = [np.concatenate([*pieces, np.zeros((1, 2))]) for pieces in drawn]

@@ -31,23 +31,12 @@ LEAST_GAP_MM = 0.05
 
 @dataclass(frozen=True, slots=True)
 class FoundWelds:
-    """The welds of seams.
+    """The welds of seams."""
 
-    Parameters
-    ----------
-    welds : tuple of SeamWeld
-        In the order of the seams.
-    notes : tuple of str
-        What is not obvious, one line each.
-    left : tuple of StatedWeld
-        Welds with values of the user whose seam is not there.
-    not_chosen : tuple of StatedWeld
-        Welds with values of the user whose seam is there, but not among the chosen ones.
-    """
-
-    welds: tuple[SeamWeld, ...]
-    notes: tuple[str, ...]
-    left: tuple[StatedWeld, ...]
+    welds: tuple[SeamWeld, ...]  #: In the order of the seams.
+    notes: tuple[str, ...]  #: What is not obvious, one line each.
+    left: tuple[StatedWeld, ...]  #: Welds with values of the user whose seam is not there.
+    #: Welds with values of the user whose seam is there, but not among the chosen ones.
     not_chosen: tuple[StatedWeld, ...] = ()
 
     def by_seam(self) -> dict[str, SeamWeld]:
@@ -70,24 +59,18 @@ def find_welds(
 
     Parameters
     ----------
-    seams : sequence of Seam
-        All seams of the part, with frames in `base`.
-    part_glb : bytes, optional
-        The triangles of the part, with which plates are measured.
-    stated : sequence of StatedWeld
-        What a person stated earlier.
-    names : collection of str, optional
-        Only these seams. Welds of `stated` are paired with all seams.
-    stated_in : str
-        The file of `stated`, for messages.
+    seams : All seams of the part, with frames in `base`.
+    part_glb : The triangles of the part, with which plates are measured.
+    stated : What a person stated earlier.
+    names : Only these seams. Welds of `stated` are paired with all seams.
+    stated_in : The file of `stated`, for messages.
     positions : mapping, optional
         By the name of the seam: its weld position and the file that says so, where a robot turns the part. Without
         it the position is that of the seam in `base`.
 
     Raises
     ------
-    InputError
-        If a weld that was written by hand names a seam that is not there, or values contradict each other.
+    InputError : If a weld that was written by hand names a seam that is not there, or values contradict each other.
     """
     places = seam_places(seams, T_base_part)
     known = {name for name, _ in places}

@@ -40,36 +40,22 @@ FAR_MM = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Groove:
-    """A measured groove, in the cross-section of its seam.
-
-    Parameters
-    ----------
-    angle_deg : float
-        Between both sides.
-    left_share : float
-        Share of the angle at the side of -y, 0 to 1.
-    gap_mm, root_face_mm : float
-        Of a weld from both sides the root face is half of that of the plates: each side welds its half.
-    depth_mm : float
-        From the outer surface to the root: to the end of the root face, or to its middle for a weld from both sides.
-    thickness_mm : float
-        Of the thinner plate.
-    y_mm, z_mm : float
-        Middle of the gap at the root, in the frame of the seam.
-    tilt_rad : float
-        From z of the seam to the direction of depth, outwards; positive towards -y.
-    """
+    """A measured groove, in the cross-section of its seam."""
 
     kind: WeldKind
-    angle_deg: float
-    left_share: float
+    angle_deg: float  #: Between both sides.
+    left_share: float  #: Share of the angle at the side of -y, 0 to 1.
+    #: `gap_mm`, `root_face_mm`: Of a weld from both sides the root face is half of that of the plates: each side welds
+    #: its half.
     gap_mm: float
     root_face_mm: float
+    #: From the outer surface to the root: to the end of the root face, or to its middle for a weld from both sides.
     depth_mm: float
-    thickness_mm: float
+    thickness_mm: float  #: Of the thinner plate.
+    #: `y_mm`, `z_mm`: Middle of the gap at the root, in the frame of the seam.
     y_mm: float
     z_mm: float
-    tilt_rad: float
+    tilt_rad: float  #: From z of the seam to the direction of depth, outwards; positive towards -y.
 
     def values(self) -> dict[str, Any]:
         """Return the values of weld data that the model states, as JSON holds them."""
@@ -108,11 +94,8 @@ def measure_groove(seam: Seam, mesh: PartMesh, T_frame_part: RigidTransform) -> 
 
     Parameters
     ----------
-    seam : Seam
-        With frames in the target frame of the transform.
-    mesh : PartMesh
-        With the solids of the seam, in `part`.
-    T_frame_part : RigidTransform
+    seam : With frames in the target frame of the transform.
+    mesh : With the solids of the seam, in `part`.
 
     Returns
     -------

@@ -21,13 +21,11 @@ def merge_stated(
     first, second : sequence of StatedWeld
         The second counts where both state a value; what only the first one states stays, unless the second gives the
         value back to the rules.
-    places : sequence of (name, Place)
-        Of the seams, in `part`: each file is paired with them as `wpcal.weld.find` does.
+    places : Of the seams, in `part`: each file is paired with them as `wpcal.weld.find` does.
 
     Returns
     -------
-    notes : tuple of str
-        One line per value of the first file that the second one changed.
+    notes : tuple of str. One line per value of the first file that the second one changed.
     """
     rows = [
         pair([(one.name, one.place) for one in stated], places, worth_telling=[False] * len(stated))

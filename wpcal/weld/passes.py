@@ -20,48 +20,33 @@ MOST_PASSES = 200
 
 @dataclass(frozen=True, slots=True)
 class Bead:
-    """One bead in the cross-section of a seam.
+    """One bead in the cross-section of a seam."""
 
-    Parameters
-    ----------
-    number, layer : int
-        Counted from 1; the numbers are the order of welding.
-    y_mm, z_mm : float
-        Where the wire points, in the frame of the seam: the middle of the ground on which the bead is laid.
-    outline_mm : tuple of tuple of float
-        Corners (y, z) of its section.
-    work_angle_deg : float
-        To be added to that of the weld: the wire halves the corner between a side of the groove and the last layer.
-    """
-
+    #: `number`, `layer`: Counted from 1; the numbers are the order of welding.
     number: int
     layer: int
+    #: `y_mm`, `z_mm`: Where the wire points, in the frame of the seam: the middle of the ground on which the bead is
+    #: laid.
     y_mm: float
     z_mm: float
     area_mm2: float
-    outline_mm: tuple[tuple[float, float], ...]
+    outline_mm: tuple[tuple[float, float], ...]  #: Corners (y, z) of its section.
+    #: To be added to that of the weld: the wire halves the corner between a side of the groove and the last layer.
     work_angle_deg: float
 
 
 def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple[Bead, ...]:
-    """Divide the section of a weld into beads of equal area.
+    """Divide the section of a weld into beads of equal area. In the order of welding.
 
     Parameters
     ----------
-    passes : int
-        Number of beads.
+    passes : Number of beads.
     first_side : int
         -1 or +1: each layer begins at the side of -y or of +y. In PB and PC this is the lower side.
 
-    Returns
-    -------
-    tuple of Bead
-        In the order of welding.
-
     Raises
     ------
-    InputError
-        If the number is not from 1 to 200.
+    InputError : If the number is not from 1 to 200.
     """
     if not 1 <= passes <= MOST_PASSES:
         raise InputError(f"passes: expected 1 to {MOST_PASSES}, got {passes}")

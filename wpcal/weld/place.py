@@ -27,14 +27,9 @@ MOVED_LEAST_MM = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a seam is, in coordinates of the part.
+    """Where a seam is, in coordinates of the part."""
 
-    Parameters
-    ----------
-    start_mm, middle_mm : tuple of float
-        Points at the start and at half the length.
-    """
-
+    #: `start_mm`, `middle_mm`: Points at the start and at half the length.
     start_mm: tuple[float, float, float]
     middle_mm: tuple[float, float, float]
     length_mm: float
@@ -71,9 +66,7 @@ def place_of(seam: Seam, T_part_frame: RigidTransform) -> Place:
 
     Parameters
     ----------
-    seam : Seam
-        With frames, in the source frame of the transform.
-    T_part_frame : RigidTransform
+    seam : With frames, in the source frame of the transform.
     """
     s, p = seam.frames.s_mm, T_part_frame.apply(seam.frames.p)
     middle = [float(np.interp(seam.length_mm / 2.0, s, p[:, axis])) for axis in range(3)]
@@ -87,21 +80,11 @@ def _xyz(values: Sequence[float]) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Paired:
-    """Which weld of a file belongs to which seam.
+    """Which weld of a file belongs to which seam."""
 
-    Parameters
-    ----------
-    rows : dict of str to int
-        By the name of the seam: row of the weld.
-    notes : tuple of str
-        What is not obvious, one line each.
-    left : tuple of int
-        Rows of welds without a seam.
-    """
-
-    rows: dict[str, int]
-    notes: tuple[str, ...]
-    left: tuple[int, ...]
+    rows: dict[str, int]  #: By the name of the seam: row of the weld.
+    notes: tuple[str, ...]  #: What is not obvious, one line each.
+    left: tuple[int, ...]  #: Rows of welds without a seam.
 
 
 def pair(
@@ -111,12 +94,9 @@ def pair(
 
     Parameters
     ----------
-    old : sequence of (name, place)
-        Of the welds; the place is None for a weld that was written by hand.
-    now : sequence of (name, place)
-        Of the seams.
-    worth_telling : sequence of bool
-        For each weld, whether a person stated something in it: others are paired without a note.
+    old : Of the welds; the place is None for a weld that was written by hand.
+    now : Of the seams.
+    worth_telling : For each weld, whether a person stated something in it: others are paired without a note.
     """
     rows: dict[str, int] = {}
     notes: list[str] = []

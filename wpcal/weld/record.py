@@ -28,27 +28,14 @@ OWN_FILES = (PART_FILE, SEAMS_FILE) = ("part.glb", "seams.json")
 
 @dataclass(frozen=True, slots=True)
 class StatedWeld:
-    """What a person stated about one weld in a file.
+    """What a person stated about one weld in a file."""
 
-    Parameters
-    ----------
-    name : str
-        Of the seam.
-    place : Place or None
-        None in a file that was written by hand.
-    user : mapping
-        Names of values and values as JSON holds them; null for none.
-    files : mapping
-        Values that another file stated, with its name.
-    given_back : tuple of str
-        Names of values that go back to the rules, for `wpcal.weld.merge`.
-    """
-
-    name: str
-    place: Place | None
-    user: Mapping[str, Any]
+    name: str  #: Of the seam.
+    place: Place | None  #: None in a file that was written by hand.
+    user: Mapping[str, Any]  #: Names of values and values as JSON holds them; null for none.
+    #: Values that another file stated, with its name.
     files: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
-    given_back: tuple[str, ...] = ()
+    given_back: tuple[str, ...] = ()  #: Names of values that go back to the rules, for `wpcal.weld.merge`.
 
 
 def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: RuleTable) -> dict[str, Any]:
@@ -56,8 +43,7 @@ def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: R
 
     Parameters
     ----------
-    left : sequence of StatedWeld
-        Welds with values of the user whose seam is not there.
+    left : Welds with values of the user whose seam is not there.
     """
     return {
         "schema": WELDS_SCHEMA,
@@ -114,8 +100,7 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
 
     Parameters
     ----------
-    rules : RuleTable
-        Which the values of rules will be taken from.
+    rules : Which the values of rules will be taken from.
 
     Returns
     -------
@@ -125,8 +110,7 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
 
     Raises
     ------
-    InputError
-        If the file cannot be opened.
+    InputError : If the file cannot be opened.
     FormatError
         If it is not such a record, a value is not what its name says, a name is unknown, two welds have one name, or
         it was written with rules of the user, and `rules` are those of wpcal.

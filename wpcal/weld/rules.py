@@ -36,49 +36,29 @@ _ROW_NAMES = (
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What the rules ask of a seam.
-
-    Parameters
-    ----------
-    thickness_mm : float or None
-        Of the thinner plate; None if it is not known.
-    position : str or None
-        ``PA`` … ``PG``.
-    """
+    """What the rules ask of a seam."""
 
     joint: JointType
     weld: WeldType
-    thickness_mm: float | None
-    position: str | None
+    thickness_mm: float | None  #: Of the thinner plate; None if it is not known.
+    position: str | None  #: ``PA`` … ``PG``.
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One row of the table.
-
-    Parameters
-    ----------
-    joint, weld, position : tuple of str
-        Empty: any.
-    thickness_mm : tuple of float or None
-        Above the first and up to the second; None: any, also one that is not known.
-    values : mapping
-        Names of `WeldValues` and what they are.
-    bead_mm2 : float or None
-        Section of the bead for which the speed of the row holds.
-    most_bead_mm2 : float or None
-        Largest section of one bead.
-    """
+    """One row of the table."""
 
     name: str
     source: str
+    #: `joint`, `weld`, `position`: Empty: any.
     joint: tuple[str, ...] = ()
     weld: tuple[str, ...] = ()
     position: tuple[str, ...] = ()
+    #: Above the first and up to the second; None: any, also one that is not known.
     thickness_mm: tuple[float, float] | None = None
-    values: Mapping[str, Any] = field(default_factory=dict)
-    bead_mm2: float | None = None
-    most_bead_mm2: float | None = None
+    values: Mapping[str, Any] = field(default_factory=dict)  #: Names of `WeldValues` and what they are.
+    bead_mm2: float | None = None  #: Section of the bead for which the speed of the row holds.
+    most_bead_mm2: float | None = None  #: Largest section of one bead.
 
     def applies_to(self, case: Case) -> bool:
         """Tell whether all conditions of the row hold."""
@@ -92,16 +72,10 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class RuleTable:
-    """Rows in the order of priority.
-
-    Parameters
-    ----------
-    file : str
-        As the user named it; empty for the table of wpcal.
-    """
+    """Rows in the order of priority."""
 
     rows: tuple[Row, ...]
-    file: str = ""
+    file: str = ""  #: As the user named it; empty for the table of wpcal.
 
     def values_for(self, case: Case) -> dict[str, tuple[Any, Row]]:
         """Return every value that a row states for a case, with the first row that applies and states it."""
@@ -134,10 +108,8 @@ def read_rules(path: Path) -> RuleTable:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not TOML, a value is not what its name says, a name is unknown, or a row has no source.
+    InputError : When the file cannot be opened.
+    FormatError : When it is not TOML, a value is not what its name says, a name is unknown, or a row has no source.
     """
     return _parsed(read_bytes(path), path=str(path), file=str(path))
 

@@ -50,26 +50,16 @@ class RunChoice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldRun:
-    """One bead along one stretch, or one tack weld.
+    """One bead along one stretch, or one tack weld."""
 
-    Parameters
-    ----------
-    seam : Seam
-        What is welded, under the name of the run: ``W1``, ``W1.p2`` (second pass), ``W1.s3`` (third stretch), ``W1.t1``
-        (first tack weld).
-    bead : Bead or None
-        None for the only bead.
-    u95_mm : ndarray, shape (n,), or None
-        The 95 % error at the frames, mm.
-    speed_ratio : float
-        Of the wire to the travel: more than 1 for a weave that is made of points; 1 for all others.
-    """
-
+    #: What is welded, under the name of the run: ``W1``, ``W1.p2`` (second pass), ``W1.s3`` (third stretch), ``W1.t1``
+    #: (first tack weld).
     seam: Seam
     weld: SeamWeld
-    bead: Bead | None
-    u95_mm: FloatArray | None
+    bead: Bead | None  #: None for the only bead.
+    u95_mm: FloatArray | None  #: shape (n,). The 95 % error at the frames, mm.
     is_tack: bool = False
+    #: Of the wire to the travel: more than 1 for a weave that is made of points; 1 for all others.
     speed_ratio: float = 1.0
 
     @property
@@ -85,15 +75,12 @@ def chosen_runs(
 
     Parameters
     ----------
-    seams : sequence of (Seam, SeamWeld, ndarray of shape (n,) or None)
-        Each with n frames, its weld, and the 95 % error at its frames, mm.
-    speed_mm_s : float
-        Along a seam whose weld data states none.
+    seams : shape (n,) or None). Each with n frames, its weld, and the 95 % error at its frames, mm.
+    speed_mm_s : Along a seam whose weld data states none.
 
     Raises
     ------
-    InputError
-        When only tack welds are wanted and there are none, or a weave cannot be made of points.
+    InputError : When only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
     tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
     if choice.tacks is Tacks.ONLY:
@@ -111,10 +98,8 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
 
     Parameters
     ----------
-    seam : Seam
-        With n frames.
-    weld : SeamWeld
-        Of this seam.
+    seam : With n frames.
+    weld : Of this seam.
     u95_mm : ndarray, shape (n,), optional
     """
     beads: tuple[Bead | None, ...] = weld.beads or (None,)
@@ -139,10 +124,8 @@ def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
 
     Parameters
     ----------
-    seam : Seam
-        With n frames.
-    weld : SeamWeld
-        Of this seam.
+    seam : With n frames.
+    weld : Of this seam.
     u95_mm : ndarray, shape (n,), optional
     """
     plain = replace(weld, values=replace(weld.values, weave=None, weave_data=None))
@@ -159,8 +142,7 @@ def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
 
     Parameters
     ----------
-    speed_mm_s : float
-        Of travel along the seam.
+    speed_mm_s : Of travel along the seam.
 
     Raises
     ------
@@ -220,18 +202,14 @@ def cut_seam(
 
     Parameters
     ----------
-    seam : Seam
-        With n frames.
-    start_mm, end_mm : float
-        Lengths from its start.
+    seam : With n frames.
+    start_mm, end_mm : Lengths from its start.
     u95_mm : ndarray, shape (n,), optional
 
     Returns
     -------
-    seam : Seam
-        Open, with lengths from its own start.
-    u95_mm : ndarray or None
-        At its frames.
+    seam : Seam. Open, with lengths from its own start.
+    u95_mm : ndarray or None. At its frames.
     """
     frames = seam.frames
     own = frames.s_mm

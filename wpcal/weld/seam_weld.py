@@ -43,48 +43,27 @@ class Source(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where one value came from.
-
-    Parameters
-    ----------
-    of : str
-        The rule or the file; empty for the user. The model is measured in ``part.glb``.
-    given : object
-        The value as it came, as JSON holds it. If a file holds another one, a person changed it.
-    """
+    """Where one value came from."""
 
     source: Source
-    of: str
-    given: Any
+    of: str  #: The rule or the file; empty for the user. The model is measured in ``part.glb``.
+    given: Any  #: The value as it came, as JSON holds it. If a file holds another one, a person changed it.
 
 
 @dataclass(frozen=True, slots=True)
 class SeamWeld:
-    """The weld in one seam.
+    """The weld in one seam."""
 
-    Parameters
-    ----------
-    name : str
-        Of the seam.
-    place : Place
-        By which the seam is recognised under another name.
-    joint, weld : JointType, WeldType
-        Of the seam.
-    origins : mapping
-        By the name of a value: where it came from. A value that a person set to none has an origin, too.
-    beads : tuple of Bead
-        In the order of welding; empty if the section is not known, or for a single bead.
-    stretches_mm, tacks_mm : tuple of tuple of float
-        Welded stretches and tack welds: lengths from the start of the seam.
-    """
-
-    name: str
-    place: Place
+    name: str  #: Of the seam.
+    place: Place  #: By which the seam is recognised under another name.
+    #: `joint`, `weld`: Of the seam.
     joint: JointType
     weld: WeldType
     values: WeldValues
+    #: By the name of a value: where it came from. A value that a person set to none has an origin, too.
     origins: Mapping[str, Origin]
-    beads: tuple[Bead, ...] = ()
+    beads: tuple[Bead, ...] = ()  #: In the order of welding; empty if the section is not known, or for a single bead.
+    #: `stretches_mm`, `tacks_mm`: Welded stretches and tack welds: lengths from the start of the seam.
     stretches_mm: tuple[tuple[float, float], ...] = ()
     tacks_mm: tuple[tuple[float, float], ...] = ()
 
@@ -125,16 +104,11 @@ def weld_for(
 
     Parameters
     ----------
-    seam : Seam
-        With frames, in any coordinates.
-    user : mapping, optional
-        What a person stated: names of `WeldValues` and values as JSON holds them; null for none.
-    from_files : mapping, optional
-        What files state: value and name of the file.
-    first_side : int
-        The side of y at which layers of beads begin.
-    groove : Groove, optional
-        As the model has it. What a person or a file states counts before it.
+    seam : With frames, in any coordinates.
+    user : What a person stated: names of `WeldValues` and values as JSON holds them; null for none.
+    from_files : What files state: value and name of the file.
+    first_side : The side of y at which layers of beads begin.
+    groove : As the model has it. What a person or a file states counts before it.
 
     Raises
     ------

@@ -32,41 +32,23 @@ COPLANAR_RAD = math.radians(20.0)
 class Section:
     """The cross-section of a weld in y and z of the seam frame.
 
-    Parameters
-    ----------
-    height_mm : float
-        From the root to the face: the throat of a fillet, the depth of a groove.
-    slope : float
-        Change of the half width per height.
-    gap_mm, root_face_mm : float
-        Width at the root, and the height up to which it stays so.
-    root_z_mm, root_y_mm : float
-        The middle of the root in the seam frame.
-    skew : float
-        Change of the middle per height above the root face, towards +y.
-    tilt_rad : float
-        From z of the seam to the direction of height; positive towards -y.
-    least_aim_mm : float
-        Height below which no wire gets: the root face, if the gap is narrower than the wire.
-    is_groove : bool
-        Whether the torch is in a groove, where a side is opposite to the one that is welded.
-
     Raises
     ------
-    InputError
-        If the section has no area.
+    InputError : If the section has no area.
     """
 
-    height_mm: float
-    slope: float
+    height_mm: float  #: From the root to the face: the throat of a fillet, the depth of a groove.
+    slope: float  #: Change of the half width per height.
+    #: `gap_mm`, `root_face_mm`: Width at the root, and the height up to which it stays so.
     gap_mm: float = 0.0
     root_face_mm: float = 0.0
+    #: `root_z_mm`, `root_y_mm`: The middle of the root in the seam frame.
     root_z_mm: float = 0.0
     root_y_mm: float = 0.0
-    skew: float = 0.0
-    tilt_rad: float = 0.0
-    least_aim_mm: float = 0.0
-    is_groove: bool = False
+    skew: float = 0.0  #: Change of the middle per height above the root face, towards +y.
+    tilt_rad: float = 0.0  #: From z of the seam to the direction of height; positive towards -y.
+    least_aim_mm: float = 0.0  #: Height below which no wire gets: the root face, if the gap is narrower than the wire.
+    is_groove: bool = False  #: Whether the torch is in a groove, where a side is opposite to the one that is welded.
 
     def __post_init__(self) -> None:
         if not self.area_mm2 > 0.0:
@@ -112,12 +94,9 @@ def section_of(
 
     Parameters
     ----------
-    joint, weld : JointType, WeldType
-        Of the seam.
-    normals_rad : float
-        Angle between the outward normals of the two faces.
-    groove : Groove, optional
-        As the model has it: where the groove is, and how its angle is divided between both sides.
+    joint, weld : Of the seam.
+    normals_rad : Angle between the outward normals of the two faces.
+    groove : As the model has it: where the groove is, and how its angle is divided between both sides.
 
     Returns
     -------

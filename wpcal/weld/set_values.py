@@ -20,18 +20,15 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
 
     Parameters
     ----------
-    stated : sequence of StatedWeld
-        What was stated before.
+    stated : What was stated before.
     settings : sequence of str
         ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives the value
         back to the rules.
-    seams : sequence of str
-        The names of all seams.
+    seams : The names of all seams.
 
     Raises
     ------
-    InputError
-        If a setting is not of this form, or a seam, a name or a value cannot be used.
+    InputError : If a setting is not of this form, or a seam, a name or a value cannot be used.
     """
     welds = {weld.name: weld for weld in stated}
     others = [weld for weld in stated if welds[weld.name] is not weld]

@@ -22,10 +22,8 @@ def stretches(stitch: Stitch | None, length_mm: float, *, closed: bool = False) 
 
     Parameters
     ----------
-    stitch : Stitch or None
-        None: the whole seam.
-    length_mm : float
-        Of the seam.
+    stitch : None: the whole seam.
+    length_mm : Of the seam.
 
     Raises
     ------

@@ -27,8 +27,7 @@ def plate_thicknesses(frames: SeamFrames, material: Material) -> tuple[float | N
 
     Parameters
     ----------
-    frames : SeamFrames
-        In the coordinates of `material`.
+    frames : In the coordinates of `material`.
 
     Returns
     -------

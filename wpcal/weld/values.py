@@ -48,22 +48,12 @@ class WeaveShape(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Weave:
-    """How the wire swings across the seam.
-
-    Parameters
-    ----------
-    shape : WeaveShape
-    width_mm : float
-        From side to side.
-    length_mm : float
-        Along the seam, per swing to and fro.
-    dwell_left_s, dwell_right_s : float
-        Pause at the side of +y and at that of -y of the seam.
-    """
+    """How the wire swings across the seam."""
 
     shape: WeaveShape
-    width_mm: float
-    length_mm: float
+    width_mm: float  #: From side to side.
+    length_mm: float  #: Along the seam, per swing to and fro.
+    #: `dwell_left_s`, `dwell_right_s`: Pause at the side of +y and at that of -y of the seam.
     dwell_left_s: float = 0.0
     dwell_right_s: float = 0.0
 
@@ -74,109 +64,65 @@ class Weave:
 
 @dataclass(frozen=True, slots=True)
 class Crater:
-    """How the crater at the end is filled before the arc ends.
-
-    Parameters
-    ----------
-    current_a, voltage_v : float or None
-        None: those of the weld.
-    """
+    """How the crater at the end is filled before the arc ends."""
 
     time_s: float
+    #: `current_a`, `voltage_v`: None: those of the weld.
     current_a: float | None = None
     voltage_v: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Stitch:
-    """Stretches of one length, at one distance (`wpcal.weld.stitch`).
+    """Stretches of one length, at one distance (`wpcal.weld.stitch`)."""
 
-    Parameters
-    ----------
-    length_mm : float
-        Of each stretch.
-    pitch_mm : float
-        From the start of a stretch to the start of the next.
-    offset_mm : float or None
-        From the start of the seam to the first stretch. None: the same length is left free at both ends.
-    """
-
-    length_mm: float
-    pitch_mm: float
+    length_mm: float  #: Of each stretch.
+    pitch_mm: float  #: From the start of a stretch to the start of the next.
+    #: From the start of the seam to the first stretch. None: the same length is left free at both ends.
     offset_mm: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class WeldValues:
-    """The values of one weld; None where nothing states one.
+    """The values of one weld; None where nothing states one."""
 
-    Parameters
-    ----------
-    thickness_mm : float
-        Of the thinner plate.
-    position : str
-        ``PA`` … ``PG`` (ISO 6947).
-    throat_mm, leg_mm : float
-        Size of a fillet, a or z of ISO 2553; one of the two.
-    depth_mm : float
-        Of a butt weld, from its face to its root: s of ISO 2553.
-    root_gap_mm, root_face_mm : float
-        b and c of ISO 2553.
-    groove_angle_deg : float
-        Between both sides of the groove.
-    process : str
-        Number of ISO 4063: ``135`` is MAG with solid wire.
-    wire_mm : float
-        Diameter of the wire.
-    passes : int
-        Number of beads.
-    job : int
-        Job of the power source, or number of the schedule or of the file of conditions in the controller.
-    seam_data, weld_data, weave_data : str
-        Names of data in the controller, instead of values.
-    current_a, voltage_v, wire_feed_m_min, speed_mm_s : float
-        Of every bead.
-    stick_out_mm : float
-        Free wire from the contact tip to the seam, for which the tool centre point is taught.
-    work_angle_deg, travel_angle_deg : float
-        Of the torch: from the bisector, positive towards y; positive is push.
-    start_delay_s, end_delay_s : float
-        The arc burns before the torch moves, and after it has stopped.
-    stitch : Stitch
-        None: the whole seam is welded.
-    tacks : Stitch
-        None: no tack welds.
-    """
-
-    thickness_mm: float | None = None
-    position: str | None = None
+    thickness_mm: float | None = None  #: Of the thinner plate.
+    position: str | None = None  #: ``PA`` … ``PG`` (ISO 6947).
     weld: WeldKind | None = None
+    #: `throat_mm`, `leg_mm`: Size of a fillet, a or z of ISO 2553; one of the two.
     throat_mm: float | None = None
     leg_mm: float | None = None
-    depth_mm: float | None = None
+    depth_mm: float | None = None  #: Of a butt weld, from its face to its root: s of ISO 2553.
+    #: `root_gap_mm`, `root_face_mm`: b and c of ISO 2553.
     root_gap_mm: float | None = None
     root_face_mm: float | None = None
-    groove_angle_deg: float | None = None
-    process: str | None = None
-    wire_mm: float | None = None
-    passes: int | None = None
+    groove_angle_deg: float | None = None  #: Between both sides of the groove.
+    process: str | None = None  #: Number of ISO 4063: ``135`` is MAG with solid wire.
+    wire_mm: float | None = None  #: Diameter of the wire.
+    passes: int | None = None  #: Number of beads.
+    #: Job of the power source, or number of the schedule or of the file of conditions in the controller.
     job: int | None = None
+    #: `seam_data`, `weld_data`, `weave_data`: Names of data in the controller, instead of values.
     seam_data: str | None = None
     weld_data: str | None = None
     weave_data: str | None = None
+    #: `current_a`, `voltage_v`, `wire_feed_m_min`, `speed_mm_s`: Of every bead.
     current_a: float | None = None
     voltage_v: float | None = None
     wire_feed_m_min: float | None = None
     speed_mm_s: float | None = None
+    #: Free wire from the contact tip to the seam, for which the tool centre point is taught.
     stick_out_mm: float | None = None
+    #: `work_angle_deg`, `travel_angle_deg`: Of the torch: from the bisector, positive towards y; positive is push.
     work_angle_deg: float | None = None
     travel_angle_deg: float | None = None
+    #: `start_delay_s`, `end_delay_s`: The arc burns before the torch moves, and after it has stopped.
     start_delay_s: float | None = None
     end_delay_s: float | None = None
     weave: Weave | None = None
     crater: Crater | None = None
-    stitch: Stitch | None = None
-    tacks: Stitch | None = None
+    stitch: Stitch | None = None  #: None: the whole seam is welded.
+    tacks: Stitch | None = None  #: None: no tack welds.
 
 
 VALUE_NAMES = tuple(field.name for field in fields(WeldValues))
@@ -188,8 +134,7 @@ def refuse_unknown(names: Mapping[str, Any], known: tuple[str, ...], *, what: st
 
     Raises
     ------
-    InputError
-        With the nearest known name.
+    InputError : With the nearest known name.
     """
     for name in names:
         if name not in known:
@@ -202,15 +147,12 @@ def values_from_record(record: Mapping[str, Any], *, what: str) -> WeldValues:
 
     Parameters
     ----------
-    record : mapping
-        Names and values; null and a missing name are the same here.
-    what : str
-        Whose values, for messages: ``weld W1``.
+    record : Names and values; null and a missing name are the same here.
+    what : Whose values, for messages: ``weld W1``.
 
     Raises
     ------
-    InputError
-        If a name is unknown, or a weave, crater or stitch lacks a value.
+    InputError : If a name is unknown, or a weave, crater or stitch lacks a value.
     """
     refuse_unknown(record, VALUE_NAMES, what=what)
     parts: Mapping[str, Callable[[Any], Any]] = {
@@ -291,8 +233,7 @@ def require_one_size(values: WeldValues, *, what: str) -> None:
 
     Raises
     ------
-    InputError
-        If both are stated.
+    InputError : If both are stated.
     """
     if values.throat_mm is not None and values.leg_mm is not None:
         sizes = listed([f"throat_mm {values.throat_mm:g}", f"leg_mm {values.leg_mm:g}"])

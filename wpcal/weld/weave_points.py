@@ -31,30 +31,19 @@ CORNER_RAD = float(np.radians(5.0))
 def woven_frames(
     frames: SeamFrames, weave: Weave, speed_mm_s: float, *, bead: Bead | None = None, between_plates: bool = True
 ) -> SeamFrames:
-    """Return the frames of a seam with a weave.
+    """Return the frames of a seam with a weave. m frames with the axes of the seam; `s_mm` is the way of the wire.
 
     Parameters
     ----------
-    frames : SeamFrames
-        n frames along the bead; x is the travel, y goes across.
-    weave : Weave
-        A zigzag or a sine.
-    speed_mm_s : float
-        Of travel along the seam: a dwell is a way along the side at this speed.
-    bead : Bead, optional
-        Which is laid along the frames: its place in the section decides how far the plates are.
-    between_plates : bool
-        Whether there are two plates at the angle of the frames, as at a fillet.
-
-    Returns
-    -------
-    SeamFrames
-        m frames with the axes of the seam; `s_mm` is the way of the wire.
+    frames : n frames along the bead; x is the travel, y goes across.
+    weave : A zigzag or a sine.
+    speed_mm_s : Of travel along the seam: a dwell is a way along the side at this speed.
+    bead : Which is laid along the frames: its place in the section decides how far the plates are.
+    between_plates : Whether there are two plates at the angle of the frames, as at a fillet.
 
     Raises
     ------
-    InputError
-        If the weave is of another shape, its dwells are longer than a swing, or its points would be too close.
+    InputError : If the weave is of another shape, its dwells are longer than a swing, or its points would be too close.
     """
     length = float(frames.s_mm[-1])
     swings = max(1, round(length / weave.length_mm))

@@ -11,9 +11,7 @@ from wpcal.touch.searches.results import SearchResults
 from wpcal.touch.searches.setup import TouchSetup
 from wpcal.touch.searches.stored import ResultsFile, StoredValues, parsed_number
 
-NUMBER = re.compile(
-    r"^[ \t]*+(?:DECL\s++)?(?:GLOBAL\s++)?INT\s++(?P<name>WP\w++)\s*+=\s*+(?P<value>\S++)", re.M | re.I
-)
+NUMBER = re.compile(r"^[ \t]*+(?:DECL\s++)?(?:GLOBAL\s++)?INT\s++(?P<name>WP\w++)\s*+=\s*+(?P<value>\S++)", re.M | re.I)
 PLAN = re.compile(r'^[ \t]*+WPPLAN\[\]\s*+=\s*+"(?P<value>[^"\n]*+)"', re.MULTILINE | re.IGNORECASE)
 OUTCOME, PLACE, FRAME = "WPO_", "WPR_", "WPPART"
 

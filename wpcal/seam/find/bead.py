@@ -47,37 +47,22 @@ ACROSS_SIN = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """A strip between two faces.
-
-    Parameters
-    ----------
-    sides : tuple of int
-        The faces beside it.
-    edges : tuple of tuple of int
-        The edges between the strip and each of these faces.
-    """
+    """A strip between two faces."""
 
     face: int
-    sides: tuple[int, int]
-    edges: tuple[tuple[int, ...], tuple[int, ...]]
+    sides: tuple[int, int]  #: The faces beside it.
+    edges: tuple[tuple[int, ...], tuple[int, ...]]  #: The edges between the strip and each of these faces.
 
 
 def find_strips(
     graph: BrepGraph, solids: BoolArray | None = None, *, min_length_mm: float = LEAST_SEAM_MM
 ) -> list[Strip]:
-    """Find the concave strips that run smoothly into two other faces of their solid at an angle.
+    """Find the concave strips that run smoothly into two other faces of their solid at an angle. By face.
 
     Parameters
     ----------
-    solids : ndarray of bool, shape (S,), optional
-        Only these solids are searched; by default all.
-    min_length_mm : float
-        A strip with a shorter side is left out.
-
-    Returns
-    -------
-    list of Strip
-        By face.
+    solids : shape (S,). Only these solids are searched; by default all.
+    min_length_mm : A strip with a shorter side is left out.
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
@@ -142,16 +127,14 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
+    trimmed : Of the same graph.
     options : SeamOptions
         With `ConcaveEdges.AUTO`, only solids are searched that may be built up (`built_up.why_one_piece`) and are apart
         from others, or frames of tubes.
 
     Returns
     -------
-    pieces : JoinedPieces
-        Wall and base are the faces beside the strips.
+    pieces : JoinedPieces. Wall and base are the faces beside the strips.
     """
     strips: list[Strip] = []
     if options.concave is ConcaveEdges.ALWAYS:

@@ -59,10 +59,8 @@ def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: B
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    but : ndarray of bool, shape (F,), optional
-        Faces that do not count: strips that may be beads.
+    graph, trimmed : The part.
+    but : shape (F,). Faces that do not count: strips that may be beads.
     """
     if is_turned(graph, solid):
         return "all its faces are round about one axis, as on a turned part"
@@ -77,8 +75,7 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
 
     Returns
     -------
@@ -99,13 +96,11 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
 
     Returns
     -------
-    list of tuple
-        Number of the solid, how many concave edges it has, and why it is not a weldment.
+    list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
     """
     solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
     solids, counts = np.unique(solid_of, return_counts=True)
@@ -120,8 +115,7 @@ def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> 
 
     Parameters
     ----------
-    but : ndarray of bool, shape (F,), optional
-        Faces that do not count, such as holes.
+    but : shape (F,). Faces that do not count, such as holes.
     """
     faces = np.flatnonzero(graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but)
     kinds = graph.face_kind[faces]
@@ -141,10 +135,8 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    but : ndarray of bool, shape (F,), optional
-        Faces that do not count.
+    graph, trimmed : The part.
+    but : shape (F,). Faces that do not count.
     """
     share = 0.0
     looks = built_up_shares(graph, trimmed, solid, [hits for hits, _ in LOOKS], but=but)
@@ -161,12 +153,9 @@ def built_up_shares(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    counts : sequence of int
-        Ascending. More points take more time.
-    but : ndarray of bool, shape (F,), optional
-        Faces that do not count.
+    graph, trimmed : The part.
+    counts : Ascending. More points take more time.
+    but : shape (F,). Faces that do not count.
     """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
     lines = _Lines.known(trimmed, solid)
@@ -181,17 +170,13 @@ def surface_points(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    count : int
-        Most points.
+    graph, trimmed : The part.
+    count : Most points.
 
     Returns
     -------
-    p, normal : ndarray, shape (n, 3)
-        Points `SKIN_MM` below the surface, mm, and outward normals.
-    thick : ndarray, shape (n,)
-        How far it is straight through the material, mm.
+    p, normal : ndarray, shape (n, 3). Points `SKIN_MM` below the surface, mm, and outward normals.
+    thick : ndarray, shape (n,). How far it is straight through the material, mm.
     """
     lines = _Lines.known(trimmed, solid)
     lines.send(graph, trimmed, graph.face_solid == solid, count)
@@ -201,41 +186,27 @@ def surface_points(
 
 @dataclass(slots=True, eq=False)
 class _Lines:
-    """Random lines through the ball around a solid, where they go through its faces, and what was felt there.
-
-    Parameters
-    ----------
-    centre : ndarray, shape (3,)
-    radius : float
-        Of the ball, mm.
-    rounds : list of int
-        How many points there are after each round of lines.
-    face : ndarray of int, shape (n,)
-        Of each point on the surface.
-    p, normal : ndarray, shape (n, 3)
-        The point just below the surface, mm, and the outward normal.
-    thick : ndarray, shape (n,)
-        How far straight through the material, mm.
-    flat : ndarray of bool, shape (n,)
-        Whether the other side is parallel.
-    across : ndarray, shape (n, RIM_WAYS)
-        How thick the material is along the surface, mm; negative where it was not felt yet, infinite where the two
-        sides are not parallel.
-    walls : ndarray, shape (F,), optional
-        Of faces of round tubes, the thickness of the wall, mm; otherwise not a number. Found when it is asked for.
-    """
+    """Random lines through the ball around a solid, where they go through its faces, and what was felt there."""
 
     solid: int
-    centre: FloatArray
-    radius: float
+    centre: FloatArray  #: shape (3,).
+    radius: float  #: Of the ball, mm.
     rng: np.random.Generator
-    rounds: list[int] = field(default_factory=list)
+    rounds: list[int] = field(default_factory=list)  #: How many points there are after each round of lines.
+    #: shape (n,). Of each point on the surface.
     face: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    #: `p`, `normal`: shape (n, 3). The point just below the surface, mm, and the outward normal.
     p: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     normal: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    #: shape (n,). How far straight through the material, mm.
     thick: FloatArray = field(default_factory=lambda: np.zeros(0))
+    #: shape (n,). Whether the other side is parallel.
     flat: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    #: shape (n, RIM_WAYS). How thick the material is along the surface, mm; negative where it was not felt yet,
+    #: infinite where the two sides are not parallel.
     across: FloatArray = field(default_factory=lambda: np.zeros((0, RIM_WAYS)))
+    #: shape (F,). Of faces of round tubes, the thickness of the wall, mm; otherwise not a number. Found when it is
+    #: asked for.
     walls: FloatArray | None = None
 
     @classmethod
@@ -333,16 +304,13 @@ def way_out(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     solid : int or ndarray of int, shape (m,)
-    p, ray : ndarray, shape (m, 3)
-        Starts inside the solid (mm) and unit directions, in `part`.
+    p, ray : shape (m, 3). Starts inside the solid (mm) and unit directions, in `part`.
 
     Returns
     -------
-    length_mm : ndarray, shape (m,)
-        Infinite where a ray does not leave the solid.
+    length_mm : ndarray, shape (m,). Infinite where a ray does not leave the solid.
     normal : ndarray, shape (m, 3)
     """
     hits = find_hits(graph, trimmed, p, ray, length_mm=graph.size_mm, solid=solid)

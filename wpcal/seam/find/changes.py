@@ -49,17 +49,13 @@ def without_small_changes(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    stretches : Stretches
-        Of these contacts, in their order.
-    gap_mm : float
-        The gap with which they were found, mm.
+    graph, trimmed : The part.
+    stretches : Of these contacts, in their order.
+    gap_mm : The gap with which they were found, mm.
 
     Returns
     -------
-    Stretches
-        A change of the side is at least `LEAST_CHANGE_MM` long, or another run begins there.
+    Stretches. A change of the side is at least `LEAST_CHANGE_MM` long, or another run begins there.
     """
     at = stretches.at
     edge, face = contacts.edge[at.contact], contacts.face[at.contact]
@@ -83,32 +79,17 @@ def without_small_changes(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Run:
-    """Pieces that continue each other.
+    """Pieces that continue each other."""
 
-    Parameters
-    ----------
-    graph, trimmed, contacts :
-        The part and its contacts.
-    contact : ndarray of int, shape (k,)
-        The contact of each piece.
-    pieces : SeamPieces
-        k pieces, of this run and of others.
-    chain : Chain
-        The run.
-    flip : dict
-        Which of its pieces are reversed.
-    length_mm : dict
-        The length of each of its pieces.
-    """
-
+    #: `graph`, `trimmed`, `contacts`: The part and its contacts.
     graph: BrepGraph
     trimmed: TrimmedFaces
     contacts: Contacts
-    contact: IntArray
-    pieces: SeamPieces
-    chain: Chain
-    flip: dict[int, bool]
-    length_mm: dict[int, float]
+    contact: IntArray  #: shape (k,). The contact of each piece.
+    pieces: SeamPieces  #: k pieces, of this run and of others.
+    chain: Chain  #: The run.
+    flip: dict[int, bool]  #: Which of its pieces are reversed.
+    length_mm: dict[int, float]  #: The length of each of its pieces.
     gap_mm: float
 
     @classmethod

@@ -23,15 +23,12 @@ def find_concave_edges(
 
     Parameters
     ----------
-    solids : ndarray of bool, shape (S,), optional
-        Only these solids are searched; by default all.
-    min_length_mm : float
-        Shorter edges are left out.
+    solids : shape (S,). Only these solids are searched; by default all.
+    min_length_mm : Shorter edges are left out.
 
     Returns
     -------
-    JoinedPieces
-        The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
+    JoinedPieces. The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
@@ -58,10 +55,8 @@ def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> Bo
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    edges : ndarray of int, shape (k,)
-        Concave edges.
+    graph, trimmed : The part.
+    edges : shape (k,). Concave edges.
     """
     length = edge_lengths(graph)[edges]
     vertices, counts = np.unique(graph.edge_vertices[edges], return_counts=True)
@@ -72,18 +67,13 @@ def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> Bo
 
 
 def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_mm: FloatArray) -> BoolArray:
-    """Tell behind which concave edges the material of both faces is deeper than given.
+    """Tell behind which concave edges the material of both faces is deeper than given, shape (k,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     edges : ndarray of int, shape (k,)
     depth_mm : ndarray, shape (k,)
-
-    Returns
-    -------
-    ndarray of bool, shape (k,)
     """
     p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
     normals = [project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1)]

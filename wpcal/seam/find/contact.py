@@ -34,22 +34,15 @@ Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """Intervals of edges that lie on faces of other solids.
+    """Intervals of edges that lie on faces of other solids."""
 
-    Parameters
-    ----------
-    edge, face : ndarray of int, shape (k,)
-    t0, t1 : ndarray, shape (k,)
-        Parameters on the edge, t0 < t1.
-    gap_mm : ndarray, shape (k, 3)
-        Least, mean and largest distance of the edge from the face.
-    """
-
+    #: `edge`, `face`: shape (k,).
     edge: IntArray
     face: IntArray
+    #: `t0`, `t1`: shape (k,). Parameters on the edge, t0 < t1.
     t0: FloatArray
     t1: FloatArray
-    gap_mm: FloatArray
+    gap_mm: FloatArray  #: shape (k, 3). Least, mean and largest distance of the edge from the face.
 
 
 def find_contacts(
@@ -64,19 +57,14 @@ def find_contacts(
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    gap_mm : float
-        Largest distance between edge and face, mm.
-    edges : ndarray of int, shape (n,), optional
-        Only these edges; all by default.
-    pairs : two ndarrays of int, shape (k,), optional
-        Only these edges and faces, some of `candidate_pairs`; all by default.
+    trimmed : Of the same graph.
+    gap_mm : Largest distance between edge and face, mm.
+    edges : shape (n,). Only these edges; all by default.
+    pairs : shape (k,). Only these edges and faces, some of `candidate_pairs`; all by default.
 
     Returns
     -------
-    Contacts
-        Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the face.
+    Contacts. Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the face.
 
     Notes
     -----
@@ -156,17 +144,13 @@ def clipped_range(
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    edge, face : ndarray of int, shape (k,)
-        Pairs.
-    gap_mm : float
-        The box grows by this.
+    trimmed : Of the same graph.
+    edge, face : shape (k,). Pairs.
+    gap_mm : The box grows by this.
 
     Returns
     -------
-    low, high : ndarray, shape (k,)
-        Parameters; low > high if the edge misses the box.
+    low, high : ndarray, shape (k,). Parameters; low > high if the edge misses the box.
     """
     low, high = graph.edge_range[edge].T.copy()
     rows = graph.edge_kind[edge] == CurveKind.LINE
@@ -203,10 +187,8 @@ class _Touching:
 
         Returns
         -------
-        touching : ndarray of bool, shape (k, n)
-            Within the gap of the trimmed face.
-        deep : ndarray of bool, shape (k, n)
-            Within the gap, and the nearest point well inside the face.
+        touching : ndarray of bool, shape (k, n). Within the gap of the trimmed face.
+        deep : ndarray of bool, shape (k, n). Within the gap, and the nearest point well inside the face.
         """
         touching, deep = np.zeros(t.shape, dtype=bool), np.zeros(t.shape, dtype=bool)
         rows = max(1, CHUNK // t.shape[1])
@@ -240,11 +222,9 @@ class _Touching:
         Parameters
         ----------
         edge, face : ndarray of int, shape (k,)
-        t : ndarray, shape (k, CONTACT_SAMPLES)
-            Parameters of the samples.
+        t : shape (k, CONTACT_SAMPLES). Parameters of the samples.
         deep : ndarray of bool, shape (k, CONTACT_SAMPLES)
-        at : ndarray of int, shape (k,)
-            Column of the outermost touching sample.
+        at : shape (k,). Column of the outermost touching sample.
         way : int
             -1 for the start, +1 for the end.
         """

@@ -34,8 +34,7 @@ def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph, or of one with fewer added edges.
+    trimmed : Of the same graph, or of one with fewer added edges.
 
     Returns
     -------
@@ -53,8 +52,7 @@ def covered_issues(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[Issue, ...]
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     """
     by = covered_by(graph, trimmed)
     own = np.flatnonzero(by >= 0)
@@ -141,9 +139,7 @@ def count_solids(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray) -> B
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    solids : ndarray of int, any shape
+    graph, trimmed : The part.
 
     Returns
     -------

@@ -53,10 +53,8 @@ def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float)
 
     Parameters
     ----------
-    joined : JoinedPieces
-        Of contacts, each piece along its edge (t0 < t1).
-    gap_mm : float
-        Gap within which they were found, mm.
+    joined : Of contacts, each piece along its edge (t0 < t1).
+    gap_mm : Gap within which they were found, mm.
 
     Returns
     -------
@@ -167,8 +165,7 @@ def without_covered(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) ->
 
     Parameters
     ----------
-    gap_mm : float
-        Gap within which they were found, mm.
+    gap_mm : Gap within which they were found, mm.
     """
     pieces, near = joined.pieces, NEAR_GAPS * gap_mm
     if len(pieces) == 0:
@@ -239,15 +236,12 @@ def outward(graph: BrepGraph, pieces: SeamPieces, t: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    pieces : SeamPieces
-        k pieces.
-    t : ndarray, shape (k,)
-        Edge parameters.
+    pieces : k pieces.
+    t : shape (k,). Edge parameters.
 
     Returns
     -------
-    ndarray, shape (k, 3)
-        Unit vectors; zero where the two normals are opposed.
+    ndarray, shape (k, 3). Unit vectors; zero where the two normals are opposed.
     """
     p = evaluate_edges(graph, pieces.edge, t)[0]
     sides = sum(project_to_faces(graph, face, p).normal for face in (pieces.wall, pieces.base))

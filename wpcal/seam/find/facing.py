@@ -24,21 +24,14 @@ LEAST_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FacingFaces:
-    """Pairs of faces of different solids.
+    """Pairs of faces of different solids."""
 
-    Parameters
-    ----------
-    first, second : ndarray of int, shape (k,)
-        Faces.
-    gap_mm : ndarray, shape (k,)
-        The constant distance between them.
-    share : ndarray, shape (k,)
-        Which share of the boundary of one of them lies opposite the other one, the larger of the two; 1 for cylinders.
-    """
-
+    #: `first`, `second`: shape (k,). Faces.
     first: IntArray
     second: IntArray
-    gap_mm: FloatArray
+    gap_mm: FloatArray  #: shape (k,). The constant distance between them.
+    #: shape (k,). Which share of the boundary of one of them lies opposite the other one, the larger of the two; 1 for
+    #: cylinders.
     share: FloatArray
 
     def select(self, rows: IntArray | BoolArray) -> FacingFaces:
@@ -51,13 +44,11 @@ def find_facing(graph: BrepGraph, trimmed: TrimmedFaces, *, most_mm: float) -> F
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
 
     Returns
     -------
-    FacingFaces
-        Gaps below `FLUSH_MM` are left out: those faces touch.
+    FacingFaces. Gaps below `FLUSH_MM` are left out: those faces touch.
     """
     low, high = trimmed.face_box
     even = np.flatnonzero(np.isin(graph.face_kind, (SurfaceKind.PLANE, SurfaceKind.CYLINDER)))
@@ -115,18 +106,13 @@ def _opposite(graph: BrepGraph, trimmed: TrimmedFaces, own: IntArray, other: Int
 
 
 def widths_mm(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
-    """Return about how wide narrow planes are: twice the area by the length of the boundary.
+    """Return about how wide narrow planes are: twice the area by the length of the boundary, shape (k,), mm.
 
     A rectangle of t by w gives t w / (t + w), a flat ring the width of the ring.
 
     Parameters
     ----------
     faces : ndarray of int, shape (k,)
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        mm.
     """
     count = trimmed.graph.face_count
     of_face = np.repeat(np.arange(count), np.diff(trimmed.start))

@@ -52,24 +52,14 @@ CHUNK = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grooves:
-    """Stretches of grooves: pairs of faces, and from where to where along the rounded face.
+    """Stretches of grooves: pairs of faces, and from where to where along the rounded face."""
 
-    Parameters
-    ----------
-    pairs : FacePairs
-        n pairs.
-    s0, s1 : ndarray, shape (n,)
-    closed : ndarray of bool, shape (n,)
-        Whether the stretch goes once round a torus.
-    ball_mm : ndarray, shape (n,)
-        Radius of the ball that touches both faces.
-    """
-
-    pairs: FacePairs
+    pairs: FacePairs  #: n pairs.
+    #: `s0`, `s1`: shape (n,).
     s0: FloatArray
     s1: FloatArray
-    closed: BoolArray
-    ball_mm: FloatArray
+    closed: BoolArray  #: shape (n,). Whether the stretch goes once round a torus.
+    ball_mm: FloatArray  #: shape (n,). Radius of the ball that touches both faces.
 
     @staticmethod
     def joined(parts: list[Grooves]) -> Grooves:
@@ -92,19 +82,12 @@ NO_GROOVES = Grooves(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlareSearch:
-    """Finds the stretches along which a ball touches both faces of a pair.
+    """Finds the stretches along which a ball touches both faces of a pair."""
 
-    Parameters
-    ----------
-    graph, trimmed :
-        The part.
-    gap_mm : float
-        Largest gap between the members at the root.
-    """
-
+    #: `graph`, `trimmed`: The part.
     graph: BrepGraph
     trimmed: TrimmedFaces
-    gap_mm: float
+    gap_mm: float  #: Largest gap between the members at the root.
 
     def find(self) -> Grooves:
         """Return the grooves of a part, their ends on the polylines of the boundaries."""
@@ -171,12 +154,9 @@ class FlareSearch:
 
         Parameters
         ----------
-        pairs : FacePairs
-            n pairs.
-        s : ndarray, shape (n,)
-            A place on each groove.
-        ball_mm : ndarray, shape (n,)
-            Radii of balls that touch both faces there.
+        pairs : n pairs.
+        s : shape (n,). A place on each groove.
+        ball_mm : shape (n,). Radii of balls that touch both faces there.
         """
         roots = find_roots(self.graph, pairs, s)
         nozzle = ball_centres(self.graph, pairs, roots, np.full(len(pairs), USUAL_TORCH.nozzle_radius_mm))
@@ -203,10 +183,8 @@ class FlareSearch:
 
         Parameters
         ----------
-        pairs : FacePairs
-            n pairs.
-        s : ndarray, shape (n,)
-            A place on each groove.
+        pairs : n pairs.
+        s : shape (n,). A place on each groove.
         """
         low = np.zeros(len(pairs))
         for share in np.arange(THIN_STEPS, 0, -1) / THIN_STEPS:

@@ -26,16 +26,13 @@ def exact_ends(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: Fl
 
     Parameters
     ----------
-    pairs : FacePairs
-        n pairs.
-    s : ndarray, shape (n,)
-        Ends, as found on the polylines of the boundaries.
+    pairs : n pairs.
+    s : shape (n,). Ends, as found on the polylines of the boundaries.
     ball_mm : ndarray, shape (n,)
 
     Returns
     -------
-    ndarray, shape (n,)
-        An end at which no foot is on a boundary (the gap is too wide there) stays.
+    ndarray, shape (n,). An end at which no foot is on a boundary (the gap is too wide there) stays.
     """
     graph = search.graph
     feet = _feet(search, pairs, s, ball_mm)
@@ -86,8 +83,7 @@ def nearest_edges(trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> 
     Parameters
     ----------
     face : ndarray of int, shape (n,)
-    points : ndarray, shape (n, 3)
-        In `part`, mm.
+    points : shape (n, 3). In `part`, mm.
 
     Returns
     -------

@@ -30,18 +30,10 @@ CURVE_POINTS = 129
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlareGrooves:
-    """Flare grooves as pieces of seams.
+    """Flare grooves as pieces of seams."""
 
-    Parameters
-    ----------
-    joined : JoinedPieces
-        The wall is the rounded face.
-    groove : dict
-        The cross-section in the middle of each piece, by edge.
-    """
-
-    joined: JoinedPieces
-    groove: dict[int, Groove]
+    joined: JoinedPieces  #: The wall is the rounded face.
+    groove: dict[int, Groove]  #: The cross-section in the middle of each piece, by edge.
 
     def measured(self, seams: list[Seam]) -> list[Seam]:
         """Return seams along these pieces with the cross-section in their middle."""
@@ -58,8 +50,7 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph, or of one with fewer added edges.
+    trimmed : Of the same graph, or of one with fewer added edges.
     """
     search = FlareSearch(graph, trimmed, options.gap_for(graph))
     found = search.find()

@@ -29,12 +29,9 @@ def along_rims(search: FlareSearch, found: Grooves, joined: JoinedPieces, shapes
 
     Parameters
     ----------
-    found : Grooves
-        n grooves.
-    joined : JoinedPieces
-        The piece of each.
-    shapes : GrooveShapes
-        Their cross-sections.
+    found : n grooves.
+    joined : The piece of each.
+    shapes : Their cross-sections.
     """
     graph, (rows, edge, t) = search.graph, _rims(search, found, shapes.opening_mm)
     if len(rows) == 0:

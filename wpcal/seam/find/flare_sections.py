@@ -23,18 +23,13 @@ OTHERS = (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKin
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FacePairs:
-    """Pairs of a rounded face and a face of another solid, each with one side of the root.
+    """Pairs of a rounded face and a face of another solid, each with one side of the root."""
 
-    Parameters
-    ----------
-    pipe, other : ndarray of int, shape (k,)
-        The rounded face, and the other face.
-    side : ndarray, shape (k,)
-        +1 or -1: the groove is on the side ``side * cross(x, m)`` of the root, with m from the centre to the root.
-    """
-
+    #: `pipe`, `other`: shape (k,). The rounded face, and the other face.
     pipe: IntArray
     other: IntArray
+    #: shape (k,). +1 or -1: the groove is on the side ``side * cross(x, m)`` of the root, with m from the centre to the
+    #: root.
     side: FloatArray
 
     def __len__(self) -> int:
@@ -51,26 +46,17 @@ class FacePairs:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roots:
-    """Cross-sections of grooves, shape (n, 3) or (n,): centre of the rounded face, directions, gap.
+    """Cross-sections of grooves, shape (n, 3) or (n,): centre of the rounded face, directions, gap."""
 
-    Parameters
-    ----------
-    centre, x, m, t : ndarray, shape (n, 3)
-        The centre; the direction along the rounded face; from the centre to the root; from the root out of the groove.
-    gap_mm : ndarray, shape (n,)
-        Between the two faces at the root; negative where they overlap.
-    tilt : ndarray, shape (n,)
-        Sine between the other face and x.
-    radius_mm : ndarray, shape (n,)
-    """
-
+    #: `centre`, `x`, `m`, `t`: shape (n, 3). The centre; the direction along the rounded face; from the centre to the
+    #: root; from the root out of the groove.
     centre: FloatArray
     x: FloatArray
     m: FloatArray
     t: FloatArray
-    gap_mm: FloatArray
-    tilt: FloatArray
-    radius_mm: FloatArray
+    gap_mm: FloatArray  #: shape (n,). Between the two faces at the root; negative where they overlap.
+    tilt: FloatArray  #: shape (n,). Sine between the other face and x.
+    radius_mm: FloatArray  #: shape (n,).
 
 
 def find_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
@@ -78,10 +64,8 @@ def find_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
 
     Parameters
     ----------
-    pairs : FacePairs
-        n pairs.
-    s : ndarray, shape (n,)
-        A place along each rounded face (`pipe_ranges`).
+    pairs : n pairs.
+    s : shape (n,). A place along each rounded face (`pipe_ranges`).
     """
     frame, param = graph.face_frame[pairs.pipe], graph.face_param[pairs.pipe]
     o, ex, ey, ez = np.moveaxis(frame, 1, 0)
@@ -162,20 +146,13 @@ def _in_section(graph: BrepGraph, pairs: FacePairs, roots: Roots, ball_mm: Float
 
 
 def ball_centres(graph: BrepGraph, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> FloatArray:
-    """Return the centres of balls that touch both faces of pairs.
+    """Return the centres of balls that touch both faces of pairs, shape (n, 3). In `part`, mm; NaN where there is none.
 
     Parameters
     ----------
-    pairs : FacePairs
-        n pairs.
-    roots : Roots
-        A cross-section of each.
+    pairs : n pairs.
+    roots : A cross-section of each.
     ball_mm : ndarray, shape (n,)
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        In `part`, mm; NaN where there is none.
     """
     up, out = _in_section(graph, pairs, roots, ball_mm)
     p0 = roots.centre + up[:, None] * roots.m + out[:, None] * roots.t

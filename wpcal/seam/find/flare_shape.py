@@ -24,24 +24,15 @@ RAY_ROUNDS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GrooveShapes:
-    """Cross-sections of n grooves.
+    """Cross-sections of n grooves."""
 
-    Parameters
-    ----------
-    mouth_mm : ndarray, shape (n,)
-        Radius of the largest ball that touches both faces not farther from the wire's tip than the nozzle is. The torch
-        points to its centre.
-    depth_mm : ndarray, shape (n,)
-        From the root to where the first of the two faces ends.
-    opening_mm : ndarray, shape (n,)
-        Distance between the faces there.
-    continues, pipe_continues : ndarray of bool, shape (n,)
-        Whether the other face, and the rounded face, goes on beyond the groove.
-    """
-
+    #: shape (n,). Radius of the largest ball that touches both faces not farther from the wire's tip than the nozzle
+    #: is. The torch points to its centre.
     mouth_mm: FloatArray
-    depth_mm: FloatArray
-    opening_mm: FloatArray
+    depth_mm: FloatArray  #: shape (n,). From the root to where the first of the two faces ends.
+    opening_mm: FloatArray  #: shape (n,). Distance between the faces there.
+    #: `continues`, `pipe_continues`: shape (n,). Whether the other face, and the rounded face, goes on beyond the
+    #: groove.
     continues: BoolArray
     pipe_continues: BoolArray
 
@@ -51,12 +42,9 @@ def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm
 
     Parameters
     ----------
-    pairs : FacePairs
-        n pairs.
-    roots : Roots
-        Their cross-sections.
-    ball_mm : ndarray, shape (n,)
-        Radii of balls that touch both faces.
+    pairs : n pairs.
+    roots : Their cross-sections.
+    ball_mm : shape (n,). Radii of balls that touch both faces.
     """
     sections = _Sections(search, pairs, roots)
     largest = sections.least_radius

@@ -36,17 +36,13 @@ def find_flush_sides(graph: BrepGraph, trimmed: TrimmedFaces, sections: SeamPiec
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    sections : SeamPieces
-        The curves in which members run into each other.
-    gap_mm : float
-        Two faces are flush within this, mm.
+    graph, trimmed : The part.
+    sections : The curves in which members run into each other.
+    gap_mm : Two faces are flush within this, mm.
 
     Returns
     -------
-    JoinedPieces
-        Butt joints, grooves; the wall is the flush face of the member that ends there.
+    JoinedPieces. Butt joints, grooves; the wall is the flush face of the member that ends there.
     """
     count = len(graph.solid_names)
     edge, face = candidate_pairs(graph, trimmed, gap_mm)

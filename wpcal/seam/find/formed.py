@@ -38,10 +38,8 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    edges : ndarray of int, shape (k,)
-        Concave edges between two faces of one solid.
+    graph, trimmed : The part.
+    edges : shape (k,). Concave edges between two faces of one solid.
     """
     low, high = graph.edge_range[edges].T
     p, slope = evaluate_edges(graph, edges, (low + high) / 2)
@@ -85,8 +83,7 @@ def is_profile(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     """
     edges, pairs = _roots(graph, np.arange(len(graph.solid_names)) == solid)
     if len(edges) == 0 or (graph.edge_kind[edges] != CurveKind.LINE).any():

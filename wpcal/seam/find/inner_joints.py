@@ -34,15 +34,12 @@ def with_inner_joints(graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPie
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    joined : JoinedPieces
-        Concave edges, and roots of beads.
+    graph, trimmed : The part.
+    joined : Concave edges, and roots of beads.
 
     Returns
     -------
-    JoinedPieces
-        Where no thickness can be measured, the word stays as it is.
+    JoinedPieces. Where no thickness can be measured, the word stays as it is.
     """
     pieces = joined.pieces
     if len(pieces) == 0:

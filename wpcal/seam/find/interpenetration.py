@@ -23,13 +23,11 @@ def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
+    trimmed : Of the same graph.
 
     Returns
     -------
-    ndarray of int, shape (k, 2)
-        Numbers of solids, the smaller first, sorted.
+    ndarray of int, shape (k, 2). Numbers of solids, the smaller first, sorted.
 
     Notes
     -----

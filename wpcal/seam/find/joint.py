@@ -38,33 +38,16 @@ class JoinedPieces:
 
 @dataclass(frozen=True, slots=True)
 class JointView:
-    """What a cross-section through a contact looks like. The *member* is the solid whose edge is in contact.
+    """What a cross-section through a contact looks like. The *member* is the solid whose edge is in contact."""
 
-    Parameters
-    ----------
-    base_continues : bool
-        The base goes on in front of the wall.
-    base_below : bool
-        The base goes on below the member: the two do not only touch along their edges.
-    member_upright : bool
-        The member reaches farther up from the other member than it is thick there: it is not lying on it.
-    other_upright : bool
-        The same for the other member, seen from its own flush face.
-    base_beyond : bool
-        The base goes on behind the member.
-    side_by_side : bool
-        Wall and base face the same way.
-    concave : bool
-        Wall and base face each other.
-    """
-
-    base_continues: bool
-    base_below: bool
+    base_continues: bool  #: The base goes on in front of the wall.
+    base_below: bool  #: The base goes on below the member: the two do not only touch along their edges.
+    #: The member reaches farther up from the other member than it is thick there: it is not lying on it.
     member_upright: bool
-    other_upright: bool
-    base_beyond: bool
-    side_by_side: bool
-    concave: bool
+    other_upright: bool  #: The same for the other member, seen from its own flush face.
+    base_beyond: bool  #: The base goes on behind the member.
+    side_by_side: bool  #: Wall and base face the same way.
+    concave: bool  #: Wall and base face each other.
 
     @property
     def words(self) -> tuple[JointType, WeldType]:
@@ -85,10 +68,8 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    gap_mm : float
-        The gap with which they were found, mm.
+    graph, trimmed : The part.
+    gap_mm : The gap with which they were found, mm.
     """
     stretches = divide_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
     stretches = without_small_changes(graph, trimmed, contacts, stretches, gap_mm=gap_mm)

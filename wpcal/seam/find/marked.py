@@ -31,19 +31,11 @@ backing."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkedEdges:
-    """Edges of a graph to be welded.
+    """Edges of a graph to be welded."""
 
-    Parameters
-    ----------
-    edge : ndarray of int, shape (k,)
-    label : tuple of str, length k
-        The mark of each edge, for people.
-    is_added : bool
-        Whether they are seams beside those that are found. Otherwise no other candidate is accepted.
-    """
-
-    edge: IntArray
-    label: tuple[str, ...]
+    edge: IntArray  #: shape (k,).
+    label: tuple[str, ...]  #: length k. The mark of each edge, for people.
+    #: Whether they are seams beside those that are found. Otherwise no other candidate is accepted.
     is_added: bool = False
 
     @property
@@ -59,22 +51,17 @@ def take_marked(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    joined : JoinedPieces
-        The contacts.
-    gap_mm : float
-        The gap with which the contacts were found, mm.
+    graph, trimmed : The part.
+    joined : The contacts.
+    gap_mm : The gap with which the contacts were found, mm.
 
     Returns
     -------
     pieces : JoinedPieces
         Contacts along marked edges; marked edges that nearly touch another solid, with its face; and those without a
         contact, with their own faces (-1 for a missing one).
-    label : tuple of str
-        The mark of each piece.
-    rest : JoinedPieces
-        The other contacts.
+    label : tuple of str. The mark of each piece.
+    rest : JoinedPieces. The other contacts.
     """
     label_of: dict[int, str] = {}
     alone = []

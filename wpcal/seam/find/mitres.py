@@ -32,19 +32,12 @@ BUTT_COS = float(np.cos(np.radians(45.0)))
 
 
 def find_mitres(graph: BrepGraph, trimmed: TrimmedFaces, solids: BoolArray) -> JoinedPieces:
-    """Find the edges in which tubes of one diameter are mitred.
+    """Find the edges in which tubes of one diameter are mitred. Whole edges: butt or corner joints, grooves.
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    solids : ndarray of bool, shape (S,)
-        Which solids are searched.
-
-    Returns
-    -------
-    JoinedPieces
-        Whole edges: butt or corner joints, grooves.
+    graph, trimmed : The part.
+    solids : shape (S,). Which solids are searched.
     """
     edges = _between_cylinders(graph, solids)
     tube = np.full(graph.face_count, -1)

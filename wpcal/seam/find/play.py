@@ -31,8 +31,7 @@ def measure_play(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[Play, ...]:
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
 
     Returns
     -------

@@ -37,12 +37,9 @@ def find_root_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    found : SeamPieces
-        All other candidates between two solids. No piece runs beside one of them.
-    gap_mm : float
-        The gap with which contacts were found, mm.
+    graph, trimmed : The part.
+    found : All other candidates between two solids. No piece runs beside one of them.
+    gap_mm : The gap with which contacts were found, mm.
     """
     ends = _facing_ends(graph, trimmed, WIDE_GAPS * gap_mm)
     parts = [_at_gap(graph, trimmed, ends.select(ends.gap_mm == gap), float(gap)) for gap in np.unique(ends.gap_mm)]

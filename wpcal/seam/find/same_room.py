@@ -28,17 +28,11 @@ NEAR_MM = 0.01
 
 
 def find_same_rooms(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int]]:
-    """Find the pairs of solids that fill the same room.
+    """Find the pairs of solids that fill the same room. The first solid in a room, and another one.
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-
-    Returns
-    -------
-    list of tuple of int
-        The first solid in a room, and another one.
+    graph, trimmed : The part.
     """
     count = len(graph.solid_names)
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)

@@ -44,38 +44,25 @@ CONTINUES = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sides:
-    """What meets at places on contacts.
+    """What meets at places on contacts."""
 
-    Parameters
-    ----------
-    contact : ndarray of int, shape (m,)
-        Row of the contact.
-    t : ndarray, shape (m,)
-        Parameter on its edge.
-    p, slope : ndarray, shape (m, 3)
-        The place, mm, and the derivative of the edge there.
-    patch, wall, base : ndarray of int, shape (m,)
-        Faces.
-    n_face, n_wall, n_base : ndarray, shape (m, 3)
-        Outward normals of the touched face, the wall and the base.
-    has_wall : ndarray of bool, shape (m,)
-        Whether the contact face is opposed to the touched face and the wall is not: otherwise there is no joint.
-    continues : ndarray of bool, shape (m,)
-        Whether the touched face goes on in front of the wall.
-    """
-
-    contact: IntArray
-    t: FloatArray
+    contact: IntArray  #: shape (m,). Row of the contact.
+    t: FloatArray  #: shape (m,). Parameter on its edge.
+    #: `p`, `slope`: shape (m, 3). The place, mm, and the derivative of the edge there.
     p: FloatArray
     slope: FloatArray
+    #: `patch`, `wall`, `base`: shape (m,). Faces.
     patch: IntArray
     wall: IntArray
     base: IntArray
+    #: `n_face`, `n_wall`, `n_base`: shape (m, 3). Outward normals of the touched face, the wall and the base.
     n_face: FloatArray
     n_wall: FloatArray
     n_base: FloatArray
+    #: shape (m,). Whether the contact face is opposed to the touched face and the wall is not: otherwise there is no
+    #: joint.
     has_wall: BoolArray
-    continues: BoolArray
+    continues: BoolArray  #: shape (m,). Whether the touched face goes on in front of the wall.
 
     def select(self, rows: IntArray | BoolArray) -> Sides:
         """Return the places at `rows`: integers, or a mask of shape (m,)."""
@@ -115,8 +102,7 @@ def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
 
     Parameters
     ----------
-    normal, slope : ndarray, shape (m, 3)
-        Normals of a face, and directions of the edge.
+    normal, slope : shape (m, 3). Normals of a face, and directions of the edge.
     """
     x = _unit(slope)
     across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
@@ -135,10 +121,8 @@ def stations_of(graph: BrepGraph, contacts: Contacts) -> tuple[IntArray, FloatAr
 
     Returns
     -------
-    contact : ndarray of int, shape (m,)
-        Rising.
-    t : ndarray, shape (m,)
-        Parameters on the edges.
+    contact : ndarray of int, shape (m,). Rising.
+    t : ndarray, shape (m,). Parameters on the edges.
     """
     t = contacts.t0[:, None] + (contacts.t1 - contacts.t0)[:, None] * np.linspace(0.0, 1.0, LENGTH_SAMPLES)
     p = evaluate_edges(graph, np.repeat(contacts.edge, LENGTH_SAMPLES), t.ravel())[0].reshape(*t.shape, 3)
@@ -158,14 +142,10 @@ def find_sides(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    contact : ndarray of int, shape (m,)
-        Rows of `contacts`.
-    t : ndarray, shape (m,)
-        Parameters on their edges.
-    ledge_mm : float
-        How far the base must go on in front of the wall, mm.
+    graph, trimmed : The part.
+    contact : shape (m,). Rows of `contacts`.
+    t : shape (m,). Parameters on their edges.
+    ledge_mm : How far the base must go on in front of the wall, mm.
     """
     edge, face = contacts.edge[contact], contacts.face[contact]
     p, slope = evaluate_edges(graph, edge, t)
@@ -218,19 +198,13 @@ def _faces_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray
 
 
 def is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
-    """Tell whether the nearest points of surfaces lie inside the trimmed faces.
+    """Tell whether the nearest points of surfaces lie inside the trimmed faces, shape (m,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     face : ndarray of int, shape (m,)
-    points : ndarray, shape (m, 3)
-        In `part`, mm.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
+    points : shape (m, 3). In `part`, mm.
     """
     on = np.zeros(len(face), dtype=bool)
     for first in range(0, len(face), CHUNK):
@@ -242,22 +216,13 @@ def is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: Float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretches:
-    """Parts of contacts along which the weld lies on one side.
+    """Parts of contacts along which the weld lies on one side."""
 
-    Parameters
-    ----------
-    t0, t1 : ndarray, shape (k,)
-        Parameters on the edges, t0 < t1.
-    at : Sides
-        What meets at one place of each part, near its middle.
-    is_cut : ndarray of bool, shape (k,)
-        Whether the contact of a part has other parts.
-    """
-
+    #: `t0`, `t1`: shape (k,). Parameters on the edges, t0 < t1.
     t0: FloatArray
     t1: FloatArray
-    at: Sides
-    is_cut: BoolArray
+    at: Sides  #: What meets at one place of each part, near its middle.
+    is_cut: BoolArray  #: shape (k,). Whether the contact of a part has other parts.
 
     def select(self, rows: IntArray | BoolArray) -> Stretches:
         """Return the parts at `rows`: integers, or a mask of shape (k,)."""
@@ -269,15 +234,12 @@ def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts,
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    gap_mm : float
-        The gap with which they were found, mm.
+    graph, trimmed : The part.
+    gap_mm : The gap with which they were found, mm.
 
     Returns
     -------
-    Stretches
-        In the order of the contacts, and along each of them.
+    Stretches. In the order of the contacts, and along each of them.
     """
     contact, t = stations_of(graph, contacts)
     sides = find_sides(graph, trimmed, contacts, contact, t, ledge_mm=step_mm(gap_mm))

@@ -36,17 +36,12 @@ PARALLEL_SIN = 0.35
 
 
 def are_tube_frames(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray) -> BoolArray:
-    """Tell which solids are frames of tubes in one piece.
+    """Tell which solids are frames of tubes in one piece, shape (n,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     solids : ndarray of int, shape (n,)
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
     """
     found = np.zeros(len(solids), dtype=bool)
     may = np.isin(solids, _with_joints(graph))

@@ -18,23 +18,12 @@ SAME_SIN, SAME_MM = 1e-4, 1e-2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tubes:
-    """The faces of round tubes; a tube may have several outer faces and several inner ones.
+    """The faces of round tubes; a tube may have several outer faces and several inner ones."""
 
-    Parameters
-    ----------
-    face : ndarray of int, shape (n,)
-        Ascending.
-    axis : ndarray of int, shape (n,)
-        Faces of one tube have one number.
-    wall_mm : ndarray, shape (n,)
-        Thickness of the wall.
-    outer : ndarray of bool, shape (n,)
-    """
-
-    face: IntArray
-    axis: IntArray
-    wall_mm: FloatArray
-    outer: BoolArray
+    face: IntArray  #: shape (n,). Ascending.
+    axis: IntArray  #: shape (n,). Faces of one tube have one number.
+    wall_mm: FloatArray  #: shape (n,). Thickness of the wall.
+    outer: BoolArray  #: shape (n,).
 
 
 def find_tubes(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Tubes:
@@ -42,13 +31,11 @@ def find_tubes(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Tubes:
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
 
     Returns
     -------
-    Tubes
-        Cylinders of one radius about one axis are one tube, also where something is between them.
+    Tubes. Cylinders of one radius about one axis are one tube, also where something is between them.
     """
     faces = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER))
     axis, low, high = _axes(graph, trimmed, faces)

@@ -44,14 +44,10 @@ def find_wide_gaps(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    found : SeamPieces
-        All other candidates between two solids. No piece runs beside one of them.
-    gap_mm : float
-        The gap with which contacts were found, mm.
-    play : tuple of Play
-        Gaps that several joints have. They are meant, also on faces of several directions.
+    graph, trimmed : The part.
+    found : All other candidates between two solids. No piece runs beside one of them.
+    gap_mm : The gap with which contacts were found, mm.
+    play : Gaps that several joints have. They are meant, also on faces of several directions.
     """
     wide_mm = max(WIDE_GAPS * gap_mm, *(one.most_mm for one in play), 0.0)
     pairs = candidate_pairs(graph, trimmed, wide_mm)

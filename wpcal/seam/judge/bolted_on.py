@@ -37,12 +37,9 @@ def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[
 
     Parameters
     ----------
-    judge : Judge
-        What is known about the part.
-    trimmed : TrimmedFaces
-        Of its graph.
-    seams : sequence of Seam
-        All of the part, judged.
+    judge : What is known about the part.
+    trimmed : Of its graph.
+    seams : All of the part, judged.
     """
     bolted = {pair for seam in seams if any(one.rule in CLAMPED for one in seam.findings) for pair in [_pair(seam)]}
     lengths: Lengths = defaultdict(lambda: defaultdict(float))

@@ -44,20 +44,13 @@ class _Contacts(NamedTuple):
 
 
 def find_held(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
-    """Tell for pairs of solids whether no straight move takes one of the two away from the other.
+    """Tell for pairs of solids whether no straight move takes one of the two away from the other, shape (n,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    solids : ndarray of int, shape (n, 2)
-        Numbers of the solids of each pair; no pair is there twice.
-    gap_mm : float
-        Faces nearer than this touch.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
+    graph, trimmed : The part.
+    solids : shape (n, 2). Numbers of the solids of each pair; no pair is there twice.
+    gap_mm : Faces nearer than this touch.
 
     Notes
     -----

@@ -21,13 +21,11 @@ def why_none_is_taken(seams: Sequence[Seam]) -> list[Issue]:
 
     Parameters
     ----------
-    seams : sequence of Seam
-        All of the part, judged.
+    seams : All of the part, judged.
 
     Returns
     -------
-    list of Issue
-        Empty if a seam is taken, or if nothing more would be taken.
+    list of Issue. Empty if a seam is taken, or if nothing more would be taken.
     """
     doubted = would_be_taken(seams)
     if not doubted or any(seam.accepted for seam in seams):
@@ -55,12 +53,9 @@ def why_nothing_is_found(seams: Sequence[Seam], solids: int, gap_mm: float) -> l
 
     Parameters
     ----------
-    seams : sequence of Seam
-        All of the part, judged.
-    solids : int
-        How many solids the part has.
-    gap_mm : float
-        Largest gap with which they were found, mm.
+    seams : All of the part, judged.
+    solids : How many solids the part has.
+    gap_mm : Largest gap with which they were found, mm.
 
     Returns
     -------

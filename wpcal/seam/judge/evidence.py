@@ -59,17 +59,13 @@ def judge_seams(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        With frames in `part`; where a torch was felt, with its leans or with the solids in its way.
-    judge : Judge
-        Of the same part.
+    graph, trimmed : The part.
+    seams : With frames in `part`; where a torch was felt, with its leans or with the solids in its way.
+    judge : Of the same part.
 
     Returns
     -------
-    tuple of Seam
-        With `reachable`, `confidence`, `accepted`, `reasons` and `findings`.
+    tuple of Seam. With `reachable`, `confidence`, `accepted`, `reasons` and `findings`.
     """
     if not seams:
         return ()
@@ -135,44 +131,23 @@ def is_judgement(text: str, source: SeamSource) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judge:
-    """What is known about a part before its seams are judged.
-
-    Parameters
-    ----------
-    number : dict
-        Numbers of the solids by their names.
-    rolling : dict
-        Solids that roll or lie loose, with the words for it.
-    hole_of_face : dict
-        The row of each face in `holes`.
-    clamps : dict
-        By the numbers of the two solids, ascending.
-    gap_mm, min_length_mm : float
-        Largest gap between members, and least length of a seam, mm.
-    has_marks : bool
-        Whether edges of the part are marked as seams.
-    reach : Reach
-        The torch with which the seams were felt.
-    looks : ShapeLooks
-        What the shapes of solids say.
-    play : tuple of Play
-        Gaps that several joints have: they are meant.
-    """
+    """What is known about a part before its seams are judged."""
 
     graph: BrepGraph
-    number: dict[str, int]
+    number: dict[str, int]  #: Numbers of the solids by their names.
     members: Members
-    rolling: dict[int, str]
+    rolling: dict[int, str]  #: Solids that roll or lie loose, with the words for it.
     holes: Holes
-    hole_of_face: dict[int, int]
-    clamps: dict[tuple[int, int], list[Clamp]]
+    hole_of_face: dict[int, int]  #: The row of each face in `holes`.
+    clamps: dict[tuple[int, int], list[Clamp]]  #: By the numbers of the two solids, ascending.
+    #: `gap_mm`, `min_length_mm`: Largest gap between members, and least length of a seam, mm.
     gap_mm: float
     min_length_mm: float
     level: Level
-    has_marks: bool
-    reach: Reach
-    looks: ShapeLooks
-    play: tuple[Play, ...]
+    has_marks: bool  #: Whether edges of the part are marked as seams.
+    reach: Reach  #: The torch with which the seams were felt.
+    looks: ShapeLooks  #: What the shapes of solids say.
+    play: tuple[Play, ...]  #: Gaps that several joints have: they are meant.
 
     @classmethod
     def of(
@@ -188,10 +163,8 @@ class Judge:
 
         Parameters
         ----------
-        graph, trimmed, options :
-            The part, and how it is judged.
-        has_marks : bool
-            Whether edges of the part are marked as seams.
+        graph, trimmed, options : The part, and how it is judged.
+        has_marks : Whether edges of the part are marked as seams.
         like : ndarray of int, shape (S,), optional
             For each of the S solids, the one that is looked at in its place (`ShapeLooks.like`); by default itself.
         """

@@ -39,12 +39,9 @@ def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    a, b : int
-        Numbers of two solids.
-    gap_mm : float
-        Largest play between the two, mm.
+    graph, trimmed : The part.
+    a, b : Numbers of two solids.
+    gap_mm : Largest play between the two, mm.
     """
     if not (is_turned(graph, a) and is_turned(graph, b)):
         return False
@@ -70,12 +67,9 @@ def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    a, b : int
-        Numbers of two solids that touch or overlap.
-    gap_mm : float
-        Largest play between a ring and its seat, mm.
+    graph, trimmed : The part.
+    a, b : Numbers of two solids that touch or overlap.
+    gap_mm : Largest play between a ring and its seat, mm.
     """
     return any(_holds(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
 

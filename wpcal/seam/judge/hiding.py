@@ -28,12 +28,9 @@ def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], 
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        Some of them with `Seam.blocked_by` or `Seam.inside`.
-    reach : Reach
-        With the torch that does not reach them.
+    graph, trimmed : The part.
+    seams : Some of them with `Seam.blocked_by` or `Seam.inside`.
+    reach : With the torch that does not reach them.
     """
     found = list(seams)
     number = {name: solid for solid, name in enumerate(graph.solid_names)}

@@ -33,10 +33,8 @@ def refuse_frames_in_material(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        With frames in `part`; accepted ones with the torch's leans.
+    graph, trimmed : The part.
+    seams : With frames in `part`; accepted ones with the torch's leans.
     """
     rows = [row for row, seam in enumerate(seams) if seam.accepted and len(seam.frames) > 1]
     if not rows:

@@ -65,22 +65,13 @@ class FeltAt(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leans:
-    """The poses of a torch that are tried at a station: every lean with every spin, by rows.
+    """The poses of a torch that are tried at a station: every lean with every spin, by rows."""
 
-    Parameters
-    ----------
-    rad : ndarray, shape (k, 2)
-        Work and travel angles, the smallest first.
-    small : int
-        So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what
-        is reached only with them from end to end is behind something.
-    spin_rad : ndarray, shape (j,)
-        Turns about the wire, the smallest first; only 0 for a torch without a neck.
-    """
-
-    rad: FloatArray
+    rad: FloatArray  #: shape (k, 2). Work and travel angles, the smallest first.
+    #: So many leans are straight or tilted one way, by 20 degrees at most. The others are for the ends of a seam: what
+    #: is reached only with them from end to end is behind something.
     small: int
-    spin_rad: FloatArray
+    spin_rad: FloatArray  #: shape (j,). Turns about the wire, the smallest first; only 0 for a torch without a neck.
 
     @classmethod
     def of(cls, reach: Reach) -> Leans:
@@ -118,24 +109,13 @@ def _half_turn(value: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Felt:
-    """What a torch meets along one seam of n stations.
+    """What a torch meets along one seam of n stations."""
 
-    Parameters
-    ----------
-    lean_rad : ndarray, shape (n, 2)
-        Work and travel angle with which the torch meets nothing; NaN at a station where it always does.
-    spin_rad : ndarray, shape (n,)
-        How far a bent neck is turned about the wire there; 0 without a neck.
-    solid : ndarray of int, shape (n,)
-        The solid that a torch meets at a station without a lean; -1 at the others.
-    solid_after : ndarray of int, shape (n - 1,)
-        The solid that it meets on its way to the next station; -1 if none.
-    """
-
+    #: shape (n, 2). Work and travel angle with which the torch meets nothing; NaN at a station where it always does.
     lean_rad: FloatArray
-    spin_rad: FloatArray
-    solid: IntArray
-    solid_after: IntArray
+    spin_rad: FloatArray  #: shape (n,). How far a bent neck is turned about the wire there; 0 without a neck.
+    solid: IntArray  #: shape (n,). The solid that a torch meets at a station without a lean; -1 at the others.
+    solid_after: IntArray  #: shape (n - 1,). The solid that it meets on its way to the next station; -1 if none.
 
     def lay_on(self, seam: Seam) -> Seam:
         """Return the seam with these leans, and with the spin if any is not 0."""
@@ -166,19 +146,12 @@ class Felt:
 
 
 def back_directions(R: FloatArray, lean_rad: FloatArray) -> FloatArray:
-    """Return the directions from the tip along the wire to a torch that leans.
+    """Return the directions from the tip along the wire to a torch that leans, shape (n, 3). In the frame of `R`.
 
     Parameters
     ----------
-    R : ndarray, shape (n, 3, 3)
-        Seam frames.
-    lean_rad : ndarray, shape (n, 2) or (2,)
-        Work and travel angle.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        In the frame of `R`.
+    R : shape (n, 3, 3). Seam frames.
+    lean_rad : shape (n, 2) or (2,). Work and travel angle.
     """
     work, travel = np.moveaxis(np.asarray(lean_rad), -1, 0)
     back = np.stack([-np.sin(travel), -np.cos(travel) * np.sin(work), np.cos(travel) * np.cos(work)], axis=-1)
@@ -196,10 +169,8 @@ def feel_seams(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        With frames in `part`. Each is felt with the torch's usual wire and `Seam.more_wire_mm`.
+    graph, trimmed : The part.
+    seams : With frames in `part`. Each is felt with the torch's usual wire and `Seam.more_wire_mm`.
 
     Returns
     -------

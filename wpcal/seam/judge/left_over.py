@@ -21,10 +21,8 @@ def doubt_what_is_left(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
 
     Parameters
     ----------
-    judge : Judge
-        What is known about the part.
-    seams : sequence of Seam
-        All of the part, judged.
+    judge : What is known about the part.
+    seams : All of the part, judged.
     """
     left = [row for row, seam in enumerate(seams) if seam.accepted and seam.source in BETWEEN_TWO]
     left_mm = sum(seams[row].length_mm for row in left)

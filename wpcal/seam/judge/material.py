@@ -41,21 +41,11 @@ class TorchPart(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosesInMaterial:
-    """The poses at which a torch is inside material, one row each, by number of the pose.
+    """The poses at which a torch is inside material, one row each, by number of the pose."""
 
-    Parameters
-    ----------
-    row : ndarray of int, shape (k,)
-        Numbers of the poses.
-    solid : tuple of str, length k
-        The solid that is hit first.
-    part : tuple of TorchPart, length k
-        The part of the torch nearest to the tip that is inside.
-    """
-
-    row: IntArray
-    solid: tuple[str, ...]
-    part: tuple[TorchPart, ...]
+    row: IntArray  #: shape (k,). Numbers of the poses.
+    solid: tuple[str, ...]  #: length k. The solid that is hit first.
+    part: tuple[TorchPart, ...]  #: length k. The part of the torch nearest to the tip that is inside.
 
     def __len__(self) -> int:
         return len(self.row)
@@ -75,20 +65,15 @@ def find_poses_in_material(
 
     Parameters
     ----------
-    material : Material
-        `ExactMaterial` of a graph, or `TriangleMaterial` of a ``part.glb``.
-    p : ndarray, shape (n, 3)
-        Tips of the wire in the frame of the material, mm.
+    material : `ExactMaterial` of a graph, or `TriangleMaterial` of a ``part.glb``.
+    p : shape (n, 3). Tips of the wire in the frame of the material, mm.
     back : ndarray, shape (n, 3)
         Unit directions from the tip along the wire to the torch: z of a seam frame if the torch is not tilted.
-    torch : TorchShape
     start_mm : float or ndarray, shape (n,)
         The tip is in contact with the joint, so the wire is felt from this far away from its tip. On a modelled bead
         the tip is below the face of the bead; use `stations.BEAD_MM` there.
-    more_mm : float or ndarray, shape (n,)
-        How far beyond its length the torch is felt: it comes and goes along the wire.
-    bend : ndarray, shape (n, 3), optional
-        Unit directions towards which the neck bends. None: neck and body are not felt.
+    more_mm : shape (n,). How far beyond its length the torch is felt: it comes and goes along the wire.
+    bend : shape (n, 3). Unit directions towards which the neck bends. None: neck and body are not felt.
 
     Notes
     -----
@@ -166,8 +151,7 @@ def place_tube(
 
     Parameters
     ----------
-    mouth : ndarray, shape (n, 3)
-        Middles of the mouths of the nozzles, mm.
+    mouth : shape (n, 3). Middles of the mouths of the nozzles, mm.
     back, bend : ndarray, shape (n, 3)
         Unit directions in the same frame: along the wire to the torch, and towards which the neck bends.
     """

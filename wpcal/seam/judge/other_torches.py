@@ -32,14 +32,10 @@ def with_other_torches(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of sequence of Seam
-        Free stretches, and stretches with `Seam.blocked_by`.
-    reach : Reach
-        With the torch that does not reach them.
-    least_mm : float
-        No torch is advised for what is shorter than a seam has to be.
+    graph, trimmed : The part.
+    seams : Free stretches, and stretches with `Seam.blocked_by`.
+    reach : With the torch that does not reach them.
+    least_mm : No torch is advised for what is shorter than a seam has to be.
     """
     found = [list(pieces) for pieces in seams]
     todo = [

@@ -34,19 +34,12 @@ LENGTH_MM = 0.1
 
 
 def find_rolling(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dict[int, str]:
-    """Find the solids that roll or lie loose.
+    """Find the solids that roll or lie loose. What each of them is taken for, in words, by number of the solid.
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    gap_mm : float
-        Solids nearer than this touch.
-
-    Returns
-    -------
-    dict
-        What each of them is taken for, in words, by number of the solid.
+    graph, trimmed : The part.
+    gap_mm : Solids nearer than this touch.
     """
     touches = _line_touches(graph, trimmed, gap_mm)
     round_ = {solid: axis for solid in touches if (axis := _axis(graph, solid)) is not None}
@@ -66,8 +59,7 @@ def has_round_tread(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     """
     faces = np.flatnonzero(graph.face_solid == solid)
     kind, out = graph.face_kind[faces], graph.face_outward[faces]

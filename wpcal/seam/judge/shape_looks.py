@@ -35,28 +35,16 @@ THINNEST_MM = 0.5
 
 @dataclass(slots=True, eq=False)
 class ShapeLooks:
-    """Findings by shape about solids, pairs of solids and the part; each is found when somebody asks.
+    """Findings by shape about solids, pairs of solids and the part; each is found when somebody asks."""
 
-    Parameters
-    ----------
-    graph, trimmed :
-        The part.
-    members : Members
-        What its solids are taken for by names, materials and seats.
-    gap_mm : float
-        Solids nearer than this touch.
-    nozzle_mm : float
-        Diameter of the torch's nozzle.
-    like : ndarray of int, shape (S,)
-        For each solid of a group that the part holds several times, the same solid in the first such group, which is
-        looked at for all of them (`wpcal.seam.copies`); for any other solid, itself.
-    """
-
+    #: `graph`, `trimmed`: The part.
     graph: BrepGraph
     trimmed: TrimmedFaces
-    members: Members
-    gap_mm: float
-    nozzle_mm: float
+    members: Members  #: What its solids are taken for by names, materials and seats.
+    gap_mm: float  #: Solids nearer than this touch.
+    nozzle_mm: float  #: Diameter of the torch's nozzle.
+    #: shape (S,). For each solid of a group that the part holds several times, the same solid in the first such group,
+    #: which is looked at for all of them (`wpcal.seam.copies`); for any other solid, itself.
     like: IntArray
     _one_pieces: OnePieces = field(init=False)
     _pairs: dict[tuple[int, int], tuple[Finding, ...]] = field(default_factory=dict)

@@ -49,10 +49,8 @@ def find_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        n judged seams with frames in `part`.
+    graph, trimmed : The part.
+    seams : n judged seams with frames in `part`.
 
     Returns
     -------

@@ -47,19 +47,12 @@ def start_mm(seam: Seam) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """A part of a seam that is free of material, or inside material, from one end to the other.
+    """A part of a seam that is free of material, or inside material, from one end to the other."""
 
-    Parameters
-    ----------
-    low_mm, high_mm : float
-        Arc length from the start of the seam.
-    solids : frozenset of int
-        The solids in which the tip or the wire is; empty if the stretch is free.
-    """
-
+    #: `low_mm`, `high_mm`: Arc length from the start of the seam.
     low_mm: float
     high_mm: float
-    solids: frozenset[int]
+    solids: frozenset[int]  #: The solids in which the tip or the wire is; empty if the stretch is free.
 
 
 def rails_mm(seam: Seam, torch: TorchShape = USUAL_TORCH) -> FloatArray:
@@ -75,15 +68,12 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-    seams : sequence of Seam
-        n seams with frames in `part`.
+    trimmed : Of the same graph.
+    seams : n seams with frames in `part`.
 
     Returns
     -------
-    list of list of Stretch, length n
-        From start to end; one stretch for a seam that is free or inside everywhere.
+    list of list of Stretch, length n. From start to end; one stretch for a seam that is free or inside everywhere.
     """
     if not seams:
         return []

@@ -27,10 +27,8 @@ def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sea
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        With frames in `part`.
+    graph, trimmed : The part.
+    seams : With frames in `part`.
 
     Returns
     -------
@@ -70,34 +68,22 @@ def _inside(graph: BrepGraph, seam: Seam, stretch: Stretch) -> Seam:
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """A seam and where it is cut.
-
-    Parameters
-    ----------
-    stretches : sequence of Stretch
-        From start to end. In a closed seam the last and the first are joined if both are free, or neither is.
-    reason : str
-        Added to the reasons of each stretch.
-    """
+    """A seam and where it is cut."""
 
     seam: Seam
+    #: From start to end. In a closed seam the last and the first are joined if both are free, or neither is.
     stretches: Sequence[Stretch]
-    reason: str
+    reason: str  #: Added to the reasons of each stretch.
 
 
 def cut_at(
     graph: BrepGraph, trimmed: TrimmedFaces, cuts: Sequence[Cut], options: SeamOptions
 ) -> list[list[tuple[Seam, Stretch]]]:
-    """Make stretches of n seams seams of their own, all at once.
+    """Make stretches of n seams seams of their own, all at once, length n.
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-
-    Returns
-    -------
-    list of list of (Seam, Stretch), length n
+    graph, trimmed : The part.
     """
     parts = [_parts(graph, cut) for cut in cuts]
     framed = with_frames(graph, [part for own in parts for part, _ in own], options)

@@ -20,21 +20,13 @@ APPROACH_STEPS = 2
 
 
 def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> FloatArray:
-    """Return the directions towards which the neck bends.
+    """Return the directions towards which the neck bends, shape (n, 3). Unit vectors in `part`, normal to `back`.
 
     Parameters
     ----------
-    back : ndarray, shape (n, 3)
-        Unit directions in `part` from the tip of the wire along it.
-    R : ndarray, shape (n, 3, 3)
-        Frames of the seam in `part`.
-    spin_rad : ndarray, shape (n,)
-        Turn about `back`, right-handed. At 0 the neck bends against the travel.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        Unit vectors in `part`, normal to `back`.
+    back : shape (n, 3). Unit directions in `part` from the tip of the wire along it.
+    R : shape (n, 3, 3). Frames of the seam in `part`.
+    spin_rad : shape (n,). Turn about `back`, right-handed. At 0 the neck bends against the travel.
     """
     behind = -R[:, :, 0]
     u = behind - np.einsum("ni,ni->n", behind, back)[:, None] * back
@@ -55,27 +47,16 @@ def neck_faces(
     *,
     wider_mm: float,
 ) -> IntArray:
-    """Return a face that neck or body meets at each pose, or -1.
+    """Return a face that neck or body meets at each pose, or -1, shape (n,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    torch : TorchShape
-    owner : ndarray of int, shape (n,)
-        Ascending: neighbours of one owner are searched together.
-    mouth : ndarray, shape (n, 3)
-        Middles of the mouths of the nozzles in `part`, mm.
-    back, bend : ndarray, shape (n, 3)
-        Unit directions in `part`: along the wire to the torch, and towards which the neck bends.
-    more_mm : ndarray, shape (n,)
-        How far the torch goes back along the wire.
-    wider_mm : float
-        The torch is felt wider by this.
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
+    graph, trimmed : The part.
+    owner : shape (n,). Ascending: neighbours of one owner are searched together.
+    mouth : shape (n, 3). Middles of the mouths of the nozzles in `part`, mm.
+    back, bend : shape (n, 3). Unit directions in `part`: along the wire to the torch, and towards which the neck bends.
+    more_mm : shape (n,). How far the torch goes back along the wire.
+    wider_mm : The torch is felt wider by this.
     """
     found = np.full(len(mouth), -1)
     frames = np.stack([bend, np.cross(back, bend), back], axis=2)
@@ -121,23 +102,14 @@ def are_necks_clear(
     *,
     within_mm: float,
 ) -> BoolArray:
-    """Tell which groups of poses have no face near neck and body; no line is sent.
+    """Tell which groups of poses have no face near neck and body; no line is sent, shape (g,).
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    torch : TorchShape
-    mouth, back, bend : ndarray, shape (n, 3)
-        As in `neck_faces`, sorted by group.
-    begin : ndarray of int, shape (g,)
-        The first pose of each group.
-    within_mm : float
-        How far beside the torch faces are near.
-
-    Returns
-    -------
-    ndarray of bool, shape (g,)
+    graph, trimmed : The part.
+    mouth, back, bend : shape (n, 3). As in `neck_faces`, sorted by group.
+    begin : shape (g,). The first pose of each group.
+    within_mm : How far beside the torch faces are near.
     """
     clear = np.ones(len(begin), dtype=bool)
     frames = np.stack([bend, np.cross(back, bend), back], axis=2)

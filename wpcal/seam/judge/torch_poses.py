@@ -38,38 +38,17 @@ POCKET_STEP_MM = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TorchPoses:
-    """n poses of a torch along seams.
-
-    Parameters
-    ----------
-    torch : TorchShape
-    owner : ndarray of int, shape (n,)
-        Number of the seam, ascending.
-    p : ndarray, shape (n, 3)
-        Tips of the wire in `part`, mm.
-    back : ndarray, shape (n, 3)
-        Unit directions in `part` from the tip along the wire.
-    R : ndarray, shape (n, 3, 3)
-        Frames of the seams in `part`.
-    start_mm : ndarray, shape (n,)
-        From this distance from the tip on the torch is felt.
-    more_mm : ndarray, shape (n,)
-        How far beyond its length the torch is felt: it comes and goes along the wire.
-    wire_mm : ndarray, shape (n,)
-        From the tip to the mouth of the nozzle.
-    spin_rad : ndarray, shape (n,)
-        How far the neck is turned about the wire (`torch_neck.bend_directions`).
-    """
+    """n poses of a torch along seams."""
 
     torch: TorchShape
-    owner: IntArray
-    p: FloatArray
-    back: FloatArray
-    R: FloatArray
-    start_mm: FloatArray
-    more_mm: FloatArray
-    wire_mm: FloatArray
-    spin_rad: FloatArray
+    owner: IntArray  #: shape (n,). Number of the seam, ascending.
+    p: FloatArray  #: shape (n, 3). Tips of the wire in `part`, mm.
+    back: FloatArray  #: shape (n, 3). Unit directions in `part` from the tip along the wire.
+    R: FloatArray  #: shape (n, 3, 3). Frames of the seams in `part`.
+    start_mm: FloatArray  #: shape (n,). From this distance from the tip on the torch is felt.
+    more_mm: FloatArray  #: shape (n,). How far beyond its length the torch is felt: it comes and goes along the wire.
+    wire_mm: FloatArray  #: shape (n,). From the tip to the mouth of the nozzle.
+    spin_rad: FloatArray  #: shape (n,). How far the neck is turned about the wire (`torch_neck.bend_directions`).
 
     def __len__(self) -> int:
         return len(self.p)
@@ -108,10 +87,8 @@ def find_solids_met(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    is_between : bool
-        Whether the poses are between others that were felt: the axis and the outermost circle are then enough.
+    graph, trimmed : The part.
+    is_between : Whether the poses are between others that were felt: the axis and the outermost circle are then enough.
     """
     found = [
         _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK)), is_between=is_between)
@@ -147,8 +124,7 @@ def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: Torc
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     """
     if poses.torch.neck is None:
         return np.full(len(poses), -1)
@@ -289,8 +265,7 @@ def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     """
     n = len(poses)
     first = first_rows(poses.owner, poses.back)

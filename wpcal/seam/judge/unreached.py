@@ -38,10 +38,8 @@ def cut_where_unreached(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        n seams with frames in `part`.
+    graph, trimmed : The part.
+    seams : n seams with frames in `part`.
 
     Returns
     -------
@@ -145,10 +143,8 @@ def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], r
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        With frames in `part`.
+    graph, trimmed : The part.
+    seams : With frames in `part`.
     """
     found = []
     for seam, felt in zip(seams, feel_seams(graph, trimmed, seams, reach), strict=True):

@@ -52,17 +52,13 @@ def weld_round_corners(
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seams : sequence of Seam
-        Judged, with frames in `part`.
-    judge : Judge
-        Of the same part.
+    graph, trimmed : The part.
+    seams : Judged, with frames in `part`.
+    judge : Of the same part.
 
     Returns
     -------
-    list of Seam
-        Joined seams replace those that they are made of.
+    list of Seam. Joined seams replace those that they are made of.
     """
     if options.wrap:
         links = _links(seams, _eligible(graph, trimmed, seams, judge))

@@ -45,33 +45,22 @@ PIECES_OF_ARC = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holes:
-    """Holes and slots of all solids, one row each; a slot has two axes.
+    """Holes and slots of all solids, one row each; a slot has two axes."""
 
-    Parameters
-    ----------
-    solid : ndarray of int, shape (n,)
-    o, end : ndarray, shape (n, 3)
-        A point on the axis, and on the axis of the other end of a slot (the same point for a round hole), mm.
-    z : ndarray, shape (n, 3)
-        Direction of the axis.
-    radius : ndarray, shape (n,)
-    low, high : ndarray, shape (n,)
-        Where the hole begins and ends along the axis, measured from the origin of `part`, mm.
-    is_boss : ndarray of bool, shape (n,)
-        Whether the solid is round about the same axis outside, too: a ring, a boss, the end of a lug, a pipe.
-    face : tuple of ndarray of int
-        Its faces.
-    """
-
-    solid: IntArray
+    solid: IntArray  #: shape (n,).
+    #: `o`, `end`: shape (n, 3). A point on the axis, and on the axis of the other end of a slot (the same point for a
+    #: round hole), mm.
     o: FloatArray
     end: FloatArray
-    z: FloatArray
-    radius: FloatArray
+    z: FloatArray  #: shape (n, 3). Direction of the axis.
+    radius: FloatArray  #: shape (n,).
+    #: `low`, `high`: shape (n,). Where the hole begins and ends along the axis, measured from the origin of `part`, mm.
     low: FloatArray
     high: FloatArray
+    #: shape (n,). Whether the solid is round about the same axis outside, too: a ring, a boss, the end of a lug, a
+    #: pipe.
     is_boss: BoolArray
-    face: tuple[IntArray, ...]
+    face: tuple[IntArray, ...]  #: Its faces.
 
     def __len__(self) -> int:
         return len(self.solid)
@@ -79,32 +68,18 @@ class Holes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clamp:
-    """A place at which two members are pressed together along an axis.
+    """A place at which two members are pressed together along an axis."""
 
-    Parameters
-    ----------
-    solids : tuple of int
-        The two members, ascending.
-    o, z : ndarray, shape (3,)
-        A point on the axis and its direction, in `part`, mm.
-    low, high : float
-        Where the pressed faces may be along the axis, measured from `o`, mm.
-    bolts : int
-        Number of bolts here that hold both members.
-    holes : int
-        Number of their holes that line up here.
-    far_walls : int
-        Number of the two members in which the hole goes on through the far wall of a tube.
-    """
-
-    solids: tuple[int, int]
+    solids: tuple[int, int]  #: The two members, ascending.
+    #: `o`, `z`: shape (3,). A point on the axis and its direction, in `part`, mm.
     o: FloatArray
     z: FloatArray
+    #: `low`, `high`: Where the pressed faces may be along the axis, measured from `o`, mm.
     low: float
     high: float
-    bolts: int
-    holes: int
-    far_walls: int
+    bolts: int  #: Number of bolts here that hold both members.
+    holes: int  #: Number of their holes that line up here.
+    far_walls: int  #: Number of the two members in which the hole goes on through the far wall of a tube.
 
     def holds(self, p: FloatArray, beside_mm: float) -> bool:
         """Tell whether most of the points p, shape (n, 3), are in one plane across the axis, between its two ends."""
@@ -119,8 +94,7 @@ def find_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
+    trimmed : Of the same graph.
     """
     round_ = graph.face_kind == SurfaceKind.CYLINDER
     faces = np.flatnonzero(round_ & (graph.face_outward < 0) & (graph.face_param[:, 0] <= LARGEST_HOLE_MM))
@@ -240,8 +214,7 @@ def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp,
 
     Parameters
     ----------
-    fasteners : mapping
-        Fasteners by number of the solid; they and their holes are no members.
+    fasteners : Fasteners by number of the solid; they and their holes are no members.
 
     Returns
     -------

@@ -37,30 +37,16 @@ RING_WIDTH, RING_HEIGHT = 1.75, 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fastener:
-    """One fastener.
+    """One fastener."""
 
-    Parameters
-    ----------
-    what : str
-        For people: ``a bolt or screw``, ``a nut or washer``, ``a rod with nuts``.
-    through : frozenset of int
-        The solids that it goes through; for a ring, those of its pin.
-    on : frozenset of int
-        The solids on which its flat faces lie: what a head, a nut or a washer presses on.
-    pin : int
-        The solid that is the pin: itself, or that of a ring.
-    o, z : ndarray, shape (3,)
-        A point on its axis, and the direction of the axis, in `part`, mm.
-    low, high : float
-        Where its pin begins and ends along the axis, measured from `o`, mm.
-    """
-
-    what: str
-    through: frozenset[int]
-    on: frozenset[int]
-    pin: int
+    what: str  #: For people: ``a bolt or screw``, ``a nut or washer``, ``a rod with nuts``.
+    through: frozenset[int]  #: The solids that it goes through; for a ring, those of its pin.
+    on: frozenset[int]  #: The solids on which its flat faces lie: what a head, a nut or a washer presses on.
+    pin: int  #: The solid that is the pin: itself, or that of a ring.
+    #: `o`, `z`: shape (3,). A point on its axis, and the direction of the axis, in `part`, mm.
     o: FloatArray
     z: FloatArray
+    #: `low`, `high`: Where its pin begins and ends along the axis, measured from `o`, mm.
     low: float
     high: float
 
@@ -80,17 +66,11 @@ class _Turned:
 
 
 def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastener]:
-    """Find the solids that are fasteners, by shape and seat.
+    """Find the solids that are fasteners, by shape and seat. The fasteners, by number of the solid.
 
     Parameters
     ----------
-    trimmed : TrimmedFaces
-        Of the same graph.
-
-    Returns
-    -------
-    dict
-        The fasteners, by number of the solid.
+    trimmed : Of the same graph.
     """
     turned = {}
     faces = np.argsort(graph.face_solid, kind="stable")

@@ -81,10 +81,8 @@ def why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solids: Iterable[int]) -
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    solids : iterable of int
-        Those against which nothing speaks.
+    graph, trimmed : The part.
+    solids : Those against which nothing speaks.
     """
     heavy, slabs = dict[int, Bar](), 0
     for solid in solids:
@@ -110,8 +108,7 @@ def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
 
     Notes
     -----

@@ -45,19 +45,11 @@ USED_FOR = frozenset({Kind.WOOD, Kind.GLASS, Kind.SOFT, Kind.STONE})
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """What a name says.
-
-    Parameters
-    ----------
-    word : str
-        The word, phrase or number that says so.
-    is_standard : bool
-        Whether it is the number of a standard or a designation.
-    """
+    """What a name says."""
 
     kind: Kind
-    word: str
-    is_standard: bool = False
+    word: str  #: The word, phrase or number that says so.
+    is_standard: bool = False  #: Whether it is the number of a standard or a designation.
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,28 +34,14 @@ _NUMBER = re.compile(r"#\d+$")
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """What one solid is taken for.
-
-    Parameters
-    ----------
-    taken_as : str
-        In words: ``steel``, ``a bolt or screw``, ``wood``.
-    findings : tuple of Finding
-        What speaks against welding it; empty for a member.
-    why : tuple of str
-        The evidence in words, also that for a member.
-    metal : Kind or None
-        The metal, if it is known.
-    said : bool or None
-        Whether a person said that it can be welded.
-    """
+    """What one solid is taken for."""
 
     solid: str
-    taken_as: str
-    findings: tuple[Finding, ...]
-    why: tuple[str, ...]
-    metal: Kind | None = None
-    said: bool | None = None
+    taken_as: str  #: In words: ``steel``, ``a bolt or screw``, ``wood``.
+    findings: tuple[Finding, ...]  #: What speaks against welding it; empty for a member.
+    why: tuple[str, ...]  #: The evidence in words, also that for a member.
+    metal: Kind | None = None  #: The metal, if it is known.
+    said: bool | None = None  #: Whether a person said that it can be welded.
 
     @property
     def factor(self) -> float:
@@ -79,19 +65,11 @@ class Member:
 
 @dataclass(frozen=True, slots=True)
 class MemberNotes:
-    """What the solids of a part are taken for, and what a person said about them.
-
-    Parameters
-    ----------
-    members : tuple of Member
-        In the order of the solids.
-    play : tuple of Play
-        The gaps that joints of the part have by design.
-    """
+    """What the solids of a part are taken for, and what a person said about them."""
 
     judging: Judging
-    members: tuple[Member, ...]
-    play: tuple[Play, ...] = ()
+    members: tuple[Member, ...]  #: In the order of the solids.
+    play: tuple[Play, ...] = ()  #: The gaps that joints of the part have by design.
 
     def with_shapes(self, seams: Sequence[Seam]) -> MemberNotes:
         """Return the notes with what the seams of the part told about the shapes of solids (`Rule.ONE_PIECE`)."""
@@ -131,16 +109,10 @@ class MemberNotes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Members:
-    """The solids of a part, and which of them are fasteners by shape.
-
-    Parameters
-    ----------
-    fasteners : dict
-        By number of the solid.
-    """
+    """The solids of a part, and which of them are fasteners by shape."""
 
     notes: MemberNotes
-    fasteners: dict[int, Fastener]
+    fasteners: dict[int, Fastener]  #: By number of the solid.
 
     def __getitem__(self, solid: int) -> Member:
         return self.notes.members[solid]
@@ -151,17 +123,13 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
 
     Parameters
     ----------
-    graph : BrepGraph
-        With `solid_facts`, if a file says more than names.
-    trimmed : TrimmedFaces
-        Of the same graph.
-    judging : Judging
-        What a person says about solids.
+    graph : With `solid_facts`, if a file says more than names.
+    trimmed : Of the same graph.
+    judging : What a person says about solids.
 
     Raises
     ------
-    InputError
-        If a pattern of `judging` fits no solid.
+    InputError : If a pattern of `judging` fits no solid.
     """
     facts = [facts_of(graph.solid_facts, solid) for solid in range(len(graph.solid_names))]
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
@@ -179,21 +147,13 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
 
 @dataclass(frozen=True, slots=True)
 class _Evidence:
-    """What is known about one solid.
-
-    Parameters
-    ----------
-    common : set of str
-        Names that belong to all solids of the part: they say nothing about one of them.
-    copy_of : str or None
-        The solid that fills its room and counts instead of it.
-    """
+    """What is known about one solid."""
 
     name: str
     facts: SolidFacts
-    common: set[str]
+    common: set[str]  #: Names that belong to all solids of the part: they say nothing about one of them.
     fastener: Fastener | None
-    copy_of: str | None = None
+    copy_of: str | None = None  #: The solid that fills its room and counts instead of it.
 
     def member(self, said: tuple[bool, str] | None) -> Member:
         written = [hit for hit in (read_material(text) for text in self.facts.materials) if hit is not None][:1]

@@ -40,14 +40,9 @@ SAME_LENGTH_MM = 0.01
 
 @dataclass(slots=True, eq=False)
 class OnePieces:
-    """Which solids were made as one piece, found when somebody asks; equal solids are looked at once.
+    """Which solids were made as one piece, found when somebody asks; equal solids are looked at once."""
 
-    Parameters
-    ----------
-    graph, trimmed :
-        The part.
-    """
-
+    #: `graph`, `trimmed`: The part.
     graph: BrepGraph
     trimmed: TrimmedFaces
     _why: dict[int, str | None] = field(default_factory=dict)
@@ -103,8 +98,7 @@ def has_one_section(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
+    graph, trimmed : The part.
     """
     faces = np.flatnonzero(graph.face_solid == solid)
     kind, hole = graph.face_kind[faces], are_holes(graph)[faces]

@@ -33,13 +33,11 @@ def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, so
 
     Parameters
     ----------
-    source : SeamSource
-        How the pieces were found.
+    source : How the pieces were found.
 
     Returns
     -------
-    list of Seam
-        Without names, not judged yet. The joint of a seam is the one with the largest share of its length.
+    list of Seam. Without names, not judged yet. The joint of a seam is the one with the largest share of its length.
     """
     pieces = joined.pieces
     if len(pieces) == 0:
@@ -99,10 +97,8 @@ def measured(
 
     Parameters
     ----------
-    runs : Runs
-        n runs.
-    closed : ndarray of bool, shape (n,)
-        Runs that are known to be closed; those whose ends meet without a corner are closed as well.
+    runs : n runs.
+    closed : shape (n,). Runs that are known to be closed; those whose ends meet without a corner are closed as well.
 
     Returns
     -------

@@ -38,15 +38,10 @@ CORNER_STEP_RAD = float(np.radians(15.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Corners:
-    """The corners of one run.
+    """The corners of one run."""
 
-    Parameters
-    ----------
-    low_mm, high_mm : ndarray, shape (c,)
-        Lengths from the start of the run: where one side ends and the next one begins. They differ where a straight
-        bridge is between the two.
-    """
-
+    #: `low_mm`, `high_mm`: shape (c,). Lengths from the start of the run: where one side ends and the next one begins.
+    #: They differ where a straight bridge is between the two.
     low_mm: FloatArray
     high_mm: FloatArray
 
@@ -72,13 +67,11 @@ def turns(graph: BrepGraph, pieces: SeamPieces, before: IntArray, after: IntArra
 
     Parameters
     ----------
-    before, after : ndarray of int, shape (n,)
-        Rows of `pieces`.
+    before, after : shape (n,). Rows of `pieces`.
 
     Returns
     -------
-    ndarray, shape (n,)
-        rad.
+    ndarray, shape (n,). rad.
     """
     end, begin = (
         evaluate_edges(graph, pieces.edge[rows], t[rows])[1] * np.sign(pieces.t1 - pieces.t0)[rows, None]
@@ -93,10 +86,8 @@ def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamF
 
     Parameters
     ----------
-    stations : Stations
-        Along these runs.
-    frames : SeamFrames
-        At these stations.
+    stations : Along these runs.
+    frames : At these stations.
 
     Returns
     -------

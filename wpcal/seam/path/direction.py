@@ -31,18 +31,10 @@ BISECTIONS = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Runs:
-    """Many runs of pieces, each in its direction of travel.
+    """Many runs of pieces, each in its direction of travel."""
 
-    Parameters
-    ----------
-    pieces : SeamPieces
-        The pieces of the first run in order, then those of the second, …
-    start : ndarray of int, shape (n + 1,)
-        The pieces of run i are ``start[i]:start[i + 1]``.
-    """
-
-    pieces: SeamPieces
-    start: IntArray
+    pieces: SeamPieces  #: The pieces of the first run in order, then those of the second, ….
+    start: IntArray  #: shape (n + 1,). The pieces of run i are ``start[i]:start[i + 1]``.
 
     def __len__(self) -> int:
         return len(self.start) - 1
@@ -64,20 +56,14 @@ class Runs:
 
 
 def directed_runs(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> Runs:
-    """Return the pieces of chains in the direction of travel of DESIGN §3.
+    """Return the pieces of chains in the direction of travel of DESIGN §3. In the order of the chains.
 
     An open seam starts at its end with the smaller (x, y, z); a closed one at its point with the smallest (x, y, z),
     and runs so that its area vector has a positive z (then y, then x) component.
 
     Parameters
     ----------
-    chains : list of Chain
-        Rows of `pieces` in order, one or more each.
-
-    Returns
-    -------
-    Runs
-        In the order of the chains.
+    chains : Rows of `pieces` in order, one or more each.
     """
     parts = [_directed(graph, pieces, chains[first : first + CHUNK]) for first in range(0, len(chains), CHUNK)]
     start = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(part.start) for part in parts]))])
@@ -99,16 +85,11 @@ def _rounded(p: FloatArray) -> FloatArray:
 
 
 def precedes(p: FloatArray, q: FloatArray) -> BoolArray:
-    """Tell which rows of p come before those of q, compared by x, then y, then z after rounding.
+    """Tell which rows of p come before those of q, compared by x, then y, then z after rounding, shape (n,).
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Points in one frame, mm.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
+    p, q : shape (n, 3). Points in one frame, mm.
     """
     a, b = _rounded(p), _rounded(q)
     before = a[:, 2] < b[:, 2]

@@ -35,24 +35,12 @@ EXACT_STEPS = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stations:
-    """Points along runs of pieces, run after run.
+    """Points along runs of pieces, run after run."""
 
-    Parameters
-    ----------
-    start : ndarray of int, shape (runs + 1,)
-        The points of run i are ``start[i]:start[i + 1]``.
-    piece : ndarray of int, shape (n,)
-        Row among the pieces of all runs.
-    t : ndarray, shape (n,)
-        Edge parameters.
-    s_mm : ndarray, shape (n,)
-        Arc length from the start of the run.
-    """
-
-    start: IntArray
-    piece: IntArray
-    t: FloatArray
-    s_mm: FloatArray
+    start: IntArray  #: shape (runs + 1,). The points of run i are ``start[i]:start[i + 1]``.
+    piece: IntArray  #: shape (n,). Row among the pieces of all runs.
+    t: FloatArray  #: shape (n,). Edge parameters.
+    s_mm: FloatArray  #: shape (n,). Arc length from the start of the run.
 
 
 def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
@@ -66,8 +54,7 @@ def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
 
     Raises
     ------
-    InputError
-        If a piece would get more than `MOST_POINTS`.
+    InputError : If a piece would get more than `MOST_POINTS`.
     """
     pieces = runs.pieces
     counts, t, s = _piece_stations(graph, pieces, options)
@@ -204,18 +191,12 @@ def _split_until_bound(graph: BrepGraph, edge: int, t: FloatArray, chord_mm: flo
 
 
 def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
-    """Return the largest distance of each piece of an edge from the chord between its ends.
+    """Return the largest distance of each piece of an edge from the chord between its ends, shape (m,), mm.
 
     Parameters
     ----------
     edge : ndarray of int, shape (m,)
-    t0, t1 : ndarray, shape (m,)
-        Parameters of the ends.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        mm.
+    t0, t1 : shape (m,). Parameters of the ends.
     """
     if (graph.edge_kind[edge] == CurveKind.LINE).all():
         return np.zeros(len(edge))

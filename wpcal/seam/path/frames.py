@@ -25,8 +25,7 @@ def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> Sea
 
     Parameters
     ----------
-    pieces : SeamPieces
-        Of all runs, in order and direction.
+    pieces : Of all runs, in order and direction.
 
     Returns
     -------
@@ -88,13 +87,11 @@ def frames_from_normals(x: FloatArray, n_wall: FloatArray, n_base: FloatArray) -
 
     Parameters
     ----------
-    x, n_wall, n_base : ndarray, shape (n, 3)
-        Unit vectors in one frame.
+    x, n_wall, n_base : shape (n, 3). Unit vectors in one frame.
 
     Returns
     -------
-    ndarray, shape (n, 3, 3)
-        Columns x, y, z.
+    ndarray, shape (n, 3, 3). Columns x, y, z.
     """
     n1, n2 = (_across(n, x) for n in (n_wall, n_base))
     z = n1 + n2

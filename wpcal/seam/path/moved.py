@@ -35,77 +35,47 @@ class BodyMoves(Protocol):
         ----------
         body : ndarray of int, shape (n,)
             -1: a face that does not move.
-        p_part : ndarray, shape (n, 3)
-            In the model, mm.
+        p_part : shape (n, 3). In the model, mm.
 
         Returns
         -------
-        tuple of ndarray, shapes (n, 3, 3) and (n, 3)
-            Turn and shift of the cross-section of each point; mm.
+        tuple of ndarray, shapes (n, 3, 3) and (n, 3). Turn and shift of the cross-section of each point; mm.
         """
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedSeam:
-    """A seam after its bodies moved, with what its error depends on.
+    """A seam after its bodies moved, with what its error depends on."""
 
-    Parameters
-    ----------
-    seam : Seam
-        With moved frames, in `part`.
-    wall_body, base_body : ndarray of int, shape (n,)
-        The bodies of the two faces at every frame; -1: a face that did not move.
-    n_wall, n_base : ndarray, shape (n, 3)
-        Outward normals of the moved faces, in `part`.
-    x_wall : ndarray, shape (n, 3)
-        The travel as it turned with the wall: each point lies in the plane across it that goes with the wall.
-    is_met : ndarray of bool, shape (n,)
-        Whether the faces fix the place across the seam.
-    gap_mm : ndarray, shape (n,)
-        Between the edge of the one body and the face of the other, mm; negative: they overlap.
-    """
-
-    seam: Seam
+    seam: Seam  #: With moved frames, in `part`.
+    #: `wall_body`, `base_body`: shape (n,). The bodies of the two faces at every frame; -1: a face that did not move.
     wall_body: IntArray
     base_body: IntArray
+    #: `n_wall`, `n_base`: shape (n, 3). Outward normals of the moved faces, in `part`.
     n_wall: FloatArray
     n_base: FloatArray
+    #: shape (n, 3). The travel as it turned with the wall: each point lies in the plane across it that goes with the
+    #: wall.
     x_wall: FloatArray
-    is_met: BoolArray
+    is_met: BoolArray  #: shape (n,). Whether the faces fix the place across the seam.
+    #: shape (n,). Between the edge of the one body and the face of the other, mm; negative: they overlap.
     gap_mm: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StillSeams:
-    """Seams of a part before its bodies move, with all that does not depend on the motions: n frames of all seams.
-
-    Parameters
-    ----------
-    seams : tuple of Seam
-        In `part`.
-    start : ndarray of int, shape (seams + 1,)
-        The frames of seam i are ``start[i]:start[i + 1]``.
-    frames : SeamFrames
-        Of all seams.
-    piece : ndarray of int, shape (n,)
-        The piece of the own seam on whose edge each frame lies.
-    faces, bodies : ndarray of int, shape (2, n)
-        Wall and base at every frame, and their bodies; -1: no body.
-    edge_mm : ndarray, shape (n, 3)
-        Where the edge of the wall is.
-    met_mm : ndarray, shape (n, 3)
-        Where the faces of the model meet; NaN where they do not fix the place.
-    """
+    """Seams of a part before its bodies move, with all that does not depend on the motions: n frames of all seams."""
 
     graph: BrepGraph
-    seams: tuple[Seam, ...]
-    start: IntArray
-    frames: SeamFrames
-    piece: IntArray
+    seams: tuple[Seam, ...]  #: In `part`.
+    start: IntArray  #: shape (seams + 1,). The frames of seam i are ``start[i]:start[i + 1]``.
+    frames: SeamFrames  #: Of all seams.
+    piece: IntArray  #: shape (n,). The piece of the own seam on whose edge each frame lies.
+    #: `faces`, `bodies`: shape (2, n). Wall and base at every frame, and their bodies; -1: no body.
     faces: IntArray
     bodies: IntArray
-    edge_mm: FloatArray
-    met_mm: FloatArray
+    edge_mm: FloatArray  #: shape (n, 3). Where the edge of the wall is.
+    met_mm: FloatArray  #: shape (n, 3). Where the faces of the model meet; NaN where they do not fix the place.
 
     @classmethod
     def of(cls, graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray) -> StillSeams:
@@ -163,10 +133,8 @@ def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, mo
 
     Parameters
     ----------
-    seams : sequence of Seam
-        In `part`.
-    face_body : ndarray of int, shape (F,)
-        The body of every face; -1: it does not move.
+    seams : In `part`.
+    face_body : shape (F,). The body of every face; -1: it does not move.
 
     Notes
     -----

@@ -28,24 +28,12 @@ VERTICAL_RAD = float(np.radians(1.0))
 
 @dataclass(frozen=True, slots=True)
 class PositionRule:
-    """One principal position; the first rule that matches names a frame.
+    """One principal position; the first rule that matches names a frame."""
 
-    Parameters
-    ----------
-    name : str
-        ``PA`` … ``PG``.
-    slope_deg : tuple of float
-        Least and greatest slope S.
-    rotation_deg : tuple of float or None
-        Least and greatest |R|; None if R does not matter.
-    weld : WeldType or None
-        Only for this weld; None for any.
-    """
-
-    name: str
-    slope_deg: tuple[float, float]
-    rotation_deg: tuple[float, float] | None = None
-    weld: WeldType | None = None
+    name: str  #: ``PA`` … ``PG``.
+    slope_deg: tuple[float, float]  #: Least and greatest slope S.
+    rotation_deg: tuple[float, float] | None = None  #: Least and greatest |R|; None if R does not matter.
+    weld: WeldType | None = None  #: Only for this weld; None for any.
 
 
 DEFAULT_RULES = (
@@ -71,28 +59,20 @@ class WeldPositions:
         -π/2 … π/2, positive uphill.
     rotation_rad : ndarray, shape (n,)
         -π … π; NaN where travel is vertical.
-    name : tuple of str
-        ``PA`` … ``PG``.
     """
 
     slope_rad: FloatArray
     rotation_rad: FloatArray
-    name: tuple[str, ...]
+    name: tuple[str, ...]  #: ``PA`` … ``PG``.
 
 
 def weld_slope(tangent: ArrayLike, up: ArrayLike = UP) -> FloatArray:
-    """Angle of the weld axis above the horizontal plane, rad, positive uphill.
+    """Angle of the weld axis above the horizontal plane, rad, positive uphill, shape (...).
 
     Parameters
     ----------
-    tangent : array_like, shape (..., 3)
-        Unit directions of travel.
-    up : array_like, shape (3,)
-        Unit vector against gravity, in the same frame.
-
-    Returns
-    -------
-    ndarray, shape (...)
+    tangent : shape (..., 3). Unit directions of travel.
+    up : shape (3,). Unit vector against gravity, in the same frame.
 
     Examples
     --------
@@ -110,10 +90,8 @@ def weld_rotation(tangent: ArrayLike, outward: ArrayLike, up: ArrayLike = UP) ->
 
     Parameters
     ----------
-    tangent, outward : array_like, shape (..., 3)
-        The x and z axes of seam frames, unit vectors.
-    up : array_like, shape (3,)
-        Unit vector against gravity, in the same frame.
+    tangent, outward : shape (..., 3). The x and z axes of seam frames, unit vectors.
+    up : shape (3,). Unit vector against gravity, in the same frame.
 
     Returns
     -------
@@ -143,17 +121,13 @@ def weld_positions(
 
     Parameters
     ----------
-    R : array_like, shape (n, 3, 3)
-        Seam frames (columns x, y, z) in a frame in which `up` is known, `base` as a rule.
-    up : array_like, shape (3,)
-        Against gravity; scaled to unit length.
-    rules : sequence of PositionRule
-        The first one that matches names the frame. A frame without a match is called ``-``.
+    R : shape (n, 3, 3). Seam frames (columns x, y, z) in a frame in which `up` is known, `base` as a rule.
+    up : shape (3,). Against gravity; scaled to unit length.
+    rules : The first one that matches names the frame. A frame without a match is called ``-``.
 
     Raises
     ------
-    InputError
-        If `up` has no length.
+    InputError : If `up` has no length.
     """
     frames, u = np.asarray(R, dtype=np.float64), np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(u))

@@ -29,15 +29,12 @@ def limit_turn(
 
     Parameters
     ----------
-    pieces : SeamPieces
-        Of all runs.
-    turn_rad : float
-        Largest angle of the rotation between neighbouring frames, rad.
+    pieces : Of all runs.
+    turn_rad : Largest angle of the rotation between neighbouring frames, rad.
 
     Returns
     -------
-    frames : SeamFrames
-        At these stations.
+    frames : SeamFrames. At these stations.
 
     Notes
     -----
@@ -59,7 +56,7 @@ def limit_turn(
 
 
 def rotation_angles(R0: FloatArray, R1: FloatArray) -> FloatArray:
-    """Return the angles of the rotations from one set of frames to another.
+    """Return the angles of the rotations from one set of frames to another, shape (n,), rad.
 
     They follow from the chord, ``|R1 - R0|_F = 2 sqrt(2) sin(angle / 2)``, which is exact for small angles; the trace
     is not.
@@ -67,11 +64,6 @@ def rotation_angles(R0: FloatArray, R1: FloatArray) -> FloatArray:
     Parameters
     ----------
     R0, R1 : ndarray, shape (n, 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        rad.
     """
     chord = np.linalg.norm(R1 - R0, axis=(1, 2)) / (2.0 * np.sqrt(2.0))
     return np.asarray(2.0 * np.arcsin(np.clip(chord, 0.0, 1.0)), dtype=np.float64)
@@ -119,10 +111,8 @@ def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam
 
     Parameters
     ----------
-    graph, trimmed :
-        The part.
-    seam : Seam
-        With frames in `part`.
+    graph, trimmed : The part.
+    seam : With frames in `part`.
     """
     frames = seam.frames
     opposed = frames.angle_rad > OPPOSED_RAD

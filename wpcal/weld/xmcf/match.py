@@ -41,18 +41,10 @@ GROOVES = {letters: kind for kind, letters in PREPARATIONS.items()} | {
 
 @dataclass(frozen=True, slots=True)
 class XmcfMatch:
-    """What a file states about the seams of a part.
+    """What a file states about the seams of a part."""
 
-    Parameters
-    ----------
-    stated : tuple of StatedWeld
-        Of the seams that it names.
-    notes : tuple of str
-        What is not obvious, one line each.
-    """
-
-    stated: tuple[StatedWeld, ...]
-    notes: tuple[str, ...]
+    stated: tuple[StatedWeld, ...]  #: Of the seams that it names.
+    notes: tuple[str, ...]  #: What is not obvious, one line each.
 
 
 def match_xmcf(
@@ -62,13 +54,9 @@ def match_xmcf(
 
     Parameters
     ----------
-    seams : sequence of Seam
-        With frames in the source frame of the transform.
-    welds : sequence of XmcfSeam
-        In the coordinates of the part.
-    T_part_frame : RigidTransform
-    file : str
-        Its name, which the values get as their origin.
+    seams : With frames in the source frame of the transform.
+    welds : In the coordinates of the part.
+    file : Its name, which the values get as their origin.
     """
     stated, notes, used = [], list[str](), set[int]()
     for seam in seams:

@@ -43,56 +43,29 @@ EVEN_MM = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class WeldSide:
-    """The weld at one side of a joint.
+    """The weld at one side of a joint."""
 
-    Parameters
-    ----------
-    toward : tuple of float
-        Direction in which the side is, as the file states it.
-    section : str
-        Its word for the preparation: ``Fillet``, ``V``, ``HY``; empty if there is none.
-    throat_mm, width_mm, angle_deg : float or None
-    stitch : Stitch or None
-        None: the whole length.
-    is_uneven : bool
-        Whether it has a list of segments of different lengths or distances, which `stitch` does not hold.
-    """
-
-    toward: tuple[float, float, float]
-    section: str
+    toward: tuple[float, float, float]  #: Direction in which the side is, as the file states it.
+    section: str  #: Its word for the preparation: ``Fillet``, ``V``, ``HY``; empty if there is none.
     throat_mm: float | None
     width_mm: float | None
     angle_deg: float | None
-    stitch: Stitch | None
+    stitch: Stitch | None  #: None: the whole length.
+    #: Whether it has a list of segments of different lengths or distances, which `stitch` does not hold.
     is_uneven: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class XmcfSeam:
-    """One weld seam of a file.
+    """One weld seam of a file."""
 
-    Parameters
-    ----------
-    label : str
-        As in the file; ``seam 3`` if it has none.
-    kind : str
-        One of `TYPES`; empty if the file does not say.
-    technology : str
-        ``arc``, ``laser``, …; empty if the file does not say.
-    lines_mm : tuple of ndarray, shape (n, 3)
-        Points along its stretches, in the coordinates of the parts.
-    parts : tuple of str
-        Labels of the parts that it joins.
-    thicknesses_mm, gaps_mm, angles_deg : tuple of float
-        Of the sheets, where the file states them.
-    """
-
-    label: str
-    kind: str
-    technology: str
-    lines_mm: tuple[FloatArray, ...]
-    parts: tuple[str, ...]
+    label: str  #: As in the file; ``seam 3`` if it has none.
+    kind: str  #: One of `TYPES`; empty if the file does not say.
+    technology: str  #: ``arc``, ``laser``, …; empty if the file does not say.
+    lines_mm: tuple[FloatArray, ...]  #: shape (n, 3). Points along its stretches, in the coordinates of the parts.
+    parts: tuple[str, ...]  #: Labels of the parts that it joins.
     sides: tuple[WeldSide, ...]
+    #: `thicknesses_mm`, `gaps_mm`, `angles_deg`: Of the sheets, where the file states them.
     thicknesses_mm: tuple[float, ...]
     gaps_mm: tuple[float, ...]
     angles_deg: tuple[float, ...]
@@ -103,8 +76,7 @@ def read_xmcf(path: Path) -> tuple[XmcfSeam, ...]:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
+    InputError : When the file cannot be opened.
     FormatError
         When it is not xMCF, or a number or a unit cannot be used. The message names the line of the XML or the seam.
     """
@@ -116,8 +88,7 @@ def parse_xmcf(raw: bytes, *, path: str) -> tuple[XmcfSeam, ...]:
 
     Raises
     ------
-    FormatError
-        As `read_xmcf` does.
+    FormatError : As `read_xmcf` does.
     """
     try:
         root = ET.fromstring(raw)
@@ -140,8 +111,7 @@ def places_of(seams: Sequence[XmcfSeam], *, file: str) -> tuple[str, ...]:
 
     Raises
     ------
-    InputError
-        If there is no weld seam.
+    InputError : If there is no weld seam.
     """
     if not seams:
         raise InputError(f"{file}: has no weld seam")

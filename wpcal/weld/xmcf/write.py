@@ -32,11 +32,8 @@ def xmcf_text(seams: Sequence[Seam], T_part_frame: RigidTransform, welds: Mappin
 
     Parameters
     ----------
-    seams : sequence of Seam
-        With frames in the source frame of the transform.
-    T_part_frame : RigidTransform
-    welds : mapping
-        By the name of a seam, where weld data is known.
+    seams : With frames in the source frame of the transform.
+    welds : By the name of a seam, where weld data is known.
     """
     root = ET.Element("xmcf")
     ET.SubElement(root, "version").text = VERSION

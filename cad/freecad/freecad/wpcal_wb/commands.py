@@ -21,12 +21,9 @@ class PanelCommand(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        As FreeCAD knows it; also the name of its icon.
-    text, tip : str
-        In the menu, and when the pointer rests on the button.
-    module, panel : str
-        Module in `panels`, and the class in it.
+    name : str. As FreeCAD knows it; also the name of its icon.
+    text, tip : str. In the menu, and when the pointer rests on the button.
+    module, panel : str. Module in `panels`, and the class in it.
     """
 
     name: str

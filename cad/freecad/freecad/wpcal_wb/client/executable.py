@@ -25,10 +25,8 @@ class Executable(NamedTuple):
 
     Attributes
     ----------
-    command : tuple of str
-        The program and its first arguments.
-    origin : str
-        Where it was found, for the user.
+    command : tuple of str. The program and its first arguments.
+    origin : str. Where it was found, for the user.
     """
 
     command: tuple[str, ...]

@@ -15,10 +15,8 @@ class Failure(NamedTuple):
     kind : str
         As in the protocol (`InputError`, `Cancelled` and others), or of the client: `missing` (there is nothing to
         start), `version` (another protocol), `stopped` (the process ended before it answered).
-    message : str
-        One line for the user.
-    data : dict
-        The other fields of the answer: code, hint, row, column.
+    message : str. One line for the user.
+    data : dict. The other fields of the answer: code, hint, row, column.
     """
 
     kind: str

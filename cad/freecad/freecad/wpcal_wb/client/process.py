@@ -61,8 +61,7 @@ class Request:
 
         Raises
         ------
-        RuntimeError
-            When the request failed, or was not answered in time.
+        RuntimeError : When the request failed, or was not answered in time.
         """
         wait_until(lambda: self.is_done, seconds)
         if not self.is_done:
@@ -104,8 +103,7 @@ class Client:
     ----------
     starts : int
         How often a process was started. Parts that an earlier process had opened are not known to the present one.
-    version : str
-        The version of wpcal, once it has answered.
+    version : str. The version of wpcal, once it has answered.
     """
 
     def __init__(self, find: Callable[[], Executable | None] = find_executable) -> None:
@@ -132,14 +130,10 @@ class Client:
 
         Parameters
         ----------
-        params : dict, optional
-            Plain values.
-        on_result : callable, optional
-            Takes the result.
-        on_failure : callable, optional
-            Takes the `Failure`.
-        on_progress : callable, optional
-            Takes a text and the fraction done, or None.
+        params : Plain values.
+        on_result : Takes the result.
+        on_failure : Takes the `Failure`.
+        on_progress : Takes a text and the fraction done, or None.
         """
         self._count += 1
         message = {"id": self._count, "method": method, "params": params or {}}

@@ -23,13 +23,11 @@ def fit_params(document: Any, options: Mapping[str, Any] | None = None) -> dict[
 
     Parameters
     ----------
-    options : mapping, optional
-        Of the fit, instead of those that the document keeps.
+    options : Of the fit, instead of those that the document keeps.
 
     Raises
     ------
-    ValueError
-        If the document has no taught points.
+    ValueError : If the document has no taught points.
     """
     taught = object_of(document, Kind.TAUGHT)
     table = data_of(taught, "Table") if taught is not None else None
@@ -80,8 +78,7 @@ def keep_fit(session: Session, fit: dict[str, Any], shown: Shown) -> Any:
 
     Raises
     ------
-    ValueError
-        If more seam frames are wanted as coordinate systems than FreeCAD can show.
+    ValueError : If more seam frames are wanted as coordinate systems than FreeCAD can show.
     """
     document = session.document
     obj = ensure_object(document, Kind.CALIBRATION)

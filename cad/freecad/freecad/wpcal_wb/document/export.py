@@ -38,12 +38,9 @@ class ExportedPart(NamedTuple):
 
     Attributes
     ----------
-    objects : tuple
-        The objects of the document that are in the file.
-    frame : FreeCAD.Placement
-        Where the coordinates of the file lie in the document.
-    hash : str
-        SHA-256 of the data, without what differs between two files of the same part.
+    objects : tuple. The objects of the document that are in the file.
+    frame : FreeCAD.Placement. Where the coordinates of the file lie in the document.
+    hash : str. SHA-256 of the data, without what differs between two files of the same part.
     """
 
     path: Path
@@ -57,13 +54,11 @@ def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:
 
     Parameters
     ----------
-    chosen : sequence, optional
-        What the user selected. What has no solid (a sketch, an object of this workbench) is left out.
+    chosen : What the user selected. What has no solid (a sketch, an object of this workbench) is left out.
 
     Raises
     ------
-    NothingToExportError
-        When nothing has a solid.
+    NothingToExportError : When nothing has a solid.
     """
     candidates = list(chosen) if chosen else [obj for obj in _spread(roots(document)) if obj.Visibility]
     objects = [obj for obj in candidates if not is_ours(obj) and has_solid(obj)]
@@ -96,8 +91,7 @@ def frame_of(objects: Sequence[Any]) -> Any:
 
     Raises
     ------
-    NothingToExportError
-        When the objects are in containers at different places.
+    NothingToExportError : When the objects are in containers at different places.
     """
     frames = [_container_frame(obj) for obj in objects]
     if any(not is_same_placement(frames[0], frame) for frame in frames):

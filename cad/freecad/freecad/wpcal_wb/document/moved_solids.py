@@ -22,8 +22,7 @@ class MovedSolid(NamedTuple):
     Attributes
     ----------
     shape : Part.Solid
-    move : FreeCAD.Placement
-        T_part_moved.
+    move : FreeCAD.Placement. T_part_moved.
     """
 
     shape: Any
@@ -37,17 +36,13 @@ def moved_solids(
 
     Parameters
     ----------
-    objects : sequence
-        The objects of the exported part.
-    features : sequence of dict
-        Those of the part, as `open` answers.
-    bodies : sequence of dict
-        With `solids` and `T_part_moved`, as in the record of a calibration.
+    objects : The objects of the exported part.
+    features : Those of the part, as `open` answers.
+    bodies : With `solids` and `T_part_moved`, as in the record of a calibration.
 
     Returns
     -------
-    dict
-        By the name of the object. None if a solid of the object is not found, or was cut into several bodies.
+    dict. By the name of the object. None if a solid of the object is not found, or was cut into several bodies.
     """
     moves = {name: body["T_part_moved"] for body in bodies for name in body["solids"]}
     solids = [(obj.Name, solid) for obj in objects for solid in Part.getShape(obj).Solids]

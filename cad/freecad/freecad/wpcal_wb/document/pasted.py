@@ -22,8 +22,7 @@ def pasted_points(text: str) -> list[tuple[str, str, str]]:
 
     Raises
     ------
-    ValueError
-        When a line is not empty and has fewer than three numbers, or when spaces may separate its thousands.
+    ValueError : When a line is not empty and has fewer than three numbers, or when spaces may separate its thousands.
     """
     points = []
     for number, line in enumerate(text.splitlines(), 1):

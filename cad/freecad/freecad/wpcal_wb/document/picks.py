@@ -23,12 +23,9 @@ class Pick(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        Its element: `Vertex3`, `Edge7`, `Face2`; of our own objects `V3` or `W1`.
-    shape : Part.Shape or None
-        The element in the coordinates of the document; None for our own objects.
-    point : FreeCAD.Vector or None
-        Where it was clicked, in the document.
+    name : str. Its element: `Vertex3`, `Edge7`, `Face2`; of our own objects `V3` or `W1`.
+    shape : Part.Shape or None. The element in the coordinates of the document; None for our own objects.
+    point : FreeCAD.Vector or None. Where it was clicked, in the document.
     """
 
     object: Any
@@ -65,12 +62,9 @@ def edge_points(edge: Any, near: Any, frame: Any) -> list[tuple[float, float, fl
 
     Parameters
     ----------
-    edge : Part.Edge
-        In the coordinates of the document.
-    near : FreeCAD.Vector or None
-        Where it was clicked; None means its middle.
-    frame : FreeCAD.Placement
-        Where the part lies in the document.
+    edge : In the coordinates of the document.
+    near : Where it was clicked; None means its middle.
+    frame : Where the part lies in the document.
     """
     first, last = edge.ParameterRange
     at = 0.5 * (first + last) if near is None else min(max(edge.Curve.parameter(near), first), last)
@@ -92,12 +86,9 @@ def feature_under(
 
     Parameters
     ----------
-    point : FreeCAD.Vector
-        Where the model was clicked, in the document.
-    frame : FreeCAD.Placement
-        Where the part lies in the document.
-    on_screen : callable
-        Takes a place of the document and returns its pixel.
+    point : Where the model was clicked, in the document.
+    frame : Where the part lies in the document.
+    on_screen : Takes a place of the document and returns its pixel.
     """
     place = in_part(point, frame)
     near = sorted(features, key=lambda one: math.dist(one["p_mm"], place))[:MOST_NEAR]
@@ -112,12 +103,9 @@ class Touch(NamedTuple):
 
     Attributes
     ----------
-    place : tuple of float
-        mm.
-    kind : str
-        The kind of the row; empty for a point.
-    normal : tuple of float or None
-        Outward normal of the face; wpcal says which kind of surface it is.
+    place : tuple of float. mm.
+    kind : str. The kind of the row; empty for a point.
+    normal : tuple of float or None. Outward normal of the face; wpcal says which kind of surface it is.
     """
 
     place: tuple[float, float, float]

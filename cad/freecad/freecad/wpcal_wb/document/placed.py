@@ -45,17 +45,13 @@ def place_part(
 
     Parameters
     ----------
-    objects : sequence
-        The objects of the exported part.
-    pose : FreeCAD.Placement
-        T_base_part.
-    moved : mapping, optional
-        How the solids of each object moved, as of `moved_solids`.
+    objects : The objects of the exported part.
+    pose : T_base_part.
+    moved : How the solids of each object moved, as of `moved_solids`.
 
     Returns
     -------
-    App::Part
-        With one link or copy per object. What it had of an earlier calibration is replaced.
+    App::Part. With one link or copy per object. What it had of an earlier calibration is replaced.
     """
     part = placed_part(document)
     if part is None:
@@ -129,10 +125,8 @@ def seam_frames(seams: Iterable[Any], T_part_base: Any, *, ends_only: bool) -> l
 
     Parameters
     ----------
-    seams : iterable of dict
-        With frames in the base, as `calibrate` answers.
-    ends_only : bool
-        Whether only the first and the last frame of every seam are wanted.
+    seams : With frames in the base, as `calibrate` answers.
+    ends_only : Whether only the first and the last frame of every seam are wanted.
     """
     found = []
     for seam in seams:
@@ -151,8 +145,7 @@ def add_frames(document: Any, part: Any, frames: Sequence[NamedFrame]) -> Any:
 
     Raises
     ------
-    ValueError
-        If there are more than `MOST_FRAMES`, or this FreeCAD has no datum coordinate systems.
+    ValueError : If there are more than `MOST_FRAMES`, or this FreeCAD has no datum coordinate systems.
     """
     if len(frames) > MOST_FRAMES:
         message = translate("{count} seam frames are too many for coordinate systems; at most {most}")

@@ -129,8 +129,7 @@ class SeamModel:
 
         Parameters
         ----------
-        candidates : sequence of dict
-            The seams as wpcal finds them without decisions.
+        candidates : The seams as wpcal finds them without decisions.
         """
         fitting = [one for one in self.decisions if any(_is_same(one, seam) for seam in candidates)]
         dropped = [one["candidate"]["name"] for one in self.decisions if one not in fitting]

@@ -46,8 +46,7 @@ class Ask:
 
         Raises
         ------
-        RuntimeError
-            When there is no answer.
+        RuntimeError : When there is no answer.
         """
         if not wait_until(lambda: self.is_done, seconds):
             raise RuntimeError(f"wpcal did not answer in {seconds:g} s")
@@ -73,10 +72,8 @@ class Session:
 
     Attributes
     ----------
-    part : ExportedPart or None
-        The part as it was written last.
-    opened : dict or None
-        The answer of `open`: features, solids, members, notes.
+    part : ExportedPart or None. The part as it was written last.
+    opened : dict or None. The answer of `open`: features, solids, members, notes.
     """
 
     def __init__(self, document: Any, client: Client) -> None:
@@ -111,8 +108,7 @@ class Session:
 
         Raises
         ------
-        NothingToExportError
-            When there is no solid.
+        NothingToExportError : When there is no solid.
         """
         objects = export.part_objects(self.document, self.chosen())
         names = [obj.Name for obj in objects]

@@ -11,14 +11,10 @@ class Shown(NamedTuple):
 
     Attributes
     ----------
-    factor : float
-        By which residuals are drawn longer; 0 for one that fits.
-    frames : bool
-        Whether every seam frame is drawn.
-    on_model, at_pose : bool
-        Whether it is drawn on the model, and where the part is.
-    datums : str
-        Which seam frames are coordinate systems in the tree: empty for none, `ends` or `all`.
+    factor : float. By which residuals are drawn longer; 0 for one that fits.
+    frames : bool. Whether every seam frame is drawn.
+    on_model, at_pose : bool. Whether it is drawn on the model, and where the part is.
+    datums : str. Which seam frames are coordinate systems in the tree: empty for none, `ends` or `all`.
     """
 
     factor: float = 0.0

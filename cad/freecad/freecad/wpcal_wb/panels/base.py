@@ -25,14 +25,10 @@ class TaskPanel:
 
     Attributes
     ----------
-    form : QWidget
-        What FreeCAD shows.
-    body : QVBoxLayout
-        The place of the subclass's widgets.
-    replace : QCheckBox or None
-        Whether a result that exists may be replaced.
-    options : OptionForm or None
-        The form with the options of the command.
+    form : QWidget. What FreeCAD shows.
+    body : QVBoxLayout. The place of the subclass's widgets.
+    replace : QCheckBox or None. Whether a result that exists may be replaced.
+    options : OptionForm or None. The form with the options of the command.
     """
 
     title = ""
@@ -69,12 +65,9 @@ class TaskPanel:
 
         Parameters
         ----------
-        params : dict or None
-            Without `handle`.
-        on_result : callable
-            Takes the result. Not called once the panel was closed.
-        quiet : bool
-            Whether no progress is shown, as for the fit while the user types.
+        params : Without `handle`.
+        on_result : Takes the result. Not called once the panel was closed.
+        quiet : Whether no progress is shown, as for the fit while the user types.
         """
         on_progress = None if quiet else self._show_progress
         return self._follow(

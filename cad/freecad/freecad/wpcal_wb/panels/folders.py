@@ -32,8 +32,7 @@ class FolderLine:
 
         Raises
         ------
-        ValueError
-            If none is named.
+        ValueError : If none is named.
         """
         text = self.edit.text().strip()
         if not text:

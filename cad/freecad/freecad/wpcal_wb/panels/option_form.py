@@ -22,8 +22,7 @@ class OptionForm:
 
     Attributes
     ----------
-    changed : callable or None
-        Called after a field was changed, without arguments.
+    changed : callable or None. Called after a field was changed, without arguments.
     """
 
     def __init__(self, *, first: Mapping[str, str], left_out: Sequence[str] = (), switches: Sequence[str] = ()) -> None:
@@ -31,12 +30,9 @@ class OptionForm:
 
         Parameters
         ----------
-        first : mapping of str to str
-            Options that are shown at once, in this order, with their labels. The others are below "More options".
-        left_out : sequence of str
-            Options that the panel asks for in its own way.
-        switches : sequence of str
-            Options with a value that may be left out: here they are on or off.
+        first : Options that are shown at once, in this order, with their labels. The others are below "More options".
+        left_out : Options that the panel asks for in its own way.
+        switches : Options with a value that may be left out: here they are on or off.
         """
         self._first, self._left_out, self._switches = first, left_out, switches
         self.is_filled = False
@@ -80,8 +76,7 @@ class OptionForm:
 
         Raises
         ------
-        ValueError
-            If a field is not a number and should be one; the message names it.
+        ValueError : If a field is not a number and should be one; the message names it.
         """
         found = {name: field.value() for name, field in self._fields.items()}
         return {name: value for name, value in found.items() if value is not None}

@@ -148,8 +148,7 @@ class WeldPlanPanel(PlanPanel):
 
         Raises
         ------
-        ValueError
-            If no cell is named.
+        ValueError : If no cell is named.
         """
         cell = self.cell.text().strip()
         if not cell:

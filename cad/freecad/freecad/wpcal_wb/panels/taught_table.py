@@ -23,12 +23,9 @@ class TaughtTable:
 
     Parameters
     ----------
-    typed : callable
-        Takes row, name of the column and text of a cell that was typed.
-    chose : callable
-        Called when other rows are chosen.
-    paste : callable
-        Called for Ctrl+V.
+    typed : Takes row, name of the column and text of a cell that was typed.
+    chose : Called when other rows are chosen.
+    paste : Called for Ctrl+V.
     """
 
     def __init__(

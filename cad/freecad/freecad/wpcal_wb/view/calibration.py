@@ -27,10 +27,8 @@ def calibration_node(fit: dict[str, Any], frame: Any, shown: Shown) -> coin.SoSe
 
     Parameters
     ----------
-    fit : dict
-        The answer of `calibrate` with the frames of the seams.
-    frame : FreeCAD.Placement
-        Where the coordinates of the part lie in the document.
+    fit : The answer of `calibrate` with the frames of the seams.
+    frame : Where the coordinates of the part lie in the document.
     """
     drawn = _in_base(fit, shown)
     root = coin.SoSeparator()

@@ -54,10 +54,8 @@ def triads_node(poses: Sequence[tuple[Place, Sequence[Place]]], *, length: float
 
     Parameters
     ----------
-    poses : sequence of (place, R)
-        R is a 3 × 3 matrix, row by row; its columns are the axes x, y and z.
-    length : float
-        Of an axis, mm.
+    poses : R is a 3 × 3 matrix, row by row; its columns are the axes x, y and z.
+    length : Of an axis, mm.
     """
     places: list[Place] = []
     index: list[int] = []

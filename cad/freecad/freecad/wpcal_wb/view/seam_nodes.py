@@ -31,8 +31,7 @@ def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> 
     Parameters
     ----------
     seams : sequence of (frames, colour)
-    length_mm : float
-        Of an arrow.
+    length_mm : Of an arrow.
     """
     points: list[Point] = []
     owners: list[int] = []

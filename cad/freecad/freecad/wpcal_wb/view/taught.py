@@ -61,8 +61,7 @@ class TaughtView(RecordView):
 
         Parameters
         ----------
-        points : sequence of dict
-            As `calibrate` answers them: `p_part_mm`, `residual_part_mm`, `distance_mm`.
+        points : As `calibrate` answers them: `p_part_mm`, `residual_part_mm`, `distance_mm`.
         """
         self._arrows.removeAllChildren()
         known = [one for one in points if one.get("p_part_mm") and one.get("residual_part_mm")]
