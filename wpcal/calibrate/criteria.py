@@ -49,36 +49,18 @@ class Criterion(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CriterionFit:
-    """The fit by one criterion, and the error it predicts.
-
-    Parameters
-    ----------
-    T : RigidTransform
-        ``T_base_part``.
-    objective_mm : float
-        What the criterion minimises: the largest distance, or a root mean square.
-    lower_bound_mm : float
-        No rigid transform has a smaller objective.
-    covariance : ndarray, shape (6, 6)
-        Of ξ about the base's origin, in the order of `wpcal.core.tangent`.
-    sigma : Sigma
-        The teaching error behind the covariance.
-    rows : ndarray of int, shape (m,)
-        Indices of the observations that were fitted.
-    has_heavy_tails : bool
-        Whether the residuals have heavier tails than the criterion's covariance assumes, so that it was widened.
-    equal : tuple of RigidTransform
-        Other fits that are exactly as good, or the furthest of them if they are a whole family.
-    """
+    """The fit by one criterion, and the error it predicts."""
 
     criterion: Criterion
-    T: RigidTransform
-    objective_mm: float
-    lower_bound_mm: float
-    covariance: FloatArray
-    sigma: Sigma
-    rows: IntArray
+    T: RigidTransform  #: ``T_base_part``.
+    objective_mm: float  #: What the criterion minimises: the largest distance, or a root mean square.
+    lower_bound_mm: float  #: No rigid transform has a smaller objective.
+    covariance: FloatArray  #: shape (6, 6). Of ξ about the base's origin, in the order of `wpcal.core.tangent`.
+    sigma: Sigma  #: The teaching error behind the covariance.
+    rows: IntArray  #: shape (m,). Indices of the observations that were fitted.
+    #: Whether the residuals have heavier tails than the criterion's covariance assumes, so that it was widened.
     has_heavy_tails: bool = False
+    #: Other fits that are exactly as good, or the furthest of them if they are a whole family.
     equal: tuple[RigidTransform, ...] = ()
 
     @property
@@ -87,17 +69,11 @@ class CriterionFit:
         return self.sigma.degrees_of_freedom
 
     def error_95_mm(self, points_part: FloatArray) -> FloatArray:
-        """Predict the 95 % error of points of the part, without the bias of the tool.
+        """Predict the 95 % error of points of the part, without the bias of the tool, shape (k,), mm.
 
         Parameters
         ----------
-        points_part : ndarray, shape (k, 3)
-            Part frame, mm.
-
-        Returns
-        -------
-        ndarray, shape (k,)
-            mm.
+        points_part : shape (k, 3). Part frame, mm.
         """
         moved = self.T.apply(points_part)
         return error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
@@ -107,8 +83,7 @@ class CriterionFit:
 
         Parameters
         ----------
-        points_part : ndarray, shape (k, 3)
-            Part frame, mm.
+        points_part : shape (k, 3). Part frame, mm.
         """
         moved = self.T.apply(points_part)
         return largest_error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
@@ -158,22 +133,13 @@ class FitProblem(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class FitSummary:
-    """How well one fit agrees with its observations, and the error it predicts.
+    """How well one fit agrees with its observations, and the error it predicts."""
 
-    Parameters
-    ----------
-    points : int
-        Observations.
-    largest_mm, rms_mm : float
-        Their residuals.
-    seam_error_95_mm : float
-        Largest predicted 95 % error along the seams, with the allowance for a bias of the tool.
-    """
-
-    points: int
+    points: int  #: Observations.
+    #: `largest_mm`, `rms_mm`: Their residuals.
     largest_mm: float
     rms_mm: float
-    seam_error_95_mm: float
+    seam_error_95_mm: float  #: Largest predicted 95 % error along the seams, with the allowance for a bias of the tool.
 
     @classmethod
     def of(cls, problem: FitProblem, fit: CriterionFit, seam_points: FloatArray) -> FitSummary:
@@ -181,8 +147,7 @@ class FitSummary:
 
         Parameters
         ----------
-        seam_points : ndarray, shape (k, 3)
-            Part frame, mm.
+        seam_points : shape (k, 3). Part frame, mm.
         """
         d = problem.distances_mm(fit.T)
         error = fit.largest_error_95(seam_points)[1] + POSTURE_FACTOR * problem.teaching.tcp_bias_mm
@@ -200,19 +165,12 @@ class FitSummary:
 
 @dataclass(frozen=True, slots=True)
 class CriteriaComparison:
-    """Every criterion on the same data.
+    """Every criterion on the same data."""
 
-    Parameters
-    ----------
-    rows : tuple of dict
-        ``criterion``, ``objective_mm``, ``largest_mm``, ``rms_mm``, ``seam_error_95_mm``.
-    why : str
-        One sentence.
-    """
-
+    #: ``criterion``, ``objective_mm``, ``largest_mm``, ``rms_mm``, ``seam_error_95_mm``.
     rows: tuple[dict[str, Any], ...]
     best: Criterion
-    why: str
+    why: str  #: One sentence.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -230,14 +188,7 @@ def compare_criteria(
 
     Parameters
     ----------
-    problem : FitProblem
-        ``weighted`` takes part if its observations carry covariances.
-    seam_points : ndarray, shape (k, 3)
-        Part frame, mm.
-    issues : tuple of Issue
-        Findings on the data: if a wrong observation is named, ``robust`` is best.
-    known : tuple of CriterionFit
-        Fits that need not be made again.
+    seam_points : shape (k, 3). Part frame, mm.
     """
     fits = {fit.criterion: fit for fit in known}
     rows: list[dict[str, Any]] = []
@@ -266,17 +217,9 @@ CLEARLY_LESS = 0.9
 def advise_criterion(fit: CriterionFit, comparison: CriteriaComparison | None, word: str) -> str | None:
     """Say in one line that another criterion than minimax predicts clearly less error, or suits the residuals better.
 
-    Parameters
-    ----------
-    fit : CriterionFit
-        The one that was asked for.
-    word : str
-        What one observation is called.
-
     Returns
     -------
-    str or None
-        None if there is nothing to say.
+    str or None. None if there is nothing to say.
     """
     if comparison is None or fit.criterion is not Criterion.MINIMAX:
         return None

@@ -15,27 +15,15 @@ from wpcal.core.tangent import log_rotation
 
 @dataclass(frozen=True, slots=True)
 class Distrusted:
-    """Observations that the others contradict, and what leaving them out changes.
-
-    Parameters
-    ----------
-    off_mm : tuple of float
-        How far each of them lies from the fit of the others.
-    criterion : Criterion
-        Of both fits.
-    shift_mm : float
-        The furthest that leaving them out moves a point of the seams.
-    turn_rad : float
-        The angle by which leaving them out turns the part.
-    """
+    """Observations that the others contradict, and what leaving them out changes."""
 
     names: tuple[str, ...]
-    off_mm: tuple[float, ...]
-    criterion: Criterion
+    off_mm: tuple[float, ...]  #: How far each of them lies from the fit of the others.
+    criterion: Criterion  #: Of both fits.
     with_them: FitSummary
     without_them: FitSummary
-    shift_mm: float
-    turn_rad: float
+    shift_mm: float  #: The furthest that leaving them out moves a point of the seams.
+    turn_rad: float  #: The angle by which leaving them out turns the part.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -62,21 +50,11 @@ def compare_without(
 
     Parameters
     ----------
-    problem : FitProblem
-        Those of its observations that remain must fix a rotation.
-    names : sequence of str
-        The observations to leave out.
-    criterion : Criterion
-        `ROBUST` leaves the observations out itself: the two fits are then least squares.
-    seam_points : ndarray, shape (k, 3)
-        Part frame, mm.
-    known : sequence of CriterionFit
-        Fits of all observations that need not be made again.
+    seam_points : shape (k, 3). Part frame, mm.
 
     Raises
     ------
-    GeometryError
-        When the observations that remain do not fix a rotation.
+    GeometryError : When the observations that remain do not fix a rotation.
     """
     used = Criterion.LEAST_SQUARES if criterion is Criterion.ROBUST else criterion
     out = np.array([problem.names.index(name) for name in names], dtype=np.int64)

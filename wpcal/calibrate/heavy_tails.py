@@ -42,14 +42,10 @@ def has_heavy_tails(
 
     Parameters
     ----------
-    residuals : ndarray, shape (n, 3)
-        Of the least-squares fit with the weights `information`, mm.
-    jacobians : ndarray, shape (n, 3, 6)
-        Derivatives of the residuals by comparable coordinates of the motion.
+    residuals : shape (n, 3). Of the least-squares fit with the weights `information`, mm.
+    jacobians : shape (n, 3, 6). Derivatives of the residuals by comparable coordinates of the motion.
     information : ndarray, shape (n, 3, 3)
         Inverse covariances of the residuals, up to one factor; zero in directions that an observation does not see.
-    round_off_mm : float
-        Residuals up to this are round-off and have no shape.
     """
     n = len(residuals)
     values, vectors = np.linalg.eigh(information)

@@ -18,27 +18,13 @@ shows in its own residual."""
 
 @dataclass(frozen=True, slots=True)
 class ResidualEvidence:
-    """The least-squares residuals of the fitted observations, and what they cannot show.
+    """The least-squares residuals of the fitted observations, and what they cannot show."""
 
-    Parameters
-    ----------
-    squares_mm2 : float
-        Sum of the squared residuals.
-    chi_squared : float or None
-        Sum of the squares in units of the stated teaching errors. None if none is stated.
-    degrees_of_freedom : int
-        Numbers observed minus the six of the pose.
-    count : int
-        Observations.
-    unchecked : tuple of str
-        Observations with a direction in which a wrong touch leaves no residual.
-    """
-
-    squares_mm2: float
-    chi_squared: float | None
-    degrees_of_freedom: int
-    count: int
-    unchecked: tuple[str, ...]
+    squares_mm2: float  #: Sum of the squared residuals.
+    chi_squared: float | None  #: Sum of the squares in units of the stated teaching errors. None if none is stated.
+    degrees_of_freedom: int  #: Numbers observed minus the six of the pose.
+    count: int  #: Observations.
+    unchecked: tuple[str, ...]  #: Observations with a direction in which a wrong touch leaves no residual.
 
     @property
     def rms_mm(self) -> float:
@@ -68,12 +54,9 @@ def unchecked_names(
 
     Parameters
     ----------
-    jacobians : ndarray, shape (n, 3, 6)
-        In mm by comparable coordinates of the motion.
-    seen : ndarray, shape (n, 3, 3)
-        A.
-    more : ndarray, shape (m, 3, 6), optional
-        Of observations that test the fit without being fitted.
+    jacobians : shape (n, 3, 6). In mm by comparable coordinates of the motion.
+    seen : shape (n, 3, 3). A.
+    more : shape (m, 3, 6). Of observations that test the fit without being fitted.
 
     References
     ----------

@@ -29,70 +29,42 @@ SCHEMA = "wpcal/calibration/1"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CalibrationResult:
-    """The answer of `calibrate`.
+    """The answer of `calibrate`."""
 
-    Parameters
-    ----------
-    pairs, check : PointPairs
-        What was fitted, and what tests the fit without being fitted.
-    T_base_part, T_nominal_part, T_base_nominal : RigidTransform
-        The result, where the model has the part, and the correction: ``T_base_part = T_base_nominal @ T_nominal_part``.
-    objective_mm : float
-        What the criterion minimises: the largest distance (minimax) or a root mean square.
-    lower_bound_mm : float
-        No rigid transform has a smaller objective.
-    covariance : ndarray, shape (6, 6)
-        Of the small motion ξ = (ω, v) of the part **about the origin of the base**, as in `wpcal.core.tangent`:
-        ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
-    sigma : Sigma
-        The teaching error behind the covariance, and how it is known.
-    teaching : TeachingError
-        What was stated.
-    judgement : Verdict
-        Whether the seams are shown to be within the tolerance, as a sentence.
-    criteria : CriteriaComparison or None
-        None for very large clouds.
-    issues : tuple of Issue
-        What is wrong with the observations, what they cannot show, and what exceeds the tolerance.
-    versions : dict of str to str
-        wpcal, numpy, scipy.
-    distrusted : Distrusted or None
-        The points that the others contradict, and the answer with and without them.
-    suspect : Suspect or None
-        The observations that are wrong, as far as the data tell, with their probability.
-    tool : ToolOffset or None
-        How far the tip is from the tool centre point of the controller, if the postures of the touches show it.
-    touches : TouchEvidence or None
-        What only touches on faces and edges have; their lower bound is zero. None for points.
-    criterion_advice : str or None
-        Which other criterion to take, and what it would give. None if minimax is as good, or was not asked for.
-    known_errors_mm : ndarray, shape (n,), or None
-        95 % errors of the fitted points, then of the check points, where bodies of the part moved: the covariance does
-        not give them then.
-    """
-
+    #: `pairs`, `check`: What was fitted, and what tests the fit without being fitted.
     pairs: PointPairs
     check: PointPairs | None
+    #: `T_base_part`, `T_nominal_part`, `T_base_nominal`: The result, where the model has the part, and the correction:
+    #: ``T_base_part = T_base_nominal @ T_nominal_part``.
     T_base_part: RigidTransform
     T_nominal_part: RigidTransform
     T_base_nominal: RigidTransform
     criterion: Criterion
-    objective_mm: float
-    lower_bound_mm: float
+    objective_mm: float  #: What the criterion minimises: the largest distance (minimax) or a root mean square.
+    lower_bound_mm: float  #: No rigid transform has a smaller objective.
+    #: shape (6, 6). Of the small motion ξ = (ω, v) of the part **about the origin of the base**, as in
+    #: `wpcal.core.tangent`: ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
     covariance: FloatArray
-    sigma: Sigma
-    teaching: TeachingError
-    judgement: Verdict
+    sigma: Sigma  #: The teaching error behind the covariance, and how it is known.
+    teaching: TeachingError  #: What was stated.
+    judgement: Verdict  #: Whether the seams are shown to be within the tolerance, as a sentence.
     solver: SolverReport
-    criteria: CriteriaComparison | None
+    criteria: CriteriaComparison | None  #: None for very large clouds.
+    #: What is wrong with the observations, what they cannot show, and what exceeds the tolerance.
     issues: tuple[Issue, ...]
     tolerance_mm: float
-    versions: dict[str, str]
+    versions: dict[str, str]  #: wpcal, numpy, scipy.
+    #: The points that the others contradict, and the answer with and without them.
     distrusted: Distrusted | None = None
-    suspect: Suspect | None = None
+    suspect: Suspect | None = None  #: The observations that are wrong, as far as the data tell, with their probability.
+    #: How far the tip is from the tool centre point of the controller, if the postures of the touches show it.
     tool: ToolOffset | None = None
+    #: What only touches on faces and edges have; their lower bound is zero. None for points.
     touches: TouchEvidence | None = None
+    #: Which other criterion to take, and what it would give. None if minimax is as good, or was not asked for.
     criterion_advice: str | None = None
+    #: shape (n,). 95 % errors of the fitted points, then of the check points, where bodies of the part moved: the
+    #: covariance does not give them then.
     known_errors_mm: FloatArray | None = None
 
     @property
@@ -145,39 +117,21 @@ class CalibrationResult:
         return self.judgement.kind
 
     def predict_error_mm(self, points_part: ArrayLike) -> FloatArray:
-        """Length that the error of points of the part stays below with 95 % probability.
+        """Length that the error of points of the part stays below with 95 % probability, shape (k,), mm.
 
         A stated bias of the tool centre point adds √2 times its length: the weld's posture may be a quarter turn from
         the posture of the touch.
 
         Parameters
         ----------
-        points_part : array_like, shape (k, 3)
-            Part frame, mm.
-
-        Returns
-        -------
-        ndarray, shape (k,)
-            mm.
+        points_part : shape (k, 3). Part frame, mm.
         """
         moved = self.T_base_part.apply(as_points(points_part, name="points"))
         fit = error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
         return frozen(fit + POSTURE_FACTOR * self.teaching.tcp_bias_mm)
 
     def point_errors_mm(self, rows: Sequence[int] | None = None, *, check: bool = False) -> FloatArray:
-        """Return the 95 % errors of the fitted points, or of the check points, mm.
-
-        Parameters
-        ----------
-        rows : sequence of int, optional
-            Which of them, k numbers; by default all.
-        check : bool
-            Of the check points.
-
-        Returns
-        -------
-        ndarray, shape (k,)
-        """
+        """Return the 95 % errors of the fitted points, or of the check points, mm, shape (k,)."""
         pairs = self.check if check else self.pairs
         count = 0 if pairs is None else len(pairs)
         at = np.arange(count) if rows is None else np.asarray(rows, dtype=np.int64)

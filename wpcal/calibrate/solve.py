@@ -81,26 +81,15 @@ def calibrate(
     schedule : AnnealingSchedule, optional
         `AnnealingSchedule.yin2003` for the published one. Points are then searched by the six-tuple itself, from the
         nominal place.
-    seed : int
-        Of every random number.
-    tolerance_mm : float
-        The verdict says whether the seams are shown to be within this.
     T_nominal_part : RigidTransform, optional
         Where the cell's model has the part. By default the identity; touches then must hold the part in one place.
-    teaching : TeachingError, optional
-        If it is not given, it is estimated from the residuals.
-    check : PointPairs or Touches, optional
-        Observations that are not fitted; they test the fit.
     certify : bool
         Close a gap between answer and bound by branch and bound over all rotations, which may take minutes. No such
         proof exists for touches, and this option does not change their fit.
     seam_points : array_like, shape (k, 3), optional
         Part frame, mm: where the verdict judges the predicted error and the criteria are compared. By default the
         fitted points of the model.
-    seam_names : sequence of str, length k, optional
-        The seam of each point.
-    suggest : callable, optional
-        Returns the name of the feature to touch next, or None. It is called if the verdict is ``UNSURE``.
+    seam_names : length k. The seam of each point.
     features : mapping of str to ndarray of shape (3,), optional
         Places of the part that can be touched as points, by name, in `part`, mm. A suspicious point is tried on them:
         it may have been touched on the neighbour of its feature.
@@ -121,12 +110,9 @@ def calibrate(
     GeometryError
         When there are fewer than three pairs, or they are collinear or coincident; when touches leave a motion of the
         part free (the message names it) or fit two places equally well.
-    UnitError
-        When the two sides are in different units.
-    FrameError
-        When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
-    InputError
-        When the tolerance is not a positive length, or the weighted criterion finds no covariances.
+    UnitError : When the two sides are in different units.
+    FrameError : When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
+    InputError : When the tolerance is not a positive length, or the weighted criterion finds no covariances.
 
     Notes
     -----

@@ -21,35 +21,17 @@ class Solver(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolverReport:
-    """How the answer was found.
-
-    Parameters
-    ----------
-    method : str
-        In words.
-    seed : int
-        Of every random number used.
-    evaluations : int
-        Largest distances computed by the annealer.
-    starts : int
-        Local solves of the polish.
-    schedule : str or None
-        Name of the annealer's schedule: ``default``, ``yin2003`` or ``custom``.
-    trace : AnnealingTrace or None
-        f and best f per temperature: the paper's figure 2.
-    annealed_objective_mm : float or None
-        Largest distance of the annealer's best pose, before the polish, mm.
-    """
+    """How the answer was found."""
 
     solver: Solver
-    method: str
-    seed: int
-    evaluations: int = 0
+    method: str  #: In words.
+    seed: int  #: Of every random number used.
+    evaluations: int = 0  #: Largest distances computed by the annealer.
     temperatures: int = 0
-    starts: int = 0
-    schedule: str | None = None
-    trace: AnnealingTrace | None = None
-    annealed_objective_mm: float | None = None
+    starts: int = 0  #: Local solves of the polish.
+    schedule: str | None = None  #: Name of the annealer's schedule: ``default``, ``yin2003`` or ``custom``.
+    trace: AnnealingTrace | None = None  #: f and best f per temperature: the paper's figure 2.
+    annealed_objective_mm: float | None = None  #: Largest distance of the annealer's best pose, before the polish, mm.
 
     @classmethod
     def of_run(

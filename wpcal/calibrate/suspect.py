@@ -15,24 +15,12 @@ MOST_LISTED = 6
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """A point that fits if it was touched on another feature than its row says.
+    """A point that fits if it was touched on another feature than its row says."""
 
-    Parameters
-    ----------
-    name : str
-        Of the row.
-    feature : str
-        The feature it was probably touched on.
-    instead_of : str
-        The feature of the row; empty if its place is no feature.
-    largest_mm : float
-        Largest residual of the least-squares fit with the other feature.
-    """
-
-    name: str
-    feature: str
-    instead_of: str
-    largest_mm: float
+    name: str  #: Of the row.
+    feature: str  #: The feature it was probably touched on.
+    instead_of: str  #: The feature of the row; empty if its place is no feature.
+    largest_mm: float  #: Largest residual of the least-squares fit with the other feature.
 
     @property
     def sentence(self) -> str:
@@ -53,33 +41,17 @@ class Exchange:
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """The observations that the evidence names as wrong, or how many are wrong if it names none.
+    """The observations that the evidence names as wrong, or how many are wrong if it names none."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        Empty if no set of observations is probable enough.
-    off_mm : tuple of float
-        How far each of them lies from the fit of the others.
-    probability : float or None
-        Of these names, if as many are wrong and all sets were equally likely before. None if none is named.
-    at_least : int
-        The least number of wrong observations.
-    rivals : tuple of (tuple of str, float)
-        Other sets that may be the wrong ones, with their probabilities.
-    exchanges : tuple of Exchange
-        Observations that fit if they were touched on another feature.
-    word : str
-        What one observation is called.
-    """
-
-    names: tuple[str, ...]
-    off_mm: tuple[float, ...]
+    names: tuple[str, ...]  #: Empty if no set of observations is probable enough.
+    off_mm: tuple[float, ...]  #: How far each of them lies from the fit of the others.
+    #: Of these names, if as many are wrong and all sets were equally likely before. None if none is named.
     probability: float | None
-    at_least: int
+    at_least: int  #: The least number of wrong observations.
+    #: Other sets that may be the wrong ones, with their probabilities.
     rivals: tuple[tuple[tuple[str, ...], float], ...] = ()
-    exchanges: tuple[Exchange, ...] = ()
-    word: str = "point"
+    exchanges: tuple[Exchange, ...] = ()  #: Observations that fit if they were touched on another feature.
+    word: str = "point"  #: What one observation is called.
 
     @property
     def sentence(self) -> str:
@@ -123,19 +95,11 @@ class Suspect:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What is wrong with observations.
-
-    Parameters
-    ----------
-    suspect : Suspect or None
-        None if no observation is contradicted.
-    tool : ToolOffset or None
-        None if the postures of the tool do not show an error of its centre point.
-    """
+    """What is wrong with observations."""
 
     issues: tuple[Issue, ...]
-    suspect: Suspect | None = None
-    tool: ToolOffset | None = None
+    suspect: Suspect | None = None  #: None if no observation is contradicted.
+    tool: ToolOffset | None = None  #: None if the postures of the tool do not show an error of its centre point.
 
 
 def _percent(probability: float) -> str:

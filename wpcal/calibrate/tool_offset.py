@@ -36,59 +36,30 @@ LEAST_ROWS = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosedRows:
-    """Residuals of the best fit at touches whose posture is known.
+    """Residuals of the best fit at touches whose posture is known."""
 
-    Parameters
-    ----------
-    residuals : ndarray, shape (n, 3)
-        In the base, mm.
-    jacobians : ndarray, shape (n, 3, 6)
-        Their derivative by comparable coordinates of the motion of the part.
-    postures : ndarray, shape (n, 3, 3)
-        The axes of the tool in the base, as columns, projected on the directions that each touch constrains.
-    information : ndarray, shape (n, 3, 3)
-        Inverse covariances, mm⁻²; of unit size if no error is stated.
-    numbers : int
-        How many numbers were observed: 3 at a point, 1 on a face.
-    is_scaled : bool
-        Whether the information is known with its size.
-    """
-
-    residuals: FloatArray
-    jacobians: FloatArray
+    residuals: FloatArray  #: shape (n, 3). In the base, mm.
+    jacobians: FloatArray  #: shape (n, 3, 6). Their derivative by comparable coordinates of the motion of the part.
+    #: shape (n, 3, 3). The axes of the tool in the base, as columns, projected on the directions that each touch
+    #: constrains.
     postures: FloatArray
-    information: FloatArray
-    numbers: int
-    is_scaled: bool
+    information: FloatArray  #: shape (n, 3, 3). Inverse covariances, mm⁻²; of unit size if no error is stated.
+    numbers: int  #: How many numbers were observed: 3 at a point, 1 on a face.
+    is_scaled: bool  #: Whether the information is known with its size.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolOffset:
-    """The tip beside the tool centre point that the controller holds.
+    """The tip beside the tool centre point that the controller holds."""
 
-    Parameters
-    ----------
-    tip_mm : ndarray, shape (3,)
-        From the controller's tool centre point to the tip, along the axes of the tool, mm. Directions that the postures
-        do not show are 0.
-    covariance : ndarray, shape (3, 3)
-        mm².
-    chance : float
-        Probability that touches with a right tool centre point leave such residuals.
-    probability : float
-        That the tool is wrong, and not single touches; both were equally likely before.
-    is_complete : bool
-        Whether the postures show all three directions.
-    degrees_of_freedom : float
-        Behind the scale of the covariance; infinite if the teaching error is stated.
-    """
-
+    #: shape (3,). From the controller's tool centre point to the tip, along the axes of the tool, mm. Directions that
+    #: the postures do not show are 0.
     tip_mm: FloatArray
-    covariance: FloatArray
-    chance: float
-    probability: float
-    is_complete: bool
-    degrees_of_freedom: float
+    covariance: FloatArray  #: shape (3, 3). mm².
+    chance: float  #: Probability that touches with a right tool centre point leave such residuals.
+    probability: float  #: That the tool is wrong, and not single touches; both were equally likely before.
+    is_complete: bool  #: Whether the postures show all three directions.
+    degrees_of_freedom: float  #: Behind the scale of the covariance; infinite if the teaching error is stated.
 
     @property
     def size_mm(self) -> float:
@@ -139,8 +110,6 @@ def find_tool_offset(rows: PosedRows, *, rival_squares: float | None = None, riv
     ----------
     rival_squares : float, optional
         Least sum of squares that remains without `rival_count` touches, in the unit of the rows: the other explanation.
-    rival_count : int
-        How many touches that explanation leaves out.
 
     Returns
     -------

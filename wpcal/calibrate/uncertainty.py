@@ -59,24 +59,16 @@ POSTURE_FACTOR = math.sqrt(2.0)
 class TeachingError:
     """What is known of the error of a taught point, per axis of the base.
 
-    Parameters
-    ----------
-    sigma_mm : float, optional
-        Standard deviation per axis, Gaussian.
-    bound_mm : float, optional
-        Every axis is off by at most this, evenly distributed. Give one of the two; with neither, the residuals decide.
-    tcp_bias_mm : float
-        Length of an error of the tool centre point, the same in every taught point. It leaves no residual while the
-        torch keeps its posture.
-
     Raises
     ------
-    InputError
-        When both are given, or one is negative or not finite.
+    InputError : When both are given, or one is negative or not finite.
     """
 
-    sigma_mm: float | None = None
+    sigma_mm: float | None = None  #: Standard deviation per axis, Gaussian.
+    #: Every axis is off by at most this, evenly distributed. Give one of the two; with neither, the residuals decide.
     bound_mm: float | None = None
+    #: Length of an error of the tool centre point, the same in every taught point. It leaves no residual while the
+    #: torch keeps its posture.
     tcp_bias_mm: float = 0.0
 
     def __post_init__(self) -> None:
@@ -111,19 +103,11 @@ class SigmaSource(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Sigma:
-    """The teaching error behind a predicted error, and how it is known.
+    """The teaching error behind a predicted error, and how it is known."""
 
-    Parameters
-    ----------
-    mm : float
-        Standard deviation per axis; the root mean square if every observation states its own.
-    degrees_of_freedom : float
-        Behind an estimate; infinite otherwise.
-    """
-
-    mm: float
+    mm: float  #: Standard deviation per axis; the root mean square if every observation states its own.
     source: SigmaSource
-    degrees_of_freedom: float = math.inf
+    degrees_of_freedom: float = math.inf  #: Behind an estimate; infinite otherwise.
 
     @classmethod
     def estimated(cls, mm: float, degrees_of_freedom: float) -> Sigma:
@@ -133,8 +117,7 @@ class Sigma:
 
         Parameters
         ----------
-        mm : float
-            Root of the sum of squared residuals per degree of freedom.
+        mm : Root of the sum of squared residuals per degree of freedom.
         degrees_of_freedom : float
         """
         if degrees_of_freedom < LEAST_FREEDOM:
@@ -182,8 +165,7 @@ def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
 
     Returns
     -------
-    sigma_mm : float
-        √(Σ d² / (3 n - 6)): six of the 3 n numbers went into the fit.
+    sigma_mm : float. √(Σ d² / (3 n - 6)): six of the 3 n numbers went into the fit.
     degrees_of_freedom : int
         3 n - 6. For n = 3 these are the three side lengths: nothing normal to the plane of the points is seen.
     """
@@ -192,24 +174,16 @@ def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
 
 
 def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
-    """Length that the error of a point stays below with 95 % probability.
+    """Length that the error of a point stays below with 95 % probability, shape (k,), mm.
 
     The squared length of a Gaussian vector with covariance C is close to tr C · F(m, ν) with
     m = (tr C)² / tr C² (Satterthwaite), ν the degrees of freedom behind the scale of C.
 
     Parameters
     ----------
-    points_base : array_like, shape (k, 3)
-        Base frame, mm.
-    covariance : ndarray, shape (6, 6)
-        Of ξ, about the base's origin.
-    degrees_of_freedom : float
-        Infinite if the teaching error is stated.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        mm.
+    points_base : shape (k, 3). Base frame, mm.
+    covariance : shape (6, 6). Of ξ, about the base's origin.
+    degrees_of_freedom : Infinite if the teaching error is stated.
     """
     J = point_jacobian(as_points(points_base, name="points"))
     return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
@@ -224,12 +198,9 @@ def largest_error_95(
 
     Parameters
     ----------
-    points_base : array_like, shape (k, 3)
-        Base frame, mm.
-    covariance : ndarray, shape (6, 6)
-        Of ξ, about the base's origin.
-    degrees_of_freedom : float
-        Infinite if the teaching error is stated.
+    points_base : shape (k, 3). Base frame, mm.
+    covariance : shape (6, 6). Of ξ, about the base's origin.
+    degrees_of_freedom : Infinite if the teaching error is stated.
     """
     J = point_jacobian(as_points(points_base, name="points"))
     nodes, quantiles = _rough_quantiles(degrees_of_freedom)
@@ -269,17 +240,12 @@ def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom
 
     Parameters
     ----------
-    covariances : ndarray, shape (k, 3, 3)
-        mm².
-    level : float
-        Probability.
-    degrees_of_freedom : float
-        Behind the scale of the covariances.
+    covariances : shape (k, 3, 3). mm².
+    degrees_of_freedom : Behind the scale of the covariances.
 
     Returns
     -------
-    ndarray, shape (k,)
-        mm.
+    ndarray, shape (k,). mm.
     """
     trace, m = _satterthwaite(covariances)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))
@@ -293,17 +259,13 @@ def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_f
 
     Parameters
     ----------
-    points_base : array_like, shape (k, 3)
-        Base frame, mm.
-    covariance : ndarray, shape (6, 6)
-        Of ξ, about the base's origin.
-    degrees_of_freedom : float
-        Infinite if the teaching error is stated.
+    points_base : shape (k, 3). Base frame, mm.
+    covariance : shape (6, 6). Of ξ, about the base's origin.
+    degrees_of_freedom : Infinite if the teaching error is stated.
 
     Returns
     -------
-    ndarray, shape (JOINT_SAMPLES,)
-        mm, in ascending order. The seed is fixed.
+    ndarray, shape (JOINT_SAMPLES,). mm, in ascending order. The seed is fixed.
     """
     points = as_points(points_base, name="points")
     centre = points.mean(axis=0)
@@ -322,18 +284,11 @@ def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_f
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _JointDraws:
-    """The random numbers of `joint_errors`.
+    """The random numbers of `joint_errors`."""
 
-    Parameters
-    ----------
-    directions : ndarray, shape (3, DIRECTIONS)
-    normal : ndarray, shape (JOINT_SAMPLES, 6)
-    scale : ndarray, shape (JOINT_SAMPLES,), or float
-        By which the simulated errors are divided, because their scale is estimated.
-    """
-
-    directions: FloatArray
-    normal: FloatArray
+    directions: FloatArray  #: shape (3, DIRECTIONS).
+    normal: FloatArray  #: shape (JOINT_SAMPLES, 6).
+    #: shape (JOINT_SAMPLES,), or float. By which the simulated errors are divided, because their scale is estimated.
     scale: FloatArray | float
 
 

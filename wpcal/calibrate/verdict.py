@@ -81,27 +81,16 @@ class VerdictReason(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The verdict, as every command and page states it.
-
-    Parameters
-    ----------
-    sentence : str
-        For a person; does not repeat the kind.
-    seam : str
-        The accepted seam with the largest predicted error. Empty if none was given.
-    error_95_mm : float
-        With 95 % probability no point of the seams is off by more, with the allowance for a bias of the tool. Without
-        seams, no fitted point.
-    next_point : str or None
-        The feature to touch next, where the caller knows the features.
-    """
+    """The verdict, as every command and page states it."""
 
     kind: VerdictKind
-    sentence: str
-    seam: str
+    sentence: str  #: For a person; does not repeat the kind.
+    seam: str  #: The accepted seam with the largest predicted error. Empty if none was given.
     reason: VerdictReason
+    #: With 95 % probability no point of the seams is off by more, with the allowance for a bias of the tool. Without
+    #: seams, no fitted point.
     error_95_mm: float
-    next_point: str | None = None
+    next_point: str | None = None  #: The feature to touch next, where the caller knows the features.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -117,43 +106,25 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VerdictEvidence:
-    """Everything that decides on the verdict of one fit.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Of all observations.
-    word : str
-        What one observation is called.
-    points_part : ndarray, shape (k, 3)
-        Points of the accepted seams, or the fitted points if there are none; part frame, mm.
-    seam_names : tuple of str, length k or 0
-        The seam of each point.
-    largest_mm : float
-        Largest residual of a fitted observation.
-    """
+    """Everything that decides on the verdict of one fit."""
 
     fit: CriterionFit
-    names: tuple[str, ...]
-    word: str
+    names: tuple[str, ...]  #: Of all observations.
+    word: str  #: What one observation is called.
     residuals: ResidualEvidence
     check: PointPairs | None
     issues: tuple[Issue, ...]
     distrusted: Distrusted | None
     teaching: TeachingError
     tolerance_mm: float
+    #: shape (k, 3). Points of the accepted seams, or the fitted points if there are none; part frame, mm.
     points_part: FloatArray
-    seam_names: tuple[str, ...]
-    largest_mm: float
+    seam_names: tuple[str, ...]  #: length k or 0. The seam of each point.
+    largest_mm: float  #: Largest residual of a fitted observation.
 
 
 def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
     """Decide whether the seams are shown to be within the tolerance.
-
-    Parameters
-    ----------
-    suggest : callable, optional
-        Returns the name of the feature to touch next. It is called if the verdict is `UNSURE`.
 
     Notes
     -----

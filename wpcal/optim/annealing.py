@@ -62,63 +62,34 @@ class StopReason(Enum):
 
 @dataclass(frozen=True, slots=True)
 class AnnealingSchedule:
-    """Everything that steers a run; the defaults are many chains that redraw, `yin2003` is the published method.
-
-    Parameters
-    ----------
-    chains : int
-        States that move together.
-    samples : int
-        Random states that set the first temperature (120 in the paper).
-    initial_acceptance : float
-        p0 of eq. (8).
-    cooling : float
-        a in t ← a t.
-    least_moves, most_moves : int
-        Shortest and longest Markov chain of one temperature (l_u and l_w).
-    most_acceptances : int
-        Accepted moves, per chain, after which a temperature ends early (n_a). Hot chains are therefore short and grow
-        as it cools.
-    least_temperatures, most_temperatures : int
-        Temperatures before the stop rule is asked, and at most.
-    tolerance : float
-        ε: the run has settled when the best cost falls by less between two neighbouring temperatures.
-    neighbourhood : Neighbourhood
-        Rule for the factor K of the neighbourhood.
-    first_step, least_step : float
-        K at the start and its floor; the half width of variable i is K times its range R_i.
-    step_change : float
-        What K falls by (``LINEAR``) or is multiplied by (``ACCEPTANCE``).
-    target_acceptance : float
-        ``ACCEPTANCE`` shrinks K while a smaller share of the moves is accepted.
-    redraw : bool
-        Redraw the chains between temperatures in proportion to exp(-f / t).
-    variables : StateVariables
-        What a state of a rigid motion consists of.
-    name : str
-        What reports call the schedule.
-    """
+    """Everything that steers a run; the defaults are many chains that redraw, `yin2003` is the published method."""
 
     # Found by trial on the paper's table and five random parts: fewer chains or a faster cooling leave some seeds in a
     # local minimum, slower cooling only takes longer (`python -m tests.benchmarks annealing`).
-    chains: int = 128
-    samples: int = 120
-    initial_acceptance: float = 0.95
-    cooling: float = 0.6
+    chains: int = 128  #: States that move together.
+    samples: int = 120  #: Random states that set the first temperature (120 in the paper).
+    initial_acceptance: float = 0.95  #: p0 of eq. (8).
+    cooling: float = 0.6  #: a in t ← a t.
+    #: `least_moves`, `most_moves`: Shortest and longest Markov chain of one temperature (l_u and l_w).
     least_moves: int = 5
     most_moves: int = 5
+    #: Accepted moves, per chain, after which a temperature ends early (n_a). Hot chains are therefore short and grow as
+    #: it cools.
     most_acceptances: int = 5
+    #: `least_temperatures`, `most_temperatures`: Temperatures before the stop rule is asked, and at most.
     least_temperatures: int = 50
     most_temperatures: int = 50
+    #: ε: the run has settled when the best cost falls by less between two neighbouring temperatures.
     tolerance: float = 1e-4
-    neighbourhood: Neighbourhood = Neighbourhood.ACCEPTANCE
+    neighbourhood: Neighbourhood = Neighbourhood.ACCEPTANCE  #: Rule for the factor K of the neighbourhood.
+    #: `first_step`, `least_step`: K at the start and its floor; the half width of variable i is K times its range R_i.
     first_step: float = 0.5
     least_step: float = 1e-7
-    step_change: float = 0.55
-    target_acceptance: float = 0.3
-    redraw: bool = True
-    variables: StateVariables = StateVariables.ABOUT_CENTROID
-    name: str = "custom"
+    step_change: float = 0.55  #: What K falls by (``LINEAR``) or is multiplied by (``ACCEPTANCE``).
+    target_acceptance: float = 0.3  #: ``ACCEPTANCE`` shrinks K while a smaller share of the moves is accepted.
+    redraw: bool = True  #: Redraw the chains between temperatures in proportion to exp(-f / t).
+    variables: StateVariables = StateVariables.ABOUT_CENTROID  #: What a state of a rigid motion consists of.
+    name: str = "custom"  #: What reports call the schedule.
 
     def __post_init__(self) -> None:
         counts = ("chains", "samples", "least_moves", "most_moves", "most_acceptances", "most_temperatures")
@@ -169,40 +140,21 @@ class AnnealingSchedule:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnnealingTrace:
-    """One row a temperature: the paper's figure 2.
+    """One row a temperature: the paper's figure 2."""
 
-    Parameters
-    ----------
-    temperature : ndarray, shape (k,)
-        t, in the unit of the cost.
-    cost : ndarray, shape (k,)
-        f at the end of each temperature (mean over the chains).
-    best_cost : ndarray, shape (k,)
-        Least cost met so far, f*.
-    accepted : ndarray, shape (k,)
-        Share of the moves that were accepted.
-    """
-
-    temperature: FloatArray
-    cost: FloatArray
-    best_cost: FloatArray
-    accepted: FloatArray
+    temperature: FloatArray  #: shape (k,). t, in the unit of the cost.
+    cost: FloatArray  #: shape (k,). f at the end of each temperature (mean over the chains).
+    best_cost: FloatArray  #: shape (k,). Least cost met so far, f*.
+    accepted: FloatArray  #: shape (k,). Share of the moves that were accepted.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnnealingReport:
-    """The best state and how it was found.
+    """The best state and how it was found."""
 
-    Parameters
-    ----------
-    state : ndarray, shape (d,)
-    evaluations : int
-        States whose cost was computed.
-    """
-
-    state: FloatArray
+    state: FloatArray  #: shape (d,).
     cost: float
-    evaluations: int
+    evaluations: int  #: States whose cost was computed.
     trace: AnnealingTrace
     stop: StopReason
 
@@ -226,12 +178,8 @@ def anneal(
 
     Parameters
     ----------
-    cost : callable
-        Maps states, shape (m, d), to costs, shape (m,).
-    lower, upper : array_like, shape (d,)
-        The box. R_i of eq. (6) is upper - lower.
-    rng : numpy.random.Generator
-        The only source of chance: the same generator state gives the same run.
+    cost : Maps states, shape (m, d), to costs, shape (m,).
+    lower, upper : shape (d,). The box. R_i of eq. (6) is upper - lower.
     start : array_like, shape (d,), optional
         Where all chains start. The samples of eq. (9) are then drawn from its first neighbourhood. Without it both are
         random states of the box.
@@ -241,8 +189,7 @@ def anneal(
 
     Raises
     ------
-    InputError
-        When the box is empty or not finite.
+    InputError : When the box is empty or not finite.
     """
     run = _Run(cost, SearchBox.of(lower, upper, periodic), schedule or AnnealingSchedule(), rng, start)
     stop = StopReason.TEMPERATURES
@@ -260,10 +207,7 @@ def first_temperature(costs: FloatArray, initial_acceptance: float) -> float:
 
     Parameters
     ----------
-    costs : ndarray, shape (n,)
-        Costs of states sampled in the box.
-    initial_acceptance : float
-        p0, between 0 and 1.
+    costs : shape (n,). Costs of states sampled in the box.
     """
     return max(float((costs.mean() - costs.max()) / np.log(initial_acceptance)), LEAST_TEMPERATURE)
 

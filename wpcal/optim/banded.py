@@ -37,32 +37,15 @@ Path = TypeVar("Path")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearModel:
-    """The sum of squares of a path, as a function of a small step of the k coordinates of its n points.
+    """The sum of squares of a path, as a function of a small step of the k coordinates of its n points."""
 
-    Parameters
-    ----------
-    deviation : ndarray, shape (n, d)
-        Weighted deviations from what is asked for.
-    ddeviation : ndarray, shape (d, k)
-        Their derivatives, the same at every point.
-    beyond : ndarray, shape (n, h)
-        Excess of each point over its limits, weighted; it counts where positive.
-    dbeyond : ndarray, shape (n, h, k)
-    move : ndarray, shape (n - 1, j)
-        Weighted steps of j joints.
-    dq : ndarray, shape (n, j, k)
-        Derivatives of the joints.
-    scale : ndarray, shape (n - 1, j)
-        Weights of the joint steps.
-    """
-
-    deviation: FloatArray
-    ddeviation: FloatArray
-    beyond: FloatArray
-    dbeyond: FloatArray
-    move: FloatArray
-    dq: FloatArray
-    scale: FloatArray
+    deviation: FloatArray  #: shape (n, d). Weighted deviations from what is asked for.
+    ddeviation: FloatArray  #: shape (d, k). Their derivatives, the same at every point.
+    beyond: FloatArray  #: shape (n, h). Excess of each point over its limits, weighted; it counts where positive.
+    dbeyond: FloatArray  #: shape (n, h, k).
+    move: FloatArray  #: shape (n - 1, j). Weighted steps of j joints.
+    dq: FloatArray  #: shape (n, j, k). Derivatives of the joints.
+    scale: FloatArray  #: shape (n - 1, j). Weights of the joint steps.
 
     @property
     def cost(self) -> float:
@@ -115,23 +98,11 @@ def descend(
     *,
     iterations: int = 80,
 ) -> Path:
-    """Minimise a sum of squares, starting from a path.
+    """Minimise a sum of squares, starting from a path. Never with a larger sum than the start.
 
     Parameters
     ----------
-    path : object
-        The start.
-    linearise : callable
-        From a path to its sum of squares.
-    moved : callable
-        From a path and a step of shape (n, k) to the path after it; None where it leaves what is possible.
-    iterations : int
-        Most steps.
-
-    Returns
-    -------
-    object
-        Never with a larger sum than the start.
+    moved : From a path and a step of shape (n, k) to the path after it; None where it leaves what is possible.
     """
     damping, model = FIRST_DAMPING, linearise(path)
     costs = [model.cost]
@@ -154,17 +125,9 @@ def descend(
 def damped_step(model: LinearModel, damping: float) -> FloatArray | None:
     """Return the step that minimises the damped model with the limits that count after it.
 
-    Parameters
-    ----------
-    model : LinearModel
-        Of n points.
-    damping : float
-        Relative to the diagonal of the normal matrix.
-
     Returns
     -------
-    ndarray, shape (n, k), or None
-        None where round-off makes the normal matrix indefinite.
+    ndarray, shape (n, k), or None. None where round-off makes the normal matrix indefinite.
     """
     active, step = model.beyond > 0, None
     for _ in range(ACTIVE_ROUNDS):

@@ -34,26 +34,15 @@ MUTATION_BITS = 16
 
 @dataclass(frozen=True, slots=True)
 class GeneticOptions:
-    """Size and schedules; the defaults are those of the paper's §3.2.
-
-    Parameters
-    ----------
-    generations : int
-        MAXGEN.
-    crossover : float
-        Pc(0) of eq. (9).
-    mutation_first, mutation_last : float
-        Pm(0) and Pmin of eq. (10), a coordinate.
-    elite : int
-        Best states that pass on unchanged; ours, the paper does not say.
-    """
+    """Size and schedules; the defaults are those of the paper's §3.2."""
 
     population: int = 40
-    generations: int = 300
-    crossover: float = 0.95
+    generations: int = 300  #: MAXGEN.
+    crossover: float = 0.95  #: Pc(0) of eq. (9).
+    #: `mutation_first`, `mutation_last`: Pm(0) and Pmin of eq. (10), a coordinate.
     mutation_first: float = 0.2
     mutation_last: float = 0.05
-    elite: int = 2
+    elite: int = 2  #: Best states that pass on unchanged; ours, the paper does not say.
 
     def __post_init__(self) -> None:
         if self.population < 4 or not 0 <= self.elite < self.population or self.generations < 1:
@@ -64,17 +53,11 @@ class GeneticOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GeneticResult:
-    """The best state of the last generation and how the population got there.
+    """The best state of the last generation and how the population got there."""
 
-    Parameters
-    ----------
-    state : ndarray, shape (d,)
-    best_costs, mean_costs : ndarray, shape (generations + 1,)
-        Of each generation, the first one drawn at random.
-    """
-
-    state: FloatArray
+    state: FloatArray  #: shape (d,).
     cost: float
+    #: `best_costs`, `mean_costs`: shape (generations + 1,). Of each generation, the first one drawn at random.
     best_costs: FloatArray
     mean_costs: FloatArray
     evaluations: int
@@ -92,14 +75,12 @@ def solve_genetic(
 
     Parameters
     ----------
-    cost : callable
-        Costs (m,) of states (m, d); finite.
+    cost : Costs (m,) of states (m, d); finite.
     lower, upper : array_like, shape (d,)
 
     Raises
     ------
-    InputError
-        When the bounds are not an upper above a lower one.
+    InputError : When the bounds are not an upper above a lower one.
 
     Examples
     --------

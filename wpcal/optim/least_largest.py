@@ -37,22 +37,16 @@ def least_largest(
 
     Parameters
     ----------
-    d : ndarray, shape (B, n, 3)
-        Residuals without motion, mm.
-    J : ndarray, shape (B, n, 3, k)
-        Their derivatives.
-    goal : float
-        Scaled optimality error to reach.
+    d : shape (B, n, 3). Residuals without motion, mm.
+    J : shape (B, n, 3, k). Their derivatives.
     curvature : ndarray, shape (B, k, k), optional
         Hessian, positive semidefinite, that the residuals add to the weighted sum of their squares because they are
         not linear. It holds the motion back where the model is flat.
 
     Returns
     -------
-    motions : ndarray, shape (B, k)
-        The best ones met on the way; without `curvature` never worse than no motion.
-    weights : ndarray, shape (B, n)
-        Multipliers. All best motions have the same residuals where they are not zero.
+    motions : ndarray, shape (B, k). The best ones met on the way; without `curvature` never worse than no motion.
+    weights : ndarray, shape (B, n). Multipliers. All best motions have the same residuals where they are not zero.
     """
     return _solve(d, J, None, goal, curvature)
 

@@ -50,24 +50,12 @@ class SquaresProblem(Protocol[State]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SquaresMinimum(Generic[State]):
-    """Where the solver stopped.
+    """Where the solver stopped."""
 
-    Parameters
-    ----------
-    state : State
-        Never with a larger cost than the start.
-    cost : float
-        The weighted sum of squared residuals there.
-    steps : int
-        Accepted steps.
-    converged : bool
-        Whether the last step was small. Otherwise the steps ran out or no step decreased the cost.
-    """
-
-    state: State
-    cost: float
-    steps: int
-    converged: bool
+    state: State  #: Never with a larger cost than the start.
+    cost: float  #: The weighted sum of squared residuals there.
+    steps: int  #: Accepted steps.
+    converged: bool  #: Whether the last step was small. Otherwise the steps ran out or no step decreased the cost.
 
 
 def minimise_squares(
@@ -86,10 +74,6 @@ def minimise_squares(
         The solver stops at a step that changes the residuals by less than this (the root of ξᵀHξ, in the unit of the
         weighted residuals). It has converged if the damping is then not above `first_damping`; otherwise only the
         damping made the step small, as at a kink of the residuals. Choose the round-off of the residuals.
-    most_steps : int
-        Limit of accepted steps.
-    first_damping : float
-        λ of the first step, relative to the diagonal of H.
     """
     state, cost, damping = start, problem.cost(start), first_damping
     for steps in range(most_steps):

@@ -27,16 +27,13 @@ class ManySquares(Protocol):
         Parameters
         ----------
         states : ndarray, shape (m, ...)
-        numbers : ndarray of int, shape (m,)
-            The starts from which they come.
+        numbers : shape (m,). The starts from which they come.
 
         Returns
         -------
         sums : ndarray, shape (m,)
-        gradients : ndarray, shape (m, k)
-            JᵀWr.
-        normal_matrices : ndarray, shape (m, k, k)
-            JᵀWJ.
+        gradients : ndarray, shape (m, k). JᵀWr.
+        normal_matrices : ndarray, shape (m, k, k). JᵀWJ.
         """
 
     def moved(self, states: FloatArray, steps: FloatArray) -> FloatArray:
@@ -57,18 +54,11 @@ def minimise_many_squares(
     Parameters
     ----------
     starts : ndarray, shape (m, ...)
-    still : float
-        A start ends at a step that changes its residuals by less than this (see `minimise_squares`).
-    most_steps : int
-        Limit of accepted steps per start.
-    first_damping : float
-        Relative to the diagonal of the normal matrix.
 
     Returns
     -------
     states : ndarray, shape (m, ...)
-    sums : ndarray, shape (m,)
-        Never larger than those of the starts.
+    sums : ndarray, shape (m,). Never larger than those of the starts.
     """
     states, running = starts.copy(), np.arange(len(starts))
     sums, gradient, H = problem.evaluate(states, running)

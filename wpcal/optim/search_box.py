@@ -13,18 +13,12 @@ from wpcal.core.errors import InputError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchBox:
-    """The box of states that a search may visit.
+    """The box of states that a search may visit."""
 
-    Parameters
-    ----------
-    lower, upper : ndarray, shape (d,)
-    periodic : ndarray of bool, shape (d,)
-        Variables that leave the box at one side and enter at the other.
-    """
-
+    #: `lower`, `upper`: shape (d,).
     lower: FloatArray
     upper: FloatArray
-    periodic: BoolArray
+    periodic: BoolArray  #: shape (d,). Variables that leave the box at one side and enter at the other.
 
     @classmethod
     def of(cls, lower: ArrayLike, upper: ArrayLike, periodic: ArrayLike | None) -> SearchBox:

@@ -29,22 +29,12 @@ FIRST_RADIUS = 0.1
 
 @dataclass(frozen=True, slots=True)
 class TabuOptions:
-    """Size of the search; the defaults are those of the paper's §3.3.
+    """Size of the search; the defaults are those of the paper's §3.3."""
 
-    Parameters
-    ----------
-    rings : int
-        k of eq. (12).
-    list_size : int
-        Places remembered.
-    tenure : int
-        Iterations that a place stays forbidden.
-    """
-
-    rings: int = 4
+    rings: int = 4  #: k of eq. (12).
     points_per_ring: int = 5
-    list_size: int = 40
-    tenure: int = 36
+    list_size: int = 40  #: Places remembered.
+    tenure: int = 36  #: Iterations that a place stays forbidden.
     iterations: int = 2500
 
     def __post_init__(self) -> None:
@@ -54,26 +44,16 @@ class TabuOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TabuResult:
-    """The best state met and how the search went.
+    """The best state met and how the search went."""
 
-    Parameters
-    ----------
-    state : ndarray, shape (d,)
-    best_costs, current_costs : ndarray, shape (iterations + 1,)
-        Least cost so far, and cost of the current place.
-    forbidden : int
-        Neighbours that were passed over because they were tabu.
-    aspired : int
-        Tabu neighbours taken all the same, for being better than everything before.
-    """
-
-    state: FloatArray
+    state: FloatArray  #: shape (d,).
     cost: float
+    #: `best_costs`, `current_costs`: shape (iterations + 1,). Least cost so far, and cost of the current place.
     best_costs: FloatArray
     current_costs: FloatArray
     evaluations: int
-    forbidden: int
-    aspired: int
+    forbidden: int  #: Neighbours that were passed over because they were tabu.
+    aspired: int  #: Tabu neighbours taken all the same, for being better than everything before.
 
 
 def solve_tabu(
@@ -97,8 +77,7 @@ def solve_tabu(
 
     Raises
     ------
-    InputError
-        When the start is outside the bounds.
+    InputError : When the start is outside the bounds.
     """
     o = options or TabuOptions()
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)

@@ -15,21 +15,11 @@ from wpcal.study.teaching_error import fit_trials
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoverageStudy:
-    """Errors of a seam point in simulated calibrations, and what was predicted.
+    """Errors of a seam point in simulated calibrations, and what was predicted."""
 
-    Parameters
-    ----------
-    errors_mm : ndarray, shape (trials,)
-        Length of the seam point's error.
-    rms_mm : ndarray, shape (trials,)
-        Root mean square residual of each fit.
-    predicted_mm : float
-        The 95 % error predicted from the teaching error.
-    """
-
-    errors_mm: FloatArray
-    rms_mm: FloatArray
-    predicted_mm: float
+    errors_mm: FloatArray  #: shape (trials,). Length of the seam point's error.
+    rms_mm: FloatArray  #: shape (trials,). Root mean square residual of each fit.
+    predicted_mm: float  #: The 95 % error predicted from the teaching error.
 
     @property
     def coverage(self) -> float:
@@ -50,14 +40,8 @@ def run_coverage_study(
 
     Parameters
     ----------
-    points : ndarray, shape (n, 3)
-        Reference points, mm.
-    seam_point : ndarray, shape (3,)
-        Same frame, mm.
-    sigma_mm : float
-        Teaching error per axis.
-    criterion : Criterion
-        ``MINIMAX`` or ``LEAST_SQUARES``.
+    points : shape (n, 3). Reference points, mm.
+    seam_point : shape (3,). Same frame, mm.
     """
     p = as_points(points, name="reference points")
     centre = p.mean(axis=0)

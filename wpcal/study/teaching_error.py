@@ -44,15 +44,9 @@ class ErrorPlace(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorStudy:
-    """The errors of the trials and what they say.
+    """The errors of the trials and what they say."""
 
-    Parameters
-    ----------
-    errors_mm : ndarray, shape (trials,)
-        Largest displacement of a reference point, eq. (13), mm.
-    """
-
-    errors_mm: FloatArray
+    errors_mm: FloatArray  #: shape (trials,). Largest displacement of a reference point, eq. (13), mm.
     bound_mm: float
     place: ErrorPlace
     criterion: Criterion
@@ -108,24 +102,14 @@ def run_error_study(
 
     Parameters
     ----------
-    p_part : ndarray, shape (n, 3)
-        Reference points of the model, mm.
-    T_base_part : RigidTransform
-        The known motion of eq. (10).
-    bound_mm : float
-        Greatest error of a coordinate.
-    criterion : Criterion
-        ``MINIMAX`` or ``LEAST_SQUARES``.
-    progress : callable, optional
-        Called with the number of trials done after each chunk.
+    p_part : shape (n, 3). Reference points of the model, mm.
     fitted : callable, optional
         Takes the chunks, and yields the first trial and the errors (trials,) in mm of each, in any order. By default
         they are fitted here, one after another.
 
     Raises
     ------
-    InputError
-        When the bound is negative, there are no trials, or the criterion is another.
+    InputError : When the bound is negative, there are no trials, or the criterion is another.
     """
     if not (np.isfinite(bound_mm) and bound_mm >= 0) or trials < 1:
         raise InputError(
@@ -157,24 +141,12 @@ def run_error_study(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chunk:
-    """Trials that are fitted together.
+    """Trials that are fitted together."""
 
-    Parameters
-    ----------
-    start : int
-        Number of the first one.
-    p : ndarray, shape (n, 3)
-        Model points about their centroid, mm.
-    true : ndarray, shape (n, 3)
-        Taught points without errors, about their centroid, mm.
-    taught : ndarray, shape (trials, n, 3)
-        Taught points with errors, mm.
-    """
-
-    start: int
-    p: FloatArray
-    true: FloatArray
-    taught: FloatArray
+    start: int  #: Number of the first one.
+    p: FloatArray  #: shape (n, 3). Model points about their centroid, mm.
+    true: FloatArray  #: shape (n, 3). Taught points without errors, about their centroid, mm.
+    taught: FloatArray  #: shape (trials, n, 3). Taught points with errors, mm.
     criterion: Criterion
 
     def errors_mm(self) -> FloatArray:
@@ -202,18 +174,13 @@ def fit_trials(p: FloatArray, q: FloatArray, criterion: Criterion) -> tuple[Floa
 
     Parameters
     ----------
-    p : ndarray, shape (n, 3)
-        Model points about their centroid, mm.
-    q : ndarray, shape (trials, n, 3)
-        Taught points, about where that centroid is, mm.
-    criterion : Criterion
-        ``MINIMAX`` or ``LEAST_SQUARES``.
+    p : shape (n, 3). Model points about their centroid, mm.
+    q : shape (trials, n, 3). Taught points, about where that centroid is, mm.
 
     Returns
     -------
     R : ndarray, shape (trials, 3, 3)
-    t : ndarray, shape (trials, 3)
-        mm.
+    t : ndarray, shape (trials, 3). mm.
     """
     source = np.broadcast_to(p, q.shape)
     R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / len(p)))

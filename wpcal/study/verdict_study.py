@@ -20,23 +20,13 @@ from wpcal.core.pairs import PointPairs
 
 @dataclass(frozen=True, slots=True)
 class VerdictStudy:
-    """Verdicts of simulated calibrations of one part.
-
-    Parameters
-    ----------
-    passed_outside : int
-        `PASS` although a point of a seam is off by more than the tolerance.
-    failed_inside : int
-        `FAIL` although every point of the seams is within the tolerance.
-    covered : float
-        Share of the seam points whose error stays below their predicted 95 % error.
-    """
+    """Verdicts of simulated calibrations of one part."""
 
     trials: int
     verdicts: Counter[VerdictKind]
-    passed_outside: int
-    failed_inside: int
-    covered: float
+    passed_outside: int  #: `PASS` although a point of a seam is off by more than the tolerance.
+    failed_inside: int  #: `FAIL` although every point of the seams is within the tolerance.
+    covered: float  #: Share of the seam points whose error stays below their predicted 95 % error.
 
     def __add__(self, other: VerdictStudy) -> VerdictStudy:
         """Put two studies together."""
@@ -59,19 +49,13 @@ def run_verdict_study(
 
     Parameters
     ----------
-    sets : sequence of ndarray, shape (n, 3)
-        Reference points of each trial, mm.
-    seam_points : ndarray, shape (k, 3)
-        Same frame, mm.
-    errors : sequence of ndarray, shape (n, 3)
-        Errors of the taught points of each trial, mm.
-    teaching : TeachingError
-        What is stated of them.
+    sets : shape (n, 3). Reference points of each trial, mm.
+    seam_points : shape (k, 3). Same frame, mm.
+    errors : shape (n, 3). Errors of the taught points of each trial, mm.
 
     Raises
     ------
-    InputError
-        When there are not as many sets as errors.
+    InputError : When there are not as many sets as errors.
     """
     if len(sets) != len(errors) or not sets:
         raise InputError(f"expected errors for every set of points, got {len(sets)} sets and {len(errors)} errors")

@@ -18,14 +18,10 @@ class TouchKind(Enum):
 
     Attributes
     ----------
-    value : str
-        The word in the file.
-    target : TargetKind
-        What the fit measures the distance to.
-    surfaces : tuple of SurfaceKind
-        Surfaces of the faces that are meant; empty for points and edges.
-    is_inside : bool
-        Whether only the inner wall of such a surface is meant.
+    value : str. The word in the file.
+    target : TargetKind. What the fit measures the distance to.
+    surfaces : tuple of SurfaceKind. Surfaces of the faces that are meant; empty for points and edges.
+    is_inside : bool. Whether only the inner wall of such a surface is meant.
     """
 
     POINT = "point", TargetKind.POINT

@@ -23,48 +23,27 @@ BASE = "base"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointValues:
-    """A position stored as joint values.
+    """A position stored as joint values."""
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Angles as shown on the pendant, deg, or encoder pulses.
-    """
-
-    values: FloatArray
+    values: FloatArray  #: shape (n,). Angles as shown on the pendant, deg, or encoder pulses.
     in_pulses: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramPoint:
-    """One stored position.
-
-    Parameters
-    ----------
-    line : int
-        In the file, counted from 1.
-    p_mm : ndarray, shape (3,)
-        The tool centre point in `frame`, mm; NaN if the file does not have it. With a `fault` it cannot be used.
-    R : ndarray, shape (3, 3)
-        The axes of the tool, as columns, in `frame`.
-    frame : str or None
-        Name or number of the user frame, or `BASE`; None if the file does not say.
-    at_flange : bool
-        Recorded without a tool: the position is that of the flange.
-    fault : str or None
-        Why the position cannot be used as it is, for example because it is stored as joint angles.
-    joints : JointValues or None
-        Joint values, if the file holds these instead of coordinates.
-    """
+    """One stored position."""
 
     name: str
-    line: int
+    line: int  #: In the file, counted from 1.
+    #: shape (3,). The tool centre point in `frame`, mm; NaN if the file does not have it. With a `fault` it cannot be
+    #: used.
     p_mm: FloatArray
-    R: FloatArray
-    frame: str | None = None
-    at_flange: bool = False
+    R: FloatArray  #: shape (3, 3). The axes of the tool, as columns, in `frame`.
+    frame: str | None = None  #: Name or number of the user frame, or `BASE`; None if the file does not say.
+    at_flange: bool = False  #: Recorded without a tool: the position is that of the flange.
+    #: Why the position cannot be used as it is, for example because it is stored as joint angles.
     fault: str | None = None
-    joints: JointValues | None = None
+    joints: JointValues | None = None  #: Joint values, if the file holds these instead of coordinates.
 
     @property
     def T_frame_tool(self) -> RigidTransform:
@@ -74,51 +53,29 @@ class ProgramPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramPoints:
-    """The positions in a file, and the user frames whose values it contains.
-
-    Parameters
-    ----------
-    frames : dict of str to RigidTransform
-        ``T_base_frame`` by name or number.
-    """
+    """The positions in a file, and the user frames whose values it contains."""
 
     points: tuple[ProgramPoint, ...]
-    frames: dict[str, RigidTransform] = field(default_factory=dict)
+    frames: dict[str, RigidTransform] = field(default_factory=dict)  #: ``T_base_frame`` by name or number.
 
 
 @dataclass(frozen=True, slots=True)
 class ProgramReader:
-    """How taught points are read from the files of one controller.
+    """How taught points are read from the files of one controller."""
 
-    Parameters
-    ----------
-    read : callable
-        From a file's text and its path (for messages) to `ProgramPoints`. It raises `FormatError`.
-    frame_of_pendant : callable
-        From the numbers of a user frame, in the pendant's order, to ``T_base_frame``. It raises `InputError`.
-    pendant_order : str
-        That order for messages, for example ``X,Y,Z,A,B,C``.
-    """
-
+    #: From a file's text and its path (for messages) to `ProgramPoints`. It raises `FormatError`.
     read: Callable[[str, str], ProgramPoints]
+    #: From the numbers of a user frame, in the pendant's order, to ``T_base_frame``. It raises `InputError`.
     frame_of_pendant: Callable[[Sequence[float]], RigidTransform]
-    pendant_order: str
+    pendant_order: str  #: That order for messages, for example ``X,Y,Z,A,B,C``.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TaughtProgram:
-    """A program as read, in the frames that it names.
+    """A program as read, in the frames that it names."""
 
-    Parameters
-    ----------
-    path : str
-        The file, for messages.
-    reader : ProgramReader
-        Of the controller that wrote the file.
-    """
-
-    path: str
-    reader: ProgramReader
+    path: str  #: The file, for messages.
+    reader: ProgramReader  #: Of the controller that wrote the file.
     found: ProgramPoints
 
 
@@ -139,19 +96,9 @@ def joint_values(values: Sequence[object], *, in_pulses: bool = False) -> JointV
 def coordinates(cells: Sequence[tuple[str, str]], name: str, path: str, line: int) -> list[float]:
     """Return the coordinates of a position that a file stores as text.
 
-    Parameters
-    ----------
-    cells : sequence of (str, str)
-        What each number is called on the pendant, and its text.
-    name : str
-        Of the point.
-    path, line :
-        Its place, for the message.
-
     Raises
     ------
-    FormatError
-        When one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
+    FormatError : When one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
     """
     found = []
     for key, text in cells:
@@ -167,8 +114,7 @@ def frame_from_xyz_angles(values: Sequence[float]) -> RigidTransform:
 
     Raises
     ------
-    InputError
-        When these are not six numbers.
+    InputError : When these are not six numbers.
     """
     if len(values) != 6:
         raise InputError(f"expected 6 numbers, got {len(values)}")
@@ -181,11 +127,6 @@ def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]
 
     Controllers number their points (``P1``, ``C00003``), and only some controllers let a person name them. A name says
     nothing if the part does not have it, or has it for a plane or an axis. Points of a table are returned as they are.
-
-    Parameters
-    ----------
-    features : sequence of ReferenceFeature
-        Of the part.
     """
     if not taught.is_from_program:
         return taught

@@ -41,17 +41,6 @@ def touches_of(
 ) -> Touches:
     """Find what each row of a taught file lies on.
 
-    Parameters
-    ----------
-    trimmed : TrimmedFaces
-        Of the part.
-    features : sequence of ReferenceFeature
-        Of the same part.
-    use : str
-        The rows to take: ``yes`` or ``check``.
-    T_nominal_part : RigidTransform, optional
-        The part in the model of the cell, for rows that name neither a feature nor a model point.
-
     Raises
     ------
     FormatError

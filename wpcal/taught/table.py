@@ -28,61 +28,35 @@ TAUGHT_SCHEMA = "wpcal/taught/1"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TaughtPoints:
-    """Points touched with the robot.
-
-    Parameters
-    ----------
-    p_base : ndarray, shape (n, 3)
-        As read from the robot, in `base`, mm.
-    features : tuple of str, length n
-        Name of the feature that each point is; empty if the point has model coordinates or its feature is not known.
-    p_part : ndarray, shape (n, 3)
-        Model coordinates in `part`, mm; NaN if the point has none.
-    use : tuple of str, length n
-        ``yes``: fitted; ``check``: not fitted, tests the fit; ``no``: left out.
-    path : str
-        The file, for messages.
-    lines : tuple of int, length n
-        Line of each point in the file.
-    space : RobotSpace
-        The model of the robot with which the points were computed.
-    covariances : ndarray, shape (n, 3, 3), or None
-        Of the taught points in `base`, mm².
-    kinds : tuple of TouchKind, length n, or empty
-        What each row was touched on; empty if all rows are points.
-    radius_mm : ndarray, shape (n,), or None
-        Distance of the controlled point from the touched face along its outward normal, mm: the radius of the ball.
-    is_from_program : bool
-        The names come from a controller's program, which names points in its own way: they need not be features.
-    tcp_bias_mm : float
-        Error of the tool centre point that all points share (95 %), mm.
-    sha256 : str or None
-        Of the bytes that were read; None for points that are not from a file.
-    R_base_tool : ndarray, shape (n, 3, 3), or None
-        The axes of the tool at each touch, as columns, in `base`; NaN in rows that do not say.
-    normal_part : ndarray, shape (n, 3), or None
-        Outward normals of the touched faces in `part`. They decide between faces equally near to a model point.
-    shared : ndarray, shape (n, 3, s), or None
-        What each point sees of one standard deviation of s errors that all share, in `base`, mm; the covariances
-        contain them.
-    """
+    """Points touched with the robot."""
 
     names: tuple[str, ...]
-    p_base: FloatArray
+    p_base: FloatArray  #: shape (n, 3). As read from the robot, in `base`, mm.
+    #: length n. Name of the feature that each point is; empty if the point has model coordinates or its feature is not
+    #: known.
     features: tuple[str, ...]
-    p_part: FloatArray
-    use: tuple[str, ...]
-    path: str
-    lines: tuple[int, ...]
-    space: RobotSpace = RobotSpace.NOMINAL
-    covariances: FloatArray | None = None
+    p_part: FloatArray  #: shape (n, 3). Model coordinates in `part`, mm; NaN if the point has none.
+    use: tuple[str, ...]  #: length n. ``yes``: fitted; ``check``: not fitted, tests the fit; ``no``: left out.
+    path: str  #: The file, for messages.
+    lines: tuple[int, ...]  #: length n. Line of each point in the file.
+    space: RobotSpace = RobotSpace.NOMINAL  #: The model of the robot with which the points were computed.
+    covariances: FloatArray | None = None  #: shape (n, 3, 3). Of the taught points in `base`, mm².
+    #: length n, or empty. What each row was touched on; empty if all rows are points.
     kinds: tuple[TouchKind, ...] = ()
+    #: shape (n,). Distance of the controlled point from the touched face along its outward normal, mm: the radius of
+    #: the ball.
     radius_mm: FloatArray | None = None
+    #: The names come from a controller's program, which names points in its own way: they need not be features.
     is_from_program: bool = False
-    tcp_bias_mm: float = 0.0
-    sha256: str | None = None
+    tcp_bias_mm: float = 0.0  #: Error of the tool centre point that all points share (95 %), mm.
+    sha256: str | None = None  #: Of the bytes that were read; None for points that are not from a file.
+    #: shape (n, 3, 3). The axes of the tool at each touch, as columns, in `base`; NaN in rows that do not say.
     R_base_tool: FloatArray | None = None
+    #: shape (n, 3). Outward normals of the touched faces in `part`. They decide between faces equally near to a model
+    #: point.
     normal_part: FloatArray | None = None
+    #: shape (n, 3, s). What each point sees of one standard deviation of s errors that all share, in `base`, mm; the
+    #: covariances contain them.
     shared: FloatArray | None = None
 
     @property
@@ -106,8 +80,7 @@ class TaughtPoints:
 
         Raises
         ------
-        InputError
-            When the radius is negative.
+        InputError : When the radius is negative.
         """
         if not radius_mm >= 0:
             raise InputError(f"radius of the ball: expected 0 mm or more, got {radius_mm} mm")
@@ -121,15 +94,12 @@ class TaughtPoints:
 
         Parameters
         ----------
-        names : sequence of str, length n
-            Names of features, unique.
-        p_base : array_like, shape (n, 3)
-            In `base`, mm.
+        names : length n. Names of features, unique.
+        p_base : shape (n, 3). In `base`, mm.
 
         Raises
         ------
-        InputError
-            When the lengths differ or a number is not finite.
+        InputError : When the lengths differ or a number is not finite.
         """
         points = as_points(p_base, name="taught points")
         if len(points) != len(names):
@@ -150,12 +120,10 @@ def read_taught(path: Path) -> TaughtPoints:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
+    InputError : When the file cannot be opened.
     FormatError
         When a column is missing or misspelt, a cell is not a number, a name appears twice or a word is unknown.
-    FrameError
-        When one file holds points of the nominal and of the identified robot.
+    FrameError : When one file holds points of the nominal and of the identified robot.
     """
     raw = read_bytes(path)
     return replace(taught_from_table(parse_table(raw, path=str(path))), sha256=sha256_of(raw))
@@ -166,17 +134,10 @@ def read_features_to_touch(path: Path) -> tuple[str, ...]:
 
     Rows whose use is ``no`` and rows without a feature are left out.
 
-    Parameters
-    ----------
-    path : Path
-        A table as `read_taught` reads it, or one that `wpcal advise` wrote.
-
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it has no column ``name``, an unknown use, or no row names a feature.
+    InputError : When the file cannot be opened.
+    FormatError : When it has no column ``name``, an unknown use, or no row names a feature.
     """
     table = parse_table(read_bytes(path), path=str(path))
     table.require(("name",))
@@ -276,22 +237,14 @@ def _touch_columns(table: Table) -> tuple[tuple[TouchKind, ...], FloatArray]:
 def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> tuple[PointPairs, PointPairs | None]:
     """Find the model point of every taught point.
 
-    Parameters
-    ----------
-    features : sequence of ReferenceFeature
-        Of the part.
-
     Returns
     -------
-    pairs : PointPairs
-        The points to fit, mm.
-    check : PointPairs or None
-        The points that test the fit.
+    pairs : PointPairs. The points to fit, mm.
+    check : PointPairs or None. The points that test the fit.
 
     Raises
     ------
-    FormatError
-        When a feature's name is unknown (with the nearest names), or fewer than 3 points have use ``yes``.
+    FormatError : When a feature's name is unknown (with the nearest names), or fewer than 3 points have use ``yes``.
     """
     p_part = np.array(taught.p_part)
     for row, (name, use) in enumerate(zip(taught.features, taught.use, strict=True)):

@@ -24,25 +24,13 @@ KIND_OF = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchedFace:
-    """A point on a face.
-
-    Parameters
-    ----------
-    kind : TouchKind
-        What the face is in a taught table.
-    p_part : ndarray, shape (3,)
-        On the face, mm.
-    normal_part : ndarray, shape (3,)
-        Outward unit normal there.
-    border_mm : float
-        Distance from the border of the face.
-    """
+    """A point on a face."""
 
     face: int
-    kind: TouchKind
-    p_part: FloatArray
-    normal_part: FloatArray
-    border_mm: float
+    kind: TouchKind  #: What the face is in a taught table.
+    p_part: FloatArray  #: shape (3,). On the face, mm.
+    normal_part: FloatArray  #: shape (3,). Outward unit normal there.
+    border_mm: float  #: Distance from the border of the face.
 
 
 def touched_face(trimmed: TrimmedFaces, point: FloatArray, normal: FloatArray | None = None) -> TouchedFace:
@@ -50,15 +38,12 @@ def touched_face(trimmed: TrimmedFaces, point: FloatArray, normal: FloatArray | 
 
     Parameters
     ----------
-    point : ndarray, shape (3,)
-        In `part`, mm; on the face or near to it.
-    normal : ndarray, shape (3,), optional
-        Outward normal as far as it is known: it decides between faces that are equally near.
+    point : shape (3,). In `part`, mm; on the face or near to it.
+    normal : shape (3,). Outward normal as far as it is known: it decides between faces that are equally near.
 
     Raises
     ------
-    InputError
-        When the part has no face with a surface.
+    InputError : When the part has no face with a surface.
     """
     graph = trimmed.graph
     low, high = trimmed.face_box

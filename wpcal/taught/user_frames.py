@@ -25,27 +25,18 @@ ANY_FRAME = ""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramReading:
-    """Which points of a program are read, and what brings them into the base.
+    """Which points of a program are read, and what brings them into the base."""
 
-    Parameters
-    ----------
-    uframes : mapping of str to (sequence of float or str)
-        User frames by the name or number that the program uses. The key ``""`` is for all points whose frame is not
-        known otherwise. A value is a list of numbers in the order of that controller's pendant (mm and degrees; RAPID:
-        mm and q1 to q4), the word ``base``, or the name of a frame that the file contains.
-    tool : sequence of float, optional
-        x, y, z of the tool centre point in the flange, mm, for points recorded without a tool.
-    arm : Arm, optional
-        For points stored as joint angles or pulses, which need `tool` as well. With an identified arm, all points must
-        be of this kind: the controller computed coordinates with its own nominal model.
-    points : sequence of str, optional
-        Read only these points.
-    """
-
+    #: User frames by the name or number that the program uses. The key ``""`` is for all points whose frame is not
+    #: known otherwise. A value is a list of numbers in the order of that controller's pendant (mm and degrees; RAPID:
+    #: mm and q1 to q4), the word ``base``, or the name of a frame that the file contains.
     uframes: Mapping[str, str | Sequence[float]] = field(default_factory=dict)
+    #: x, y, z of the tool centre point in the flange, mm, for points recorded without a tool.
     tool: Sequence[float] | None = None
+    #: For points stored as joint angles or pulses, which need `tool` as well. With an identified arm, all points must
+    #: be of this kind: the controller computed coordinates with its own nominal model.
     arm: Arm | None = None
-    points: Sequence[str] | None = None
+    points: Sequence[str] | None = None  #: Read only these points.
 
 
 def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
@@ -53,8 +44,7 @@ def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
 
     Raises
     ------
-    InputError
-        When a frame is given twice or VALUES is empty.
+    InputError : When a frame is given twice or VALUES is empty.
     """
     frames: dict[str, str | Sequence[float]] = {}
     for text in texts:
@@ -73,13 +63,7 @@ def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
 
 
 def usable_points(program: TaughtProgram, *, arm: Arm | None = None) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the names of the points that can be used, and why each of the others cannot.
-
-    Parameters
-    ----------
-    arm : Arm, optional
-        Makes joint values usable.
-    """
+    """Return the names of the points that can be used, and why each of the others cannot."""
     points = program.found.points
     count = Counter(point.name for point in points)
     faults = {
@@ -91,17 +75,11 @@ def usable_points(program: TaughtProgram, *, arm: Arm | None = None) -> tuple[tu
 
 
 def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoints:
-    """Return the points of a program in `base`.
-
-    Returns
-    -------
-    TaughtPoints
-        Each point's name is also its feature. All points have use ``yes``.
+    """Return the points of a program in `base`. Each point's name is also its feature. All points have use ``yes``.
 
     Raises
     ------
-    InputError
-        When `reading` cannot be used.
+    InputError : When `reading` cannot be used.
     FormatError
         When the program holds no points or not the points asked for, or a point lacks its user frame (with the code
         `ErrorCode.USER_FRAME_MISSING`), its tool or its arm.

@@ -53,49 +53,24 @@ REASONS = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SilentRows:
-    """Searches on the part that ran and found nothing.
+    """Searches on the part that ran and found nothing."""
 
-    Parameters
-    ----------
-    ends : TaughtPoints
-        Rows with the ends of their strokes as places.
-    starts : ndarray, shape (n, 3)
-        In `base`, mm.
-    was_active : ndarray of bool, shape (n,)
-        The touch signal was on at the start.
-    """
-
-    ends: TaughtPoints
-    starts: FloatArray
-    was_active: BoolArray
+    ends: TaughtPoints  #: Rows with the ends of their strokes as places.
+    starts: FloatArray  #: shape (n, 3). In `base`, mm.
+    was_active: BoolArray  #: shape (n,). The touch signal was on at the start.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PairedTouches:
-    """The touches of a run, ready to be fitted.
+    """The touches of a run, ready to be fitted."""
 
-    Parameters
-    ----------
-    taught : TaughtPoints
-        One row per search that found the part.
-    left_out : tuple of (str, Outcome)
-        Searches that found nothing.
-    stick_out_mm : float or None
-        Error of the stick-out that touches on posts show: positive if the wire is longer than planned.
-    tool : str
-        Of the program.
-    issues : tuple of Issue
-        What a person should know.
-    silent : SilentRows or None
-        Searches that found nothing and may test the fit.
-    """
-
-    taught: TaughtPoints
-    left_out: tuple[tuple[str, Outcome], ...]
+    taught: TaughtPoints  #: One row per search that found the part.
+    left_out: tuple[tuple[str, Outcome], ...]  #: Searches that found nothing.
+    #: Error of the stick-out that touches on posts show: positive if the wire is longer than planned.
     stick_out_mm: float | None
-    tool: str
-    issues: tuple[Issue, ...]
-    silent: SilentRows | None = None
+    tool: str  #: Of the program.
+    issues: tuple[Issue, ...]  #: What a person should know.
+    silent: SilentRows | None = None  #: Searches that found nothing and may test the fit.
 
 
 def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | None = None) -> PairedTouches:
@@ -104,11 +79,6 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     Places are corrected by latency × speed of the touch setup, against the direction of the search. If posts were
     touched with the end of the wire, the mean error of the stick-out that they show corrects all touches along the
     wire.
-
-    Parameters
-    ----------
-    setup : TouchSetup, optional
-        Of the program.
 
     Raises
     ------
@@ -149,8 +119,7 @@ def require_enough(plan: TouchPlan, paired: PairedTouches) -> None:
 
     Raises
     ------
-    FormatError
-        Names what was left out.
+    FormatError : Names what was left out.
     """
     used = set(paired.taught.names)
     numbers = sum(NUMBERS.get(search.target, 1) for search in plan.searches if search.name in used)

@@ -42,24 +42,14 @@ NEARLY_SQUARE = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bends:
-    """Directions in which bodies bend, m of them; each has `MODES` amplitudes.
+    """Directions in which bodies bend, m of them; each has `MODES` amplitudes."""
 
-    Parameters
-    ----------
-    body : ndarray of int, shape (m,)
-    axis, normal : ndarray, shape (m, 3)
-        Unit vectors in `part`: along the body, and of the displacement.
-    half_mm : ndarray, shape (m,)
-        Half the length of the body.
-    sigma_mm : float
-        Root mean square displacement of a body of 1 m.
-    """
-
-    body: IntArray
+    body: IntArray  #: shape (m,).
+    #: `axis`, `normal`: shape (m, 3). Unit vectors in `part`: along the body, and of the displacement.
     axis: FloatArray
     normal: FloatArray
-    half_mm: FloatArray
-    sigma_mm: float
+    half_mm: FloatArray  #: shape (m,). Half the length of the body.
+    sigma_mm: float  #: Root mean square displacement of a body of 1 m.
 
     @classmethod
     def none(cls) -> Bends:
@@ -81,13 +71,11 @@ class Bends:
 
         Parameters
         ----------
-        s_mm : ndarray, shape (n,)
-            Along the axis from the middle of the body; beyond its ends the ends count.
+        s_mm : shape (n,). Along the axis from the middle of the body; beyond its ends the ends count.
 
         Returns
         -------
-        tuple of ndarray, shapes (n, MODES)
-            Displacement and slope (per mm) of an amplitude of 1 mm.
+        tuple of ndarray, shapes (n, MODES). Displacement and slope (per mm) of an amplitude of 1 mm.
         """
         half = float(self.half_mm[direction])
         x, kappa = np.clip(s_mm / half, -1.0, 1.0)[:, None], _roots() / 2.0
@@ -113,17 +101,12 @@ def find_bends(points: Sequence[FloatArray], normals: Sequence[FloatArray], sigm
 
     Parameters
     ----------
-    points : sequence of ndarray, shapes (k, 3)
-        Points of the border of each body, in `part`, mm.
-    normals : sequence of ndarray, shapes (f, 3)
-        Unit normals of its plane faces.
-    sigma_mm : float
-        Root mean square displacement of a body of 1 m.
+    points : shapes (k, 3). Points of the border of each body, in `part`, mm.
+    normals : shapes (f, 3). Unit normals of its plane faces.
 
     Raises
     ------
-    InputError
-        When `sigma_mm` is not positive.
+    InputError : When `sigma_mm` is not positive.
     """
     if not 0.0 < sigma_mm < math.inf:
         raise InputError(f"the bending of a plate of 1 m must be a positive number of mm, got {sigma_mm:g}")

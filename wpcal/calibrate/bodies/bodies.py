@@ -20,21 +20,13 @@ LARGEST = 1e4
 class TackTolerance:
     """How far a tacked body is from its place in the model: standard deviations, the same along every axis.
 
-    Parameters
-    ----------
-    mm : float
-        Of the centroid.
-    mrad : float
-        Of the turn about each axis through the centroid.
-
     Raises
     ------
-    InputError
-        When a value is not positive, or not finite.
+    InputError : When a value is not positive, or not finite.
     """
 
-    mm: float = 1.0
-    mrad: float = 3.0
+    mm: float = 1.0  #: Of the centroid.
+    mrad: float = 3.0  #: Of the turn about each axis through the centroid.
 
     def __post_init__(self) -> None:
         for name, value in (("mm", self.mm), ("mrad", self.mrad)):
@@ -49,25 +41,14 @@ class TackTolerance:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """Points at which two bodies touch: a tacked plate stays on the face below it, within the gap of the joint.
+    """Points at which two bodies touch: a tacked plate stays on the face below it, within the gap of the joint."""
 
-    Parameters
-    ----------
-    p_part : ndarray, shape (k, 3)
-        In `part`, mm.
-    normal_part : ndarray, shape (k, 3)
-        Unit normals of the contact, out of the first body.
-    first, second : ndarray of int, shape (k,)
-        The two bodies.
-    sigma_mm : ndarray, shape (k,)
-        Standard deviation of the gap.
-    """
-
-    p_part: FloatArray
-    normal_part: FloatArray
+    p_part: FloatArray  #: shape (k, 3). In `part`, mm.
+    normal_part: FloatArray  #: shape (k, 3). Unit normals of the contact, out of the first body.
+    #: `first`, `second`: shape (k,). The two bodies.
     first: IntArray
     second: IntArray
-    sigma_mm: FloatArray
+    sigma_mm: FloatArray  #: shape (k,). Standard deviation of the gap.
 
     def __len__(self) -> int:
         return len(self.p_part)
@@ -87,20 +68,12 @@ class Contacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bodies:
-    """The b bodies that may move.
-
-    Parameters
-    ----------
-    centroid_part : ndarray, shape (b, 3)
-        The points about which they turn, in `part`, mm.
-    bends : Bends
-        How those of them bend that are long.
-    """
+    """The b bodies that may move."""
 
     names: tuple[str, ...]
-    centroid_part: FloatArray
+    centroid_part: FloatArray  #: shape (b, 3). The points about which they turn, in `part`, mm.
     tolerances: tuple[TackTolerance, ...]
-    bends: Bends = field(default_factory=Bends.none)
+    bends: Bends = field(default_factory=Bends.none)  #: How those of them bend that are long.
 
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.centroid_part) == len(self.tolerances):

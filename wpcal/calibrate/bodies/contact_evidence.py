@@ -29,47 +29,25 @@ LEAST_TESTED = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class BrokenContact:
-    """Two bodies that do not stay on each other.
+    """Two bodies that do not stay on each other."""
 
-    Parameters
-    ----------
-    first, second : int
-        The bodies.
-    gap_mm : float
-        How far apart the touches have them, where they are farthest from contact; negative: one is in the other.
-    expected_mm : float
-        Standard deviation of the gap that was allowed.
-    p : float
-        Probability of such touches if the two stay on each other.
-    """
-
+    #: `first`, `second`: The bodies.
     first: int
     second: int
+    #: How far apart the touches have them, where they are farthest from contact; negative: one is in the other.
     gap_mm: float
-    expected_mm: float
-    p: float
+    expected_mm: float  #: Standard deviation of the gap that was allowed.
+    p: float  #: Probability of such touches if the two stay on each other.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactEvidence:
-    """What the touches say of all kept contacts.
+    """What the touches say of all kept contacts."""
 
-    Parameters
-    ----------
-    gain : float
-        Twice the logarithm of the likelihood without over that with contacts.
-    p : float
-        Probability of such a gain if all of them hold.
-    is_tested : bool
-        Whether the touches see any of the gaps better than the tack tolerances tell them.
-    broken : tuple of BrokenContact
-        Those that do not hold, the worst first.
-    """
-
-    gain: float
-    p: float
-    is_tested: bool
-    broken: tuple[BrokenContact, ...]
+    gain: float  #: Twice the logarithm of the likelihood without over that with contacts.
+    p: float  #: Probability of such a gain if all of them hold.
+    is_tested: bool  #: Whether the touches see any of the gaps better than the tack tolerances tell them.
+    broken: tuple[BrokenContact, ...]  #: Those that do not hold, the worst first.
 
 
 def judge_contacts(touched: Whitened, contacts: Contacts, wrong: IntArray) -> tuple[ContactEvidence, Whitened]:
@@ -79,10 +57,7 @@ def judge_contacts(touched: Whitened, contacts: Contacts, wrong: IntArray) -> tu
 
     Parameters
     ----------
-    touched : Whitened
-        Of touches, then of all `contacts`.
-    wrong : ndarray of int, shape (w,)
-        Rows of touches that are wrong also without contacts; they are left out.
+    wrong : shape (w,). Rows of touches that are wrong also without contacts; they are left out.
 
     Returns
     -------

@@ -34,17 +34,11 @@ def find_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, 
 
     Parameters
     ----------
-    face_body : ndarray of int, shape (F,)
-        The body of every face; -1: it does not move.
-    gap_mm : float
-        Faces up to this far apart touch.
-    sigma_mm : float
-        Standard deviation of the gap that may open.
+    face_body : shape (F,). The body of every face; -1: it does not move.
 
     Returns
     -------
-    Contacts
-        Three or four points for each pair of faces, at the ends of the overlap.
+    Contacts. Three or four points for each pair of faces, at the ends of the overlap.
     """
     face, at, normal = _plane_faces(trimmed)
     i, j = _facing(trimmed, face, at, normal, gap_mm)

@@ -37,13 +37,6 @@ LEAST_SHARE = 0.02
 def on_curved_faces(problem: Problem, first: State) -> Problem:
     """Return the problem with the variance that touches on curved faces have besides.
 
-    Parameters
-    ----------
-    problem : Problem
-        Of n touches.
-    first : State
-        The rigid fit.
-
     Returns
     -------
     Problem

@@ -34,22 +34,19 @@ class MeetingPoints:
 
     Parameters
     ----------
-    p_part : ndarray, shape (n, 3)
     wall_body, base_body : ndarray of int, shape (n,)
         -1: a face that does not move within the part.
-    n_wall, n_base, x : ndarray, shape (n, 3)
-        Outward normals of the faces, and of the plane that goes with the wall, across the seam.
-    is_met : ndarray of bool, shape (n,)
-        Whether the faces fix the place across the seam.
     """
 
-    p_part: FloatArray
+    p_part: FloatArray  #: shape (n, 3).
     wall_body: IntArray
     base_body: IntArray
+    #: `n_wall`, `n_base`, `x`: shape (n, 3). Outward normals of the faces, and of the plane that goes with the wall,
+    #: across the seam.
     n_wall: FloatArray
     n_base: FloatArray
     x: FloatArray
-    is_met: BoolArray
+    is_met: BoolArray  #: shape (n,). Whether the faces fix the place across the seam.
 
     @classmethod
     def on(cls, body: IntArray, p_part: FloatArray) -> MeetingPoints:
@@ -69,22 +66,12 @@ class MeetingPoints:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeetingErrors:
-    """95 % errors of points, mm, each of shape (n,).
-
-    Parameters
-    ----------
-    across_mm : ndarray
-        Across the seam. A seam goes on along itself, so only its ends see the rest.
-    placing_mm : ndarray
-        What the errors of the touches leave.
-    unseen_mm : ndarray
-        What motions of the bodies leave that no touch saw.
-    """
+    """95 % errors of points, mm, each of shape (n,)."""
 
     total_mm: FloatArray
-    across_mm: FloatArray
-    placing_mm: FloatArray
-    unseen_mm: FloatArray
+    across_mm: FloatArray  #: Across the seam. A seam goes on along itself, so only its ends see the rest.
+    placing_mm: FloatArray  #: What the errors of the touches leave.
+    unseen_mm: FloatArray  #: What motions of the bodies leave that no touch saw.
 
 
 def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
@@ -92,8 +79,7 @@ def meeting_jacobian(motions: Motions, points: MeetingPoints) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (n, 3, 6 + 6 b + k)
-        In `base`, mm per rad and per mm.
+    ndarray, shape (n, 3, 6 + 6 b + k). In `base`, mm per rad and per mm.
     """
     T, n = motions.T_base_part, len(points.p_part)
     A = np.stack([points.n_wall, points.n_base, points.x], axis=1)
@@ -136,8 +122,7 @@ def joint_error(J: FloatArray, covariance: FloatArray) -> float:
     ----------
     J : ndarray, shape (n, 3, m)
         Derivative of n points by m unknowns; the `MOST_POINTS` with the largest errors of their own are enough.
-    covariance : ndarray, shape (m, m)
-        Of the unknowns.
+    covariance : shape (m, m). Of the unknowns.
     """
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
@@ -151,8 +136,7 @@ def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (n,)
-        A gap is off by more, to either side, with 5 % probability; mm.
+    ndarray, shape (n,). A gap is off by more, to either side, with 5 % probability; mm.
     """
     by_wall, by_base = (_by_motions(fit.motions, body, points.p_part) for body in (points.wall_body, points.base_body))
     flat = np.einsum("ni,nij->nj", points.n_base, by_wall - by_base)

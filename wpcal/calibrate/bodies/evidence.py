@@ -46,25 +46,14 @@ LARGEST_FACTOR = 100.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionEvidence:
-    """What the touches say of motions of bodies.
+    """What the touches say of motions of bodies."""
 
-    Parameters
-    ----------
-    p_rigid : float
-        Probability that a rigid part shows touches that fit moved bodies as much better.
-    p_body : ndarray, shape (b,)
-        For each body, the probability of its touches if it alone did not move; 1 for a body that no touch sees.
-        Corrected for the number of bodies (Holm).
-    sigmas : ndarray, shape (b,)
-        The same before the correction, as a number of standard deviations.
-    seen : float
-        How many motions of bodies the touches see, of 6 b.
-    """
-
-    p_rigid: float
+    p_rigid: float  #: Probability that a rigid part shows touches that fit moved bodies as much better.
+    #: shape (b,). For each body, the probability of its touches if it alone did not move; 1 for a body that no touch
+    #: sees. Corrected for the number of bodies (Holm).
     p_body: FloatArray
-    sigmas: FloatArray
-    seen: float
+    sigmas: FloatArray  #: shape (b,). The same before the correction, as a number of standard deviations.
+    seen: float  #: How many motions of bodies the touches see, of 6 b.
 
     @property
     def has_moved(self) -> bool:
@@ -74,16 +63,10 @@ class MotionEvidence:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Restricted:
-    """The touches without what a motion of the whole explains: y = Z u + e.
+    """The touches without what a motion of the whole explains: y = Z u + e."""
 
-    Parameters
-    ----------
-    y : ndarray, shape (k,)
-    Z : ndarray, shape (k, 6 b)
-    """
-
-    y: FloatArray
-    Z: FloatArray
+    y: FloatArray  #: shape (k,).
+    Z: FloatArray  #: shape (k, 6 b).
 
     @classmethod
     def of(cls, touched: Whitened) -> _Restricted:
@@ -100,13 +83,7 @@ class _Restricted:
 
 
 def judge_motion(touched: Whitened, *, seed: int = 0) -> MotionEvidence:
-    """Judge whether the touches need bodies that moved, and which.
-
-    Parameters
-    ----------
-    seed : int
-        Of the drawn rigid parts.
-    """
+    """Judge whether the touches need bodies that moved, and which."""
     free = _Restricted.of(touched)
     values, vectors = np.linalg.eigh(free.Z @ free.Z.T)
     values = np.maximum(values, 0.0)
@@ -156,11 +133,6 @@ def _holm(p: FloatArray) -> FloatArray:
 
 def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
     """Estimate how far bodies of this weldment move, by the restricted likelihood (REML).
-
-    Parameters
-    ----------
-    bodies : Bodies
-        With the tolerances on which `touched` rests.
 
     Returns
     -------

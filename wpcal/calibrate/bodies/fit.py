@@ -57,26 +57,15 @@ RESTS_MM = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodiesFit:
-    """The most likely place of a weldment and of its bodies.
-
-    Parameters
-    ----------
-    residuals_mm : ndarray, shape (n,)
-        Distances of the touches from the moved bodies.
-    covariance : ndarray, shape (6 + 6 b + k, 6 + 6 b + k)
-        Of (ξ, δ_1, …, δ_b): ξ about the origin of the base as in `CalibrationResult`, δ_b = (ω, v) of body b about its
-        centroid in `part`; then the k amplitudes of bending; rad and mm.
-    unseen : ndarray, same shape
-        The part of `covariance` that comes from motions which no touch saw.
-    whitened : Whitened
-        The linear model at the rigid fit, from which tolerances and evidence are judged.
-    """
+    """The most likely place of a weldment and of its bodies."""
 
     motions: Motions
-    residuals_mm: FloatArray
+    residuals_mm: FloatArray  #: shape (n,). Distances of the touches from the moved bodies.
+    #: shape (6 + 6 b + k, 6 + 6 b + k). Of (ξ, δ_1, …, δ_b): ξ about the origin of the base as in `CalibrationResult`,
+    #: δ_b = (ω, v) of body b about its centroid in `part`; then the k amplitudes of bending; rad and mm.
     covariance: FloatArray
-    unseen: FloatArray
-    whitened: Whitened
+    unseen: FloatArray  #: The part of `covariance` that comes from motions which no touch saw.
+    whitened: Whitened  #: The linear model at the rigid fit, from which tolerances and evidence are judged.
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -108,25 +97,14 @@ def fit_bodies(
 
     Parameters
     ----------
-    touches : Touches
-        n of them.
-    body : ndarray of int, shape (n,)
-        The body that each touch lies on; -1 for one that does not move within the part.
-    bodies : Bodies
-        b bodies and their tack tolerances.
-    start : RigidTransform
-        ``T_base_part`` of the rigid fit.
-    sigma_mm : float, optional
-        Teaching error per axis; needed where the touches carry no covariances.
+    body : shape (n,). The body that each touch lies on; -1 for one that does not move within the part.
 
     Raises
     ------
-    InputError
-        When no touch carries an error and none is given, or there is no body.
+    InputError : When no touch carries an error and none is given, or there is no body.
     GeometryError
         When the touches leave a motion of the whole free, or the touches of a body and its tolerance do not hold it.
-    ConvergenceError
-        When the fit does not come to rest.
+    ConvergenceError : When the fit does not come to rest.
     """
     if len(bodies) == 0:
         raise InputError("no body may move: name at least one")

@@ -25,8 +25,7 @@ def find_members(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
 
     Returns
     -------
-    names : tuple of str
-        ``member 1`` is the largest.
+    names : tuple of str. ``member 1`` is the largest.
     face_member : ndarray of int, shape (F,)
     """
     graph, n = trimmed.graph, trimmed.graph.face_count

@@ -25,23 +25,13 @@ SECTION_ROUNDS = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motions:
-    """Where the part and its bodies are.
-
-    Parameters
-    ----------
-    omega : ndarray, shape (b, 3)
-        Rotation vectors of the bodies about their centroids, in `part`, rad.
-    v_mm : ndarray, shape (b, 3)
-        Motions of the centroids, in `part`, mm.
-    bend_mm : ndarray, shape (k,)
-        Amplitudes of bending (`Bends`).
-    """
+    """Where the part and its bodies are."""
 
     bodies: Bodies
     T_base_part: RigidTransform
-    omega: FloatArray
-    v_mm: FloatArray
-    bend_mm: FloatArray = field(default_factory=lambda: np.zeros(0))
+    omega: FloatArray  #: shape (b, 3). Rotation vectors of the bodies about their centroids, in `part`, rad.
+    v_mm: FloatArray  #: shape (b, 3). Motions of the centroids, in `part`, mm.
+    bend_mm: FloatArray = field(default_factory=lambda: np.zeros(0))  #: shape (k,). Amplitudes of bending (`Bends`).
 
     @classmethod
     def rigid(cls, bodies: Bodies, T_base_part: RigidTransform) -> Motions:
@@ -68,17 +58,13 @@ class Motions:
         return np.where(is_own[:, None, None], R[body], T.R), np.where(is_own[:, None], t[body], T.t_mm)
 
     def apply(self, body: IntArray, p_part: FloatArray) -> FloatArray:
-        """Move points of bodies within `part`.
+        """Move points of bodies within `part`, shape (n, 3).
 
         Parameters
         ----------
         body : ndarray of int, shape (n,)
             -1: a point that belongs to no body, and stays.
         p_part : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
         """
         R, t = self.moves_at(body, p_part)
         return np.asarray(np.einsum("nij,nj->ni", R, p_part) + t)
@@ -90,13 +76,11 @@ class Motions:
         ----------
         body : ndarray of int, shape (n,)
             -1: a point that belongs to no body, and stays.
-        p_part : ndarray, shape (n, 3)
-            In the model, mm.
+        p_part : shape (n, 3). In the model, mm.
 
         Returns
         -------
-        tuple of ndarray, shapes (n, 3, 3) and (n, 3)
-            Of a body that does not bend, those of `moves`.
+        tuple of ndarray, shapes (n, 3, 3) and (n, 3). Of a body that does not bend, those of `moves`.
         """
         R, t = (np.concatenate(pair) for pair in zip(self.moves(), (np.eye(3)[None], np.zeros((1, 3))), strict=True))
         R, t = R[body], t[body]
@@ -141,13 +125,11 @@ class Motions:
         Parameters
         ----------
         body : ndarray of int, shape (n,)
-        p_part : ndarray, shape (n, 3)
-            In the model.
+        p_part : shape (n, 3). In the model.
 
         Returns
         -------
-        ndarray, shape (n, 3, 6)
-            Of points in `part`, mm per rad and per mm.
+        ndarray, shape (n, 3, 6). Of points in `part`, mm per rad and per mm.
         """
         J = point_jacobian(self.apply(body, p_part) - self.bodies.centroid_part[body] - self.v_mm[body])
         J[:, :, :3] = J[:, :, :3] @ left_jacobian(self.omega)[body]
@@ -160,13 +142,11 @@ class Motions:
         ----------
         body : ndarray of int, shape (n,)
             -1: a point that belongs to no body.
-        p_part : ndarray, shape (n, 3)
-            In the model.
+        p_part : shape (n, 3). In the model.
 
         Returns
         -------
-        ndarray, shape (n, 3, 6 b + k)
-            Of points in `part`, mm per rad and per mm.
+        ndarray, shape (n, 3, 6 b + k). Of points in `part`, mm per rad and per mm.
         """
         n, b, bends = len(body), len(self.bodies), self.bodies.bends
         J = np.zeros((n, 3, 6 * b + len(bends)))
@@ -187,16 +167,11 @@ class Motions:
 
 
 def left_jacobian(omega: FloatArray) -> FloatArray:
-    r"""Return :math:`J_l` with :math:`\exp(\omega + d) = \exp(J_l d) \exp(\omega)` to first order.
+    r"""Return :math:`J_l` with :math:`\exp(\omega + d) = \exp(J_l d) \exp(\omega)` to first order, shape (b, 3, 3).
 
     Parameters
     ----------
-    omega : ndarray, shape (b, 3)
-        Rotation vectors, rad.
-
-    Returns
-    -------
-    ndarray, shape (b, 3, 3)
+    omega : shape (b, 3). Rotation vectors, rad.
 
     References
     ----------

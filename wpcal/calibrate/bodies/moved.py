@@ -44,32 +44,16 @@ _IN_WORDS = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedBodies:
-    """A weldment and its bodies, as the touches show them.
-
-    Parameters
-    ----------
-    source : ToleranceSource
-        How the tack tolerances are known.
-    touches : ndarray of int, shape (b,)
-        How many touches lie on each body.
-    wrong : tuple of str
-        Touches that contradict the others, wherever their bodies are.
-    far : tuple of str
-        Bodies that are farther away than their tolerances explain.
-    doubtful : tuple of str
-        Touches on them that are wrong unless the tolerances are too small.
-    contacts : ContactEvidence or None
-        Of kept contacts.
-    """
+    """A weldment and its bodies, as the touches show them."""
 
     fit: BodiesFit
     evidence: MotionEvidence
-    source: ToleranceSource
-    touches: IntArray
-    wrong: tuple[str, ...]
-    far: tuple[str, ...] = ()
-    doubtful: tuple[str, ...] = ()
-    contacts: ContactEvidence | None = None
+    source: ToleranceSource  #: How the tack tolerances are known.
+    touches: IntArray  #: shape (b,). How many touches lie on each body.
+    wrong: tuple[str, ...]  #: Touches that contradict the others, wherever their bodies are.
+    far: tuple[str, ...] = ()  #: Bodies that are farther away than their tolerances explain.
+    doubtful: tuple[str, ...] = ()  #: Touches on them that are wrong unless the tolerances are too small.
+    contacts: ContactEvidence | None = None  #: Of kept contacts.
 
     @property
     def untouched(self) -> tuple[str, ...]:
@@ -230,19 +214,11 @@ def fit_moved_bodies(
 
     Parameters
     ----------
-    touches, bodies, start, sigma_mm, contacts
-        As in `fit_bodies`.
-    body : ndarray of int, shape (n,)
-        The body that each touch lies on.
-    estimate : bool
-        Estimate the tack tolerances where there are enough touches.
-    seed : int
-        Of the drawn rigid parts.
+    body : shape (n,). The body that each touch lies on.
 
     Raises
     ------
-    InputError, GeometryError, ConvergenceError
-        As in `fit_bodies`.
+    InputError, GeometryError, ConvergenceError : As in `fit_bodies`.
     """
     fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts)
     evidence = judge_motion(fit.whitened.without_contacts(), seed=seed)
@@ -295,12 +271,7 @@ def far_bodies(touched: Whitened, body: IntArray, wrong: IntArray) -> tuple[int,
 
     Parameters
     ----------
-    touched : Whitened
-        Of b bodies.
-    body : ndarray of int, shape (n,)
-        The body that each touch lies on.
-    wrong : ndarray of int
-        Of `wrong_rows`.
+    body : shape (n,). The body that each touch lies on.
     """
     count = (touched.B.shape[1] - touched.bends) // 6
     PB = touched.residual_matrix() @ touched.B

@@ -22,14 +22,9 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Planes:
-    """Targets that are whole planes: enough for touches within their faces.
+    """Targets that are whole planes: enough for touches within their faces."""
 
-    Parameters
-    ----------
-    p, n : ndarray, shape (m, 3)
-        A point of each plane, and its outward unit normal; `part`, mm.
-    """
-
+    #: `p`, `n`: shape (m, 3). A point of each plane, and its outward unit normal; `part`, mm.
     p: FloatArray
     n: FloatArray
 
@@ -55,26 +50,16 @@ def calibrate_bodies(
 
     Parameters
     ----------
-    p_part : array_like, shape (n, 3)
-        The points that were touched, in the model, mm.
-    normal_part : array_like, shape (n, 3)
-        Outward normals of the faces there.
-    p_base : array_like, shape (n, 3)
-        The touched points, in `base`, mm.
+    p_part : shape (n, 3). The points that were touched, in the model, mm.
+    normal_part : shape (n, 3). Outward normals of the faces there.
+    p_base : shape (n, 3). The touched points, in `base`, mm.
     body : sequence of str, length n
         The body of each touch. Bodies are in the order in which their names come first, and turn about the middle of
         their touches.
-    sigma_mm : float
-        Error of a touch: standard deviation per axis.
-    tack_mm, tack_mrad : float
-        How far tacks let a body move and turn: standard deviations per axis.
-    estimate : bool
-        Estimate the tack tolerances where there are enough touches.
 
     Returns
     -------
-    MovedBodies
-        ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors` gives errors.
+    MovedBodies. ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors` gives errors.
 
     Raises
     ------
@@ -99,22 +84,15 @@ def calibrate_bodies(
 
 
 def predict_body_errors(found: MovedBodies, p_part: ArrayLike, body: Sequence[str]) -> FloatArray:
-    """Return the 95 % errors of points that go with one body each.
+    """Return the 95 % errors of points that go with one body each, shape (n,), mm.
 
     Parameters
     ----------
-    p_part : array_like, shape (n, 3)
-        In the model, mm.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        mm.
+    p_part : shape (n, 3). In the model, mm.
 
     Raises
     ------
-    InputError
-        When a body is not one of the fit.
+    InputError : When a body is not one of the fit.
     """
     motions = found.fit.motions
     unknown = [name for name in body if name not in motions.bodies.names]

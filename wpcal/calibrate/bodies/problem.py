@@ -21,26 +21,15 @@ FREE = 100.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitened:
-    """Touches as a linear model with unit errors: r = J ξ + B u + e, at the rigid fit.
+    """Touches as a linear model with unit errors: r = J ξ + B u + e, at the rigid fit."""
 
-    Parameters
-    ----------
-    r : ndarray, shape (m,)
-    J : ndarray, shape (m, 6 + s)
-        By the scaled motion of the whole, and by errors that all touches share.
-    B : ndarray, shape (m, 6 b + bends)
-        By the motions of the bodies, in units of their tolerances, then by the amplitudes of bending.
-    touch : ndarray of int, shape (m,)
-        The touch of each row; -1: a kept contact.
-    bends : int
-        How many amplitudes there are.
-    """
-
-    r: FloatArray
-    J: FloatArray
+    r: FloatArray  #: shape (m,).
+    J: FloatArray  #: shape (m, 6 + s). By the scaled motion of the whole, and by errors that all touches share.
+    #: shape (m, 6 b + bends). By the motions of the bodies, in units of their tolerances, then by the amplitudes of
+    #: bending.
     B: FloatArray
-    touch: IntArray
-    bends: int
+    touch: IntArray  #: shape (m,). The touch of each row; -1: a kept contact.
+    bends: int  #: How many amplitudes there are.
 
     def without_contacts(self) -> Whitened:
         """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
@@ -65,24 +54,13 @@ class Whitened:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Motions with the residuals there.
-
-    Parameters
-    ----------
-    at : Linearised
-        In `base`; `contact_part` in the model's coordinates of the own body.
-    weights : ndarray, shape (n, 3, 3)
-    gaps : ndarray, shape (k,)
-        Of the kept contacts, in units of their sigma.
-    shared : ndarray, shape (s,)
-        The errors that all touches share, in standard deviations.
-    """
+    """Motions with the residuals there."""
 
     motions: Motions
-    at: Linearised
-    weights: FloatArray
-    gaps: FloatArray
-    shared: FloatArray
+    at: Linearised  #: In `base`; `contact_part` in the model's coordinates of the own body.
+    weights: FloatArray  #: shape (n, 3, 3).
+    gaps: FloatArray  #: shape (k,). Of the kept contacts, in units of their sigma.
+    shared: FloatArray  #: shape (s,). The errors that all touches share, in standard deviations.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,23 +68,15 @@ class Problem:
     """The sum of squares as a `SquaresProblem` of states.
 
     Unknowns are (L ω, v) of the whole, u of the bodies, and the errors that all touches share.
-
-    Parameters
-    ----------
-    own : ndarray, shape (n, 3, 3)
-        Covariances of the touches without the errors that they share.
-    shared : ndarray, shape (n, 3, s)
-    scales : ndarray, shape (6 b + k,)
-        `Bodies.all_scales`.
     """
 
     touches: Touches
-    own: FloatArray
-    shared: FloatArray
+    own: FloatArray  #: shape (n, 3, 3). Covariances of the touches without the errors that they share.
+    shared: FloatArray  #: shape (n, 3, s).
     body: IntArray
     bodies: Bodies
     contacts: Contacts
-    scales: FloatArray
+    scales: FloatArray  #: shape (6 b + k,). `Bodies.all_scales`.
     pivot: FloatArray
     length_mm: float
 
@@ -262,8 +232,6 @@ def touched_poses(touches: Touches, body: IntArray, motions: Motions) -> tuple[F
 
     Parameters
     ----------
-    touches : Touches
-        n of them.
     body : ndarray of int, shape (n,)
 
     Returns

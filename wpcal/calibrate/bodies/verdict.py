@@ -42,32 +42,17 @@ GROSS_MM = 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodiesEvidence:
-    """What decides on the verdict.
-
-    Parameters
-    ----------
-    touch_names : tuple of str
-        Of the fitted touches.
-    points : MeetingPoints
-        k points of the accepted seams; of the fitted touches if there is no seam.
-    sigma : Sigma
-        The error of the touches.
-    bias_mm : float
-        Allowance for an error of the tool centre point, mm.
-    check : tuple of PointPairs and ndarray of int of shape (n,), or None
-        Touches that were not fitted, with their place on the moved part in `part`, and the body of each.
-    issues : sequence of Issue
-        Of the part as one body.
-    """
+    """What decides on the verdict."""
 
     moved: MovedBodies
-    touch_names: tuple[str, ...]
-    points: MeetingPoints
+    touch_names: tuple[str, ...]  #: Of the fitted touches.
+    points: MeetingPoints  #: k points of the accepted seams; of the fitted touches if there is no seam.
     seam_names: Sequence[str]
-    sigma: Sigma
-    bias_mm: float
+    sigma: Sigma  #: The error of the touches.
+    bias_mm: float  #: Allowance for an error of the tool centre point, mm.
+    #: shape (n,). Touches that were not fitted, with their place on the moved part in `part`, and the body of each.
     check: tuple[PointPairs, IntArray] | None
-    issues: Sequence[Issue]
+    issues: Sequence[Issue]  #: Of the part as one body.
     tolerance_mm: float
 
 
@@ -173,13 +158,6 @@ def unchecked_touches(moved: MovedBodies, names: Sequence[str], sigma_mm: float)
 
     A touch i that is off by e leaves the normalised residual :math:`e \sqrt{P_{ii}} / \sigma`; the test for wrong
     touches finds it if this is above its limit.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the fitted touches.
-    sigma_mm : float
-        Error of the touches per axis.
 
     References
     ----------

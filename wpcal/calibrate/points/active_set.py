@@ -56,18 +56,12 @@ then left as it is."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExactOptimum:
-    """A fit that satisfies the optimality conditions to round-off.
+    """A fit that satisfies the optimality conditions to round-off."""
 
-    Parameters
-    ----------
-    R, t : ndarray, shapes (3, 3) and (3,)
-    weights : ndarray, shape (n,)
-        Multipliers on the simplex, zero on the points that do not carry.
-    """
-
+    #: `R`, `t`: shapes (3, 3) and (3,).
     R: FloatArray
     t: FloatArray
-    weights: FloatArray
+    weights: FloatArray  #: shape (n,). Multipliers on the simplex, zero on the points that do not carry.
 
 
 def refine_optimum(
@@ -77,12 +71,9 @@ def refine_optimum(
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Points about their centroids, mm.
-    R, t : ndarray, shapes (3, 3) and (3,)
-        A fit near the optimum.
-    weights : ndarray, shape (n,)
-        Its multipliers.
+    p, q : shape (n, 3). Points about their centroids, mm.
+    R, t : shapes (3, 3) and (3,). A fit near the optimum.
+    weights : shape (n,). Its multipliers.
 
     Returns
     -------

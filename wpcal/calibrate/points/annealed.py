@@ -30,27 +30,16 @@ LEAST_RANGE_MM = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchProblem:
-    """A cost and its box, and how a state becomes a rigid motion.
+    """A cost and its box, and how a state becomes a rigid motion."""
 
-    Parameters
-    ----------
-    cost : callable
-        States (m, 6) to largest distances (m,), mm.
-    lower, upper : ndarray, shape (6,)
-        x, y, z in mm; α, β, γ in rad.
-    periodic : tuple of bool
-        The variables that are full turns.
-    start : ndarray, shape (6,), optional
-        Where the paper's single chain starts.
-    pivot_source, pivot_target : ndarray, shape (3,)
-        The point the source turns about, and where it goes at zero translation.
-    """
-
-    cost: Cost
+    cost: Cost  #: States (m, 6) to largest distances (m,), mm.
+    #: `lower`, `upper`: shape (6,). x, y, z in mm; α, β, γ in rad.
     lower: FloatArray
     upper: FloatArray
-    periodic: tuple[bool, ...]
-    start: FloatArray | None
+    periodic: tuple[bool, ...]  #: The variables that are full turns.
+    start: FloatArray | None  #: shape (6,). Where the paper's single chain starts.
+    #: `pivot_source`, `pivot_target`: shape (3,). The point the source turns about, and where it goes at zero
+    #: translation.
     pivot_source: FloatArray
     pivot_target: FloatArray
 
@@ -72,17 +61,11 @@ def anneal_pairs(
 
     Parameters
     ----------
-    pairs : PointPairs
-        mm. Of more than 64 pairs the annealer sees the 64 that matter most.
-    nominal : RigidTransform, optional
-        ``T_nominal_part``: where the published schedule starts.
-    schedule : AnnealingSchedule, optional
-        Its `variables` say which six variables are searched.
+    pairs : mm. Of more than 64 pairs the annealer sees the 64 that matter most.
 
     Returns
     -------
-    T : RigidTransform
-        ``T_target_source``, not polished.
+    T : RigidTransform. ``T_target_source``, not polished.
     """
     chosen = schedule or AnnealingSchedule.default()
     rows = core_subset(pairs.p_source, pairs.p_target)
@@ -118,8 +101,7 @@ def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Source and target points, mm.
+    p, q : shape (n, 3). Source and target points, mm.
     """
     pivot_p, pivot_q = p.mean(axis=0), q.mean(axis=0)
     radius = max(float(np.linalg.norm(c, axis=1).max()) for c in (p - pivot_p, q - pivot_q))
@@ -138,8 +120,7 @@ def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Modelled and taught points, both in base coordinates, mm.
+    p, q : shape (n, 3). Modelled and taught points, both in base coordinates, mm.
     """
     shift = (q - p).mean(axis=0)
     differing = float(np.linalg.norm(q - p - shift, axis=1).max())
@@ -157,13 +138,11 @@ def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Source and target points, mm.
+    p, q : shape (n, 3). Source and target points, mm.
 
     Returns
     -------
-    callable
-        States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
+    callable. States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
     """
     p_rows = np.ascontiguousarray(p, dtype=np.float64)
     q_columns = np.ascontiguousarray(np.asarray(q, dtype=np.float64).T)[:, :, None]

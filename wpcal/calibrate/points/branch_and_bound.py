@@ -55,43 +55,22 @@ TINY = 1e-300
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RotationSearch:
-    """What the search over all rotations proved.
+    """What the search over all rotations proved."""
 
-    Parameters
-    ----------
-    lower_bound : float
-        No rigid transform has a smaller largest distance, mm.
-    rotations : ndarray, shape (k, 3, 3)
-        Centres of cells that may hold a better answer than the one given; starts for a local solve.
-    cells : int
-        Cells bounded.
-    closed : bool
-        Whether no cell was left.
-    """
-
-    lower_bound: float
+    lower_bound: float  #: No rigid transform has a smaller largest distance, mm.
+    #: shape (k, 3, 3). Centres of cells that may hold a better answer than the one given; starts for a local solve.
     rotations: FloatArray
-    cells: int
-    closed: bool
+    cells: int  #: Cells bounded.
+    closed: bool  #: Whether no cell was left.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellBounds:
-    """What is known of a batch of m cells.
+    """What is known of a batch of m cells."""
 
-    Parameters
-    ----------
-    bound : ndarray, shape (m,)
-        Lower bound of the largest distance over the cell, mm.
-    value : ndarray, shape (m,)
-        Largest distance at the centre with a good translation, mm.
-    weights : ndarray, shape (m, n)
-        The weights that bound best; a start for the parts of the cell.
-    """
-
-    bound: FloatArray
-    value: FloatArray
-    weights: FloatArray
+    bound: FloatArray  #: shape (m,). Lower bound of the largest distance over the cell, mm.
+    value: FloatArray  #: shape (m,). Largest distance at the centre with a good translation, mm.
+    weights: FloatArray  #: shape (m, n). The weights that bound best; a start for the parts of the cell.
 
 
 def bound_cells(
@@ -101,16 +80,11 @@ def bound_cells(
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Points about their centroids, mm.
-    R : ndarray, shape (m, 3, 3)
-        Centres.
-    weights : ndarray, shape (m, k, n)
-        For every ball k weights to start from, rows on the simplex.
-    angle : float
-        Radius of the balls, rad.
-    goal : float
-        A ball is left alone once its bound has reached this, mm.
+    p, q : shape (n, 3). Points about their centroids, mm.
+    R : shape (m, 3, 3). Centres.
+    weights : shape (m, k, n). For every ball k weights to start from, rows on the simplex.
+    angle : Radius of the balls, rad.
+    goal : A ball is left alone once its bound has reached this, mm.
     """
     residuals = q - p @ R.transpose(0, 2, 1)
     best, value = np.full(len(R), -1.0), np.full(len(R), np.inf)
@@ -172,19 +146,14 @@ def search_rotations(
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Points about their centroids, mm.
-    value : float
-        Largest distance of the best answer known, mm.
-    tolerance : float
-        Gap to reach, mm.
-    pool : ndarray, shape (k, n)
-        Weights to try first, rows on the simplex.
+    p, q : shape (n, 3). Points about their centroids, mm.
+    value : Largest distance of the best answer known, mm.
+    tolerance : Gap to reach, mm.
+    pool : shape (k, n). Weights to try first, rows on the simplex.
 
     Returns
     -------
-    RotationSearch
-        It ends early with the centres whose largest distance is below `value`.
+    RotationSearch. It ends early with the centres whose largest distance is below `value`.
     """
     half = np.pi / 2  # two cells a side hold the ball of rotation vectors of length up to pi
     centres = half * np.array(list(product((-1.0, 1.0), repeat=3)))

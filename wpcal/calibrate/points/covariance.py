@@ -26,15 +26,12 @@ def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
 
     Parameters
     ----------
-    p_base : ndarray, shape (n, 3)
-        Moved model points, base frame, mm.
-    sigma_mm : float
-        Standard deviation per axis, mm.
+    p_base : shape (n, 3). Moved model points, base frame, mm.
+    sigma_mm : Standard deviation per axis, mm.
 
     Returns
     -------
-    ndarray, shape (6, 6)
-        About the base's origin: rad², rad·mm, mm².
+    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     offsets = p_base - p_base.mean(axis=0)
     moments = offsets.T @ offsets
@@ -50,15 +47,12 @@ def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArr
 
     Parameters
     ----------
-    p_base : ndarray, shape (n, 3)
-        Moved model points, base frame, mm.
-    covariances : ndarray, shape (n, 3, 3)
-        Of the taught points, mm².
+    p_base : shape (n, 3). Moved model points, base frame, mm.
+    covariances : shape (n, 3, 3). Of the taught points, mm².
 
     Returns
     -------
-    ndarray, shape (6, 6)
-        About the base's origin: rad², rad·mm, mm².
+    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     J = point_jacobian(p_base - p_base.mean(axis=0))
     information = np.einsum("nik,nij,njl->kl", J, np.linalg.inv(covariances), J)
@@ -73,15 +67,12 @@ def propagated_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatA
 
     Parameters
     ----------
-    p_base : ndarray, shape (n, 3)
-        Moved model points, base frame, mm.
-    covariances : ndarray, shape (n, 3, 3)
-        Of the taught points, mm².
+    p_base : shape (n, 3). Moved model points, base frame, mm.
+    covariances : shape (n, 3, 3). Of the taught points, mm².
 
     Returns
     -------
-    ndarray, shape (6, 6)
-        About the base's origin: rad², rad·mm, mm².
+    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     J = point_jacobian(p_base - p_base.mean(axis=0))
     change = translation_adjoint(p_base.mean(axis=0)) @ np.linalg.inv(np.einsum("nik,nil->kl", J, J))
@@ -96,19 +87,12 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
 
     Parameters
     ----------
-    p_base : ndarray, shape (n, 3)
-        Moved model points, base frame, mm.
-    sigma_mm : float
-        Standard deviation per axis, mm.
-    bounded : bool
-        Errors evenly distributed within √3 sigma instead of Gaussian ones.
-    seed : int
-        Of the simulated errors.
+    p_base : shape (n, 3). Moved model points, base frame, mm.
+    sigma_mm : Standard deviation per axis, mm.
 
     Returns
     -------
-    ndarray, shape (6, 6)
-        About the base's origin: rad², rad·mm, mm².
+    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     return np.asarray(minimax_covariances(p_base[None], sigma_mm, bounded=bounded, seed=seed)[0])
 
@@ -118,15 +102,11 @@ def minimax_covariances(p_base: FloatArray, sigma_mm: float, *, bounded: bool = 
 
     Parameters
     ----------
-    p_base : ndarray, shape (m, n, 3)
-        m sets of moved model points, base frame, mm.
-    sigma_mm, bounded, seed
-        The same for all sets.
+    p_base : shape (m, n, 3). m sets of moved model points, base frame, mm.
 
     Returns
     -------
-    ndarray, shape (m, 6, 6)
-        About the base's origin: rad², rad·mm, mm².
+    ndarray, shape (m, 6, 6). About the base's origin: rad², rad·mm, mm².
     """
     linear = np.array([isotropic_covariance(p, sigma_mm) for p in p_base])
     if sigma_mm == 0:
@@ -156,15 +136,11 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
     ----------
     p_base : ndarray, shape (n, 3)
         Moved model points, base frame, mm. Of more than `EXCESS_POINTS` only that many are used, which overstates.
-    covariances : ndarray, shape (n, 3, 3)
-        Of the taught points, mm².
-    seed : int
-        Of the simulated errors.
+    covariances : shape (n, 3, 3). Of the taught points, mm².
 
     Returns
     -------
-    ndarray, shape (6, 6)
-        About the base's origin: rad², rad·mm, mm².
+    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     rng = np.random.default_rng(seed)
     n = len(p_base)

@@ -46,8 +46,7 @@ def require_plausible_units(pairs: PointPairs) -> None:
 
     Raises
     ------
-    UnitError
-        When the distances among the taught points are 1000 or 25.4 times those of the model, or the inverse.
+    UnitError : When the distances among the taught points are 1000 or 25.4 times those of the model, or the inverse.
     """
     p, q = centred(pairs.p_source), centred(pairs.p_target)
     factor = float(np.sqrt(np.sum(q**2) / np.sum(p**2)))
@@ -61,13 +60,7 @@ def require_plausible_units(pairs: PointPairs) -> None:
 
 
 def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> tuple[Issue, ...]:
-    """Return the issues of `diagnose_pairs` on pairs without check points.
-
-    Parameters
-    ----------
-    pairs, sigma_mm, seed
-        As in `diagnose_pairs`.
-    """
+    """Return the issues of `diagnose_pairs` on pairs without check points."""
     return diagnose_pairs(pairs, sigma_mm=sigma_mm, seed=seed).issues
 
 
@@ -87,16 +80,8 @@ def diagnose_pairs(
     pairs : PointPairs
         At least three that are not collinear, mm. If they carry covariances, a mis-taught point is searched for with
         these, and swaps and mirrors with the largest standard deviation among them.
-    check : PointPairs, optional
-        Points that were touched but not fitted. A wrong point is searched for among all of them together.
-    places : FeaturePlaces, optional
-        Of the part: a suspicious point is tried on them.
     postures : mapping of str to ndarray of shape (3, 3), optional
         The axes of the tool in the base by the name of the point: they show an error of the tool centre point.
-    sigma_mm : float, optional
-        Teaching error per axis of pairs without covariances, where known.
-    seed : int
-        Of the random triples of the robust fit.
 
     Returns
     -------

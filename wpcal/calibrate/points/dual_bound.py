@@ -22,16 +22,13 @@ def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatA
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Points about their centroids, mm.
-    seeds : ndarray, shape (m, n)
-        Weights to start from, rows on the simplex.
+    p, q : shape (n, 3). Points about their centroids, mm.
+    seeds : shape (m, n). Weights to start from, rows on the simplex.
 
     Returns
     -------
     weights : ndarray, shape (n,)
-    bound : float
-        mm.
+    bound : float. mm.
     """
     n = len(p)
     bounds = weighted_rms(p, q, seeds)

@@ -66,7 +66,7 @@ def rotation_is_free(B: FloatArray) -> bool:
 
 
 def nearest_rotation_maximising(B: FloatArray, scale: float, towards: FloatArray) -> FloatArray:
-    r"""Of the rotations with the greatest tr(Rᵀ B) return the one nearest to a given rotation.
+    r"""Of the rotations with the greatest tr(Rᵀ B) return the one nearest to a given rotation, shape (3, 3).
 
     With :math:`B = U \operatorname{diag}(s_1, s_2, s_3) V^\top`, U and V proper and :math:`s_1 \ge s_2 \ge |s_3|`, it
     is one rotation unless :math:`s_2 + s_3 = 0`. Then R may turn about the first axis. If :math:`s_1 = s_2` as well,
@@ -76,14 +76,7 @@ def nearest_rotation_maximising(B: FloatArray, scale: float, towards: FloatArray
     Parameters
     ----------
     B : ndarray, shape (3, 3)
-    scale : float
-        Size that B has if source and target are alike: B is compared with it.
-    towards : ndarray, shape (3, 3)
-        A rotation, or the negative of one: the result is then furthest from it.
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
+    towards : shape (3, 3). A rotation, or the negative of one: the result is then furthest from it.
     """
     U, s, Vt = np.linalg.svd(B)
     if s[0] <= TIED * scale:
@@ -122,15 +115,12 @@ def with_copies(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> t
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Points about their centroids, mm.
-    R, t : ndarray, shapes (k, 3, 3) and (k, 3)
-        Fits.
+    p, q : shape (n, 3). Points about their centroids, mm.
+    R, t : shapes (k, 3, 3) and (k, 3). Fits.
 
     Returns
     -------
-    R, t : ndarray, shapes (m, 3, 3) and (m, 3)
-        All fits, each rotation once.
+    R, t : ndarray, shapes (m, 3, 3) and (m, 3). All fits, each rotation once.
     """
     g, h = _isometries((p, q), (p, q))
     turned = [R, (h[:, None] @ R @ g[:, None].transpose(0, 1, 3, 2)).reshape(-1, 3, 3)]

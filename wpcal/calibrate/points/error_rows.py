@@ -18,29 +18,19 @@ ISOTROPIC = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorRows:
-    """Pairs about their centroids with what is known of their errors.
+    """Pairs about their centroids with what is known of their errors."""
 
-    Parameters
-    ----------
-    p, q : ndarray, shape (n, 3)
-        Model and taught points, mm.
-    covariances, information : ndarray, shape (n, 3, 3)
-        Of the taught points, and inverse, mm² and mm⁻². If nothing is known, multiples of the identity of unit size.
-    weights : ndarray, shape (n,)
-        One third of the traces of the information: the part of it that a closed-form fit can use.
-    scaled : bool
-        Whether the covariances are known with their size.
-    isotropic : bool
-        Whether they are multiples of the identity, so that the closed form is exact.
-    """
-
+    #: `p`, `q`: shape (n, 3). Model and taught points, mm.
     p: FloatArray
     q: FloatArray
+    #: `covariances`, `information`: shape (n, 3, 3). Of the taught points, and inverse, mm² and mm⁻². If nothing is
+    #: known, multiples of the identity of unit size.
     covariances: FloatArray
     information: FloatArray
+    #: shape (n,). One third of the traces of the information: the part of it that a closed-form fit can use.
     weights: FloatArray
-    scaled: bool
-    isotropic: bool
+    scaled: bool  #: Whether the covariances are known with their size.
+    isotropic: bool  #: Whether they are multiples of the identity, so that the closed form is exact.
 
     @classmethod
     def of(cls, pairs: PointPairs, sigma_mm: float | None) -> ErrorRows:
@@ -71,8 +61,7 @@ class ErrorRows:
 
         Parameters
         ----------
-        rows : ndarray of int or bool
-            Indices, or a mask of shape (n,). Any shape of indices makes a batch.
+        rows : Indices, or a mask of shape (n,). Any shape of indices makes a batch.
         """
         covariances, information = self.covariances[rows], self.information[rows]
         return ErrorRows(

@@ -57,10 +57,8 @@ def on_line(p: FloatArray, weights: FloatArray) -> bool:
 
     Parameters
     ----------
-    p : ndarray, shape (n, 3)
-        mm.
-    weights : ndarray, shape (n,)
-        Not negative, with the sum one.
+    p : shape (n, 3). mm.
+    weights : shape (n,). Not negative, with the sum one.
     """
     spread = np.linalg.svd(np.sqrt(weights)[:, None] * (p - weights @ p), compute_uv=False)
     return bool(spread[1] <= ON_LINE * spread[0])
@@ -71,12 +69,9 @@ def free_axes(p: FloatArray, q: FloatArray, R: FloatArray, weights: FloatArray) 
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        mm.
-    R : ndarray, shape (3, 3)
-        An optimal fit.
-    weights : ndarray, shape (n,)
-        Its multipliers.
+    p, q : shape (n, 3). mm.
+    R : shape (3, 3). An optimal fit.
+    weights : shape (n,). Its multipliers.
     """
     u, v = (p - weights @ p) @ R.T, q - weights @ q
     M = (v.T * weights) @ u
@@ -93,12 +88,9 @@ def least_squares_among_best(
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        mm.
-    R : ndarray, shape (3, 3)
-        An optimal fit.
-    weights : ndarray, shape (n,)
-        Its multipliers.
+    p, q : shape (n, 3). mm.
+    R : shape (3, 3). An optimal fit.
+    weights : shape (n,). Its multipliers.
 
     Returns
     -------

@@ -45,27 +45,15 @@ MAX_TURN_RAD = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InteriorPointState:
-    """State of a batch of B problems with n points; the batch axis comes first.
+    """State of a batch of B problems with n points; the batch axis comes first."""
 
-    Parameters
-    ----------
-    R, t : ndarray, shapes (B, 3, 3) and (B, 3)
-        The fits, in the frames of the points given (mm).
-    weights : ndarray, shape (B, n)
-        Multipliers, each row summing to one.
-    largest : ndarray, shape (B,)
-        Largest distance, mm.
-    converged : ndarray of bool, shape (B,)
-    steps : int
-        Newton steps until the last problem of the batch was done.
-    """
-
+    #: `R`, `t`: shapes (B, 3, 3) and (B, 3). The fits, in the frames of the points given (mm).
     R: FloatArray
     t: FloatArray
-    weights: FloatArray
-    largest: FloatArray
-    converged: BoolArray
-    steps: int
+    weights: FloatArray  #: shape (B, n). Multipliers, each row summing to one.
+    largest: FloatArray  #: shape (B,). Largest distance, mm.
+    converged: BoolArray  #: shape (B,).
+    steps: int  #: Newton steps until the last problem of the batch was done.
 
 
 def solve_interior_point(
@@ -75,17 +63,12 @@ def solve_interior_point(
 
     Parameters
     ----------
-    p, q : ndarray, shape (B, n, 3)
-        Source and target points, about their centroids, mm.
-    R, t : ndarray, shapes (B, 3, 3) and (B, 3)
-        Where each problem starts; an exact fit is its own answer.
-    goal : float
-        Scaled optimality error to reach.
+    p, q : shape (B, n, 3). Source and target points, about their centroids, mm.
+    R, t : shapes (B, 3, 3) and (B, 3). Where each problem starts; an exact fit is its own answer.
 
     Returns
     -------
-    InteriorPointState
-        The best fit met on the way, and the multipliers of the last step.
+    InteriorPointState. The best fit met on the way, and the multipliers of the last step.
     """
     batch, n = p.shape[:2]
     best_R, best_t, best = R.copy(), t.copy(), distances(p, q, R, t).max(axis=1)

@@ -38,16 +38,13 @@ def kabsch(p: FloatArray, q: FloatArray, weights: FloatArray) -> tuple[FloatArra
 
     Parameters
     ----------
-    p, q : ndarray, shape (..., n, 3)
-        Source and target points, mm.
-    weights : ndarray, shape (..., n)
-        Not negative, each row summing to one.
+    p, q : shape (..., n, 3). Source and target points, mm.
+    weights : shape (..., n). Not negative, each row summing to one.
 
     Returns
     -------
     R : ndarray, shape (..., 3, 3)
-    t : ndarray, shape (..., 3)
-        mm.
+    t : ndarray, shape (..., 3). mm.
     """
     w = weights[..., None, :]
     p_mean, q_mean = w @ p, w @ q  # (..., 1, 3)
@@ -70,25 +67,20 @@ def fit_least_squares(
 
     Parameters
     ----------
-    pairs : PointPairs
-        At least three pairs that are not collinear, mm.
-    weights : array_like, shape (n,), optional
-        Not negative; scaled to sum to one. Equal where not given.
+    pairs : At least three pairs that are not collinear, mm.
+    weights : shape (n,). Not negative; scaled to sum to one. Equal where not given.
     nominal : RigidTransform, optional
         Of equally good fits, as mirrored or exchanged points have, the one turned least from this is taken. By default
         the one turned least at all.
 
     Returns
     -------
-    RigidTransform
-        ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored sets.
+    RigidTransform. ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored sets.
 
     Raises
     ------
-    GeometryError
-        When there are fewer than three pairs or they are collinear or coincident.
-    InputError
-        When the weights are not n finite numbers that are not negative and not all zero.
+    GeometryError : When there are fewer than three pairs or they are collinear or coincident.
+    InputError : When the weights are not n finite numbers that are not negative and not all zero.
 
     Examples
     --------
@@ -110,10 +102,7 @@ def other_least_squares(pairs: PointPairs, T: RigidTransform) -> RigidTransform 
 
     Parameters
     ----------
-    pairs : PointPairs
-        mm.
-    T : RigidTransform
-        Their least-squares fit.
+    pairs : mm.
     """
     other = _nearest(pairs, np.full(len(pairs), 1.0 / len(pairs)), -T.R)
     return other if np.abs(other.R - T.R).max() > SAME_ROTATION else None
@@ -141,15 +130,12 @@ def weighted_rms_bound(pairs: PointPairs, weights: ArrayLike) -> float:
 
     Parameters
     ----------
-    pairs : PointPairs
-        n pairs, mm.
-    weights : array_like, shape (n,)
-        Not negative; scaled to sum to one.
+    pairs : n pairs, mm.
+    weights : shape (n,). Not negative; scaled to sum to one.
 
     Returns
     -------
-    float
-        Lower bound, mm. Equal to the optimum when the weights are its multipliers.
+    float. Lower bound, mm. Equal to the optimum when the weights are its multipliers.
     """
     w = _simplex(weights, len(pairs))
     return float(weighted_rms(centred(pairs.p_source), centred(pairs.p_target), w))
@@ -172,8 +158,7 @@ def require_spread(pairs: PointPairs) -> None:
 
     Raises
     ------
-    GeometryError
-        When there are fewer than three pairs, or the points of either side are coincident or collinear.
+    GeometryError : When there are fewer than three pairs, or the points of either side are coincident or collinear.
     """
     if len(pairs) < 3:
         raise GeometryError(f"a rigid fit needs at least 3 pairs of points, got {len(pairs)}")

@@ -72,29 +72,14 @@ SAME_SUM = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MinimaxSolution:
-    """The best fit found and what is proved about it.
+    """The best fit found and what is proved about it."""
 
-    Parameters
-    ----------
-    T : RigidTransform
-        ``T_target_source``.
-    objective_mm : float
-        Its largest distance.
-    lower_bound_mm : float
-        No rigid transform has a smaller largest distance.
-    weights : ndarray, shape (n,)
-        The multipliers that prove the bound.
-    starts : int
-        Local solves from different rotations.
-    equal : tuple of RigidTransform
-        Other fits with the same largest distance and the same sum of squares. The points do not prefer `T` to them.
-    """
-
-    T: RigidTransform
-    objective_mm: float
-    lower_bound_mm: float
-    weights: FloatArray
-    starts: int
+    T: RigidTransform  #: ``T_target_source``.
+    objective_mm: float  #: Its largest distance.
+    lower_bound_mm: float  #: No rigid transform has a smaller largest distance.
+    weights: FloatArray  #: shape (n,). The multipliers that prove the bound.
+    starts: int  #: Local solves from different rotations.
+    #: Other fits with the same largest distance and the same sum of squares. The points do not prefer `T` to them.
     equal: tuple[RigidTransform, ...] = ()
 
     @property
@@ -119,20 +104,14 @@ def solve_minimax(
 
     Parameters
     ----------
-    pairs : PointPairs
-        At least three pairs that are not collinear, mm.
+    pairs : At least three pairs that are not collinear, mm.
     start : RigidTransform, optional
         Where to start; the least-squares fit where not given. Where the local optimum is not certified, the search
         goes on from 24 rotations around it and from up to 192 others.
-    certify : bool
-        Close a gap between answer and bound by branch and bound over all rotations.
-    nominal : RigidTransform, optional
-        Of equally good fits the one turned least from this is taken. By default the one turned least at all.
 
     Raises
     ------
-    GeometryError
-        When there are fewer than three pairs or they are collinear or coincident.
+    GeometryError : When there are fewer than three pairs or they are collinear or coincident.
 
     Notes
     -----
@@ -164,22 +143,14 @@ def solve_minimax(
 
 
 def core_subset(p: FloatArray, q: FloatArray, size: int = SUBSET) -> IntArray:
-    """Choose the points that decide the least largest distance.
+    """Choose the points that decide the least largest distance. Indices of the chosen points.
 
     Half of them are far out (they hold the rotation). The other half have the largest residuals of the least-squares
     fit.
 
     Parameters
     ----------
-    p, q : ndarray, shape (n, 3)
-        Source and target points, mm.
-    size : int
-        About how many to choose; all are taken if there are not more.
-
-    Returns
-    -------
-    ndarray of int
-        Indices of the chosen points.
+    p, q : shape (n, 3). Source and target points, mm.
     """
     n = len(p)
     if n <= size:
@@ -279,8 +250,7 @@ class _Cloud:
 
         Returns
         -------
-        list of _Found
-            The fits of least largest distance, all with the bound.
+        list of _Found. The fits of least largest distance, all with the bound.
         """
         rows = np.union1d(core_subset(self.p, self.q), np.flatnonzero(first.weights > 0))
         p, q = self.p[rows], self.q[rows]

@@ -27,18 +27,10 @@ SAME_PLACE_MM = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FeaturePlaces:
-    """Places of the part that can be touched as points, each once.
+    """Places of the part that can be touched as points, each once."""
 
-    Parameters
-    ----------
-    names : tuple of str, length k
-        Of the features; those at the same place are joined by a space.
-    p : ndarray, shape (k, 3)
-        In `part`, mm.
-    """
-
-    names: tuple[str, ...]
-    p: FloatArray
+    names: tuple[str, ...]  #: length k. Of the features; those at the same place are joined by a space.
+    p: FloatArray  #: shape (k, 3). In `part`, mm.
 
     @classmethod
     def of(cls, features: Mapping[str, FloatArray]) -> FeaturePlaces:
@@ -60,19 +52,11 @@ class FeaturePlaces:
 
 @dataclass(frozen=True, slots=True)
 class Neighbour:
-    """One exchanged assignment.
-
-    Parameters
-    ----------
-    place : int
-        Index into the places.
-    total : float
-        Sum of squares with it.
-    """
+    """One exchanged assignment."""
 
     row: int
-    place: int
-    total: float
+    place: int  #: Index into the places.
+    total: float  #: Sum of squares with it.
 
 
 def find_neighbours(
@@ -82,19 +66,11 @@ def find_neighbours(
 
     Parameters
     ----------
-    pairs : PointPairs
-        At least four, mm.
-    places : FeaturePlaces
-        Places that other rows use are tried only on rows that are named.
-    named : tuple of int
-        Rows that the others contradict. Each is tried alone, without the other ones.
-    sigma_mm : float or None
-        Teaching error per axis of pairs without covariances.
+    pairs : At least four, mm.
 
     Returns
     -------
-    tuple of Neighbour
-        One per row. Empty if no exchange explains the data, or several do about as well.
+    tuple of Neighbour. One per row. Empty if no exchange explains the data, or several do about as well.
     """
     if not len(places.p) or len(pairs) < 4:
         return ()

@@ -57,24 +57,13 @@ first one as the only one."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contradiction:
-    """What the search for wrong points found.
+    """What the search for wrong points found."""
 
-    Parameters
-    ----------
-    sets : tuple of tuple of int
-        Rows that may be wrong together, the most probable set first. Empty if no point is contradicted.
-    probabilities : tuple of float
-        Of these sets.
-    at_least : int
-        The least number of points that must be wrong. 0 if no point is contradicted.
-    remains : bool
-        Whether the points that remain still contradict each other or the stated errors.
-    """
-
+    #: Rows that may be wrong together, the most probable set first. Empty if no point is contradicted.
     sets: tuple[tuple[int, ...], ...]
-    probabilities: tuple[float, ...]
-    at_least: int
-    remains: bool
+    probabilities: tuple[float, ...]  #: Of these sets.
+    at_least: int  #: The least number of points that must be wrong. 0 if no point is contradicted.
+    remains: bool  #: Whether the points that remain still contradict each other or the stated errors.
 
     @property
     def named(self) -> tuple[int, ...]:
@@ -123,13 +112,7 @@ class _Sets:
 
 
 def find_wrong(rows: ErrorRows) -> Contradiction:
-    """Find the points that the others contradict.
-
-    Parameters
-    ----------
-    rows : ErrorRows
-        At least four.
-    """
+    """Find the points that the others contradict."""
     found = _search(rows)
     if found.remains and rows.scaled:
         # the stated errors are too small for the rest, too: is there still a point that the residuals themselves name?
@@ -212,13 +195,7 @@ def _of(rows: ErrorRows, left_out: IntArray) -> _Sets:
 
 
 def weigh_one(rows: ErrorRows, left_out: tuple[int, ...]) -> Contradiction:
-    """Weigh a set of wrong points that was found in another way against sets that differ from it in one point.
-
-    Parameters
-    ----------
-    left_out : tuple of int
-        Not empty. The point of it that is least off is exchanged for each of the others.
-    """
+    """Weigh a set of wrong points that was found in another way against sets that differ from it in one point."""
     n, out = len(rows), np.array(left_out, dtype=np.int64)
     keep = np.delete(np.arange(n), out)
     least = int(np.argmin(rows.select(out).squares(*rows.select(keep).fit())))

@@ -51,35 +51,19 @@ from wpcal.optim.annealing import AnnealingSchedule
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointProblem:
-    """A `FitProblem` of point pairs.
+    """A `FitProblem` of point pairs."""
 
-    Parameters
-    ----------
-    pairs : PointPairs
-        mm.
-    teaching : TeachingError
-        Of points that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
-    seed : int
-        Of the simulated part of the minimax covariance and of the triples of the robust fit.
-    minimax : MinimaxSolution, optional
-        If it is known already.
-    check : PointPairs, optional
-        Points that are not fitted; a wrong point is searched for among all of them together.
-    places : FeaturePlaces, optional
-        Of the part: a suspicious point is tried on them.
-    postures : mapping of str to ndarray of shape (3, 3)
-        The axes of the tool in the base, by the names of the points and check points that say them.
-    nominal : RigidTransform, optional
-        ``T_nominal_part``: of equally good fits the one turned least from it is taken.
-    """
-
-    pairs: PointPairs
+    pairs: PointPairs  #: mm.
+    #: Of points that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
     teaching: TeachingError
-    seed: int = 0
-    minimax: MinimaxSolution | None = None
+    seed: int = 0  #: Of the simulated part of the minimax covariance and of the triples of the robust fit.
+    minimax: MinimaxSolution | None = None  #: If it is known already.
+    #: Points that are not fitted; a wrong point is searched for among all of them together.
     check: PointPairs | None = None
-    places: FeaturePlaces | None = None
+    places: FeaturePlaces | None = None  #: Of the part: a suspicious point is tried on them.
+    #: shape (3, 3). The axes of the tool in the base, by the names of the points and check points that say them.
     postures: Mapping[str, FloatArray] = field(default_factory=dict)
+    #: ``T_nominal_part``: of equally good fits the one turned least from it is taken.
     nominal: RigidTransform | None = None
 
     @property
@@ -107,10 +91,8 @@ class PointProblem:
 
         Raises
         ------
-        GeometryError
-            When the points do not fix a rotation.
-        InputError
-            When the weighted criterion finds no covariances.
+        GeometryError : When the points do not fix a rotation.
+        InputError : When the weighted criterion finds no covariances.
         """
         pairs, rows = self.pairs, np.arange(len(self.pairs))
         equal: tuple[RigidTransform, ...] = ()
@@ -265,12 +247,7 @@ def search_points(
 
     Parameters
     ----------
-    pairs : PointPairs
-        mm.
-    nominal : RigidTransform
-        ``T_nominal_part``.
-    certify : bool
-        Close a gap between answer and bound by branch and bound over all rotations.
+    pairs : mm.
     """
     if solver is Solver.EXACT:
         found = solve_minimax(pairs, certify=certify, nominal=nominal)

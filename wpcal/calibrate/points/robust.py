@@ -44,19 +44,11 @@ CONCENTRATION_STEPS = 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustSolution:
-    """A fit and the points it rests on.
-
-    Parameters
-    ----------
-    inlier : ndarray of bool, shape (n,)
-        Points that pass the test.
-    deviation_mm : ndarray, shape (n,)
-        Distance of every point from the fit.
-    """
+    """A fit and the points it rests on."""
 
     T: RigidTransform
-    inlier: BoolArray
-    deviation_mm: FloatArray
+    inlier: BoolArray  #: shape (n,). Points that pass the test.
+    deviation_mm: FloatArray  #: shape (n,). Distance of every point from the fit.
 
 
 def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> RobustSolution:
@@ -64,22 +56,15 @@ def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 
 
     Parameters
     ----------
-    pairs : PointPairs
-        At least three, mm. Covariances, if present, say how far each point may be off.
-    sigma_mm : float, optional
-        Teaching error per axis of pairs without covariances. By default estimated from the points that agree.
-    seed : int
-        Of the random triples of more than 16 points.
+    pairs : At least three, mm. Covariances, if present, say how far each point may be off.
 
     Returns
     -------
-    RobustSolution
-        With three points, or if no test separates a point, this is the least-squares fit of all points.
+    RobustSolution. With three points, or if no test separates a point, this is the least-squares fit of all points.
 
     Raises
     ------
-    GeometryError
-        When the points do not fix a rotation.
+    GeometryError : When the points do not fix a rotation.
 
     Notes
     -----
@@ -94,21 +79,11 @@ def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 
 
 
 def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
-    """Find the points that the others contradict.
+    """Find the points that the others contradict. Without sets for three points.
 
     Parameters
     ----------
-    pairs : PointPairs
-        At least three, mm.
-    sigma_mm : float, optional
-        Teaching error per axis of pairs without covariances.
-    seed : int
-        Of the random triples of more than 16 points.
-
-    Returns
-    -------
-    Contradiction
-        Without sets for three points.
+    pairs : At least three, mm.
     """
     n = len(pairs)
     if n < 4:

@@ -39,12 +39,9 @@ def break_ties(
 
     Parameters
     ----------
-    p, q : ndarray, shape (B, n, 3)
-        Points of B problems, source and target, mm.
-    R, t : ndarray, shapes (B, 3, 3) and (B, 3)
-        Minimax fits, ``q ≈ R p + t``.
-    weights : ndarray, shape (B, n)
-        Their multipliers.
+    p, q : shape (B, n, 3). Points of B problems, source and target, mm.
+    R, t : shapes (B, 3, 3) and (B, 3). Minimax fits, ``q ≈ R p + t``.
+    weights : shape (B, n). Their multipliers.
 
     Returns
     -------

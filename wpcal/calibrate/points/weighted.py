@@ -50,8 +50,7 @@ def information_matrices(pairs: PointPairs) -> FloatArray:
 
     Raises
     ------
-    InputError
-        When the pairs carry no covariances, or one is not symmetric and positive definite.
+    InputError : When the pairs carry no covariances, or one is not symmetric and positive definite.
     """
     if pairs.covariances is None:
         raise InputError("the weighted criterion needs a 3×3 covariance for every taught point")
@@ -68,11 +67,6 @@ def information_matrices(pairs: PointPairs) -> FloatArray:
 def fit_weighted(pairs: PointPairs) -> RigidTransform:
     """Fit with the covariances of the pairs, by damped least squares from many rotations.
 
-    Parameters
-    ----------
-    pairs : PointPairs
-        With covariances in the target frame, mm².
-
     Returns
     -------
     RigidTransform
@@ -82,10 +76,8 @@ def fit_weighted(pairs: PointPairs) -> RigidTransform:
 
     Raises
     ------
-    InputError
-        When there are no covariances or one is not positive definite.
-    GeometryError
-        When the points do not fix a rotation.
+    InputError : When there are no covariances or one is not positive definite.
+    GeometryError : When the points do not fix a rotation.
     """
     information = information_matrices(pairs)
     problem = _WeightedSquares(pairs, information)
@@ -174,19 +166,14 @@ def refine_once(
 
     Parameters
     ----------
-    p, q : ndarray, shape (..., n, 3)
-        mm.
-    information : ndarray, shape (..., n, 3, 3)
-        Λ, mm⁻².
-    R, t : ndarray, shapes (..., 3, 3), (..., 3)
-        The fits.
+    p, q : shape (..., n, 3). mm.
+    information : shape (..., n, 3, 3). Λ, mm⁻².
+    R, t : shapes (..., 3, 3), (..., 3). The fits.
 
     Returns
     -------
-    R, t : ndarray, shapes (..., 3, 3), (..., 3)
-        The fits after the step.
-    sums : ndarray, shape (...)
-        Σ r Λ r after the step, as the linear model predicts it.
+    R, t : ndarray, shapes (..., 3, 3), (..., 3). The fits after the step.
+    sums : ndarray, shape (...). Σ r Λ r after the step, as the linear model predicts it.
     """
     gradient, hessian, sums, centre = _normal_equations(p, q, information, R, t)
     step = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)

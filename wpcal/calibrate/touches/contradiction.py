@@ -129,15 +129,9 @@ def find_contradicted(
 
     Parameters
     ----------
-    touches : Touches
-        If they carry covariances, residuals are weighted with these.
-    pose : Pose
-        Near the answer.
     sigma_mm : float or None
         Teaching error per axis of touches without covariances, if stated. With stated errors the sums of squares are
         compared with χ², otherwise their ratio with F.
-    check : Touches, optional
-        Touches that are not fitted. A wrong touch is searched for among all of them together.
 
     Returns
     -------
@@ -164,16 +158,10 @@ def find_contradicted(
 def squares_of(touches: Touches, start: Pose, sigma_mm: float | None) -> tuple[Pose, FloatArray, FloatArray]:
     """Fit touches; return the pose, the weights of the residuals in units of their errors, and their derivative.
 
-    Parameters
-    ----------
-    sigma_mm : float or None
-        Teaching error per axis of touches without covariances, if stated.
-
     Returns
     -------
     information : ndarray, shape (n, 3, 3)
-    jacobians : ndarray, shape (n, 3, 6)
-        By comparable coordinates of the motion of the part.
+    jacobians : ndarray, shape (n, 3, 6). By comparable coordinates of the motion of the part.
     """
     stated = touches.covariances is not None
     unit = 1.0 if stated or sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM)

@@ -32,19 +32,9 @@ def propagate_covariance(
 ) -> tuple[FloatArray, Sigma]:
     """Propagate the errors of the touches to the covariance of a fit.
 
-    Parameters
-    ----------
-    touches : Touches
-        Those that were fitted. If they carry covariances, these say how far each may be off.
-    pose : Pose
-        The fit.
-    teaching : TeachingError
-        Of touches without covariances. If it states nothing, the residuals of the least-squares fit tell.
-
     Returns
     -------
-    covariance : ndarray, shape (6, 6)
-        Of ξ about the base's origin, as in `CalibrationResult`.
+    covariance : ndarray, shape (6, 6). Of ξ about the base's origin, as in `CalibrationResult`.
     sigma : Sigma
         The teaching error behind it. The usual one is assumed if nothing is stated and there are as many touches as
         freedoms.

@@ -11,21 +11,11 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RivalPlace:
-    """Another place of the part that the touches cannot tell from the answer, with 95 % confidence.
+    """Another place of the part that the touches cannot tell from the answer, with 95 % confidence."""
 
-    Parameters
-    ----------
-    T : RigidTransform
-        ``T_base_part`` there.
-    rms_mm : float
-        Root mean square residual there.
-    apart_mm : float
-        The furthest that a point of the seams lies from its place in the answer.
-    """
-
-    T: RigidTransform
-    rms_mm: float
-    apart_mm: float
+    T: RigidTransform  #: ``T_base_part`` there.
+    rms_mm: float  #: Root mean square residual there.
+    apart_mm: float  #: The furthest that a point of the seams lies from its place in the answer.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -34,22 +24,13 @@ class RivalPlace:
 
 @dataclass(frozen=True, slots=True)
 class StartsEvidence:
-    """What many starts found. It takes the place of a proof, which exists for points only.
-
-    Parameters
-    ----------
-    agreeing : int
-        Starts that ended at the answer.
-    next_best_rms_mm : float or None
-        Root mean square residual of the best other place where a start ended. None if there is no other place.
-    rivals : tuple of RivalPlace
-        Other places that the touches do not exclude, best first.
-    """
+    """What many starts found. It takes the place of a proof, which exists for points only."""
 
     starts: int
-    agreeing: int
+    agreeing: int  #: Starts that ended at the answer.
+    #: Root mean square residual of the best other place where a start ended. None if there is no other place.
     next_best_rms_mm: float | None
-    rivals: tuple[RivalPlace, ...] = ()
+    rivals: tuple[RivalPlace, ...] = ()  #: Other places that the touches do not exclude, best first.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -59,21 +40,11 @@ class StartsEvidence:
 
 @dataclass(frozen=True, slots=True)
 class HeldMotion:
-    """One of the six motions of the part, and the touches that hold it.
+    """One of the six motions of the part, and the touches that hold it."""
 
-    Parameters
-    ----------
-    motion : str
-        In words, in coordinates of the part.
-    singular_value : float
-        Change of all residuals, mm, by 1 mm of that motion at the touches' own radius.
-    held_by : tuple of str
-        Names of touches. The one that holds most comes first.
-    """
-
-    motion: str
-    singular_value: float
-    held_by: tuple[str, ...]
+    motion: str  #: In words, in coordinates of the part.
+    singular_value: float  #: Change of all residuals, mm, by 1 mm of that motion at the touches' own radius.
+    held_by: tuple[str, ...]  #: Names of touches. The one that holds most comes first.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -82,19 +53,11 @@ class HeldMotion:
 
 @dataclass(frozen=True, slots=True)
 class TouchEvidence:
-    """The part of a `CalibrationResult` that only touches on faces and edges have.
+    """The part of a `CalibrationResult` that only touches on faces and edges have."""
 
-    Parameters
-    ----------
-    lies_on : tuple of str, length n
-        What each fitted touch lies on, in words.
-    motions : tuple of HeldMotion, length 6
-        The best held motion comes first.
-    """
-
-    lies_on: tuple[str, ...]
+    lies_on: tuple[str, ...]  #: length n. What each fitted touch lies on, in words.
     starts: StartsEvidence
-    motions: tuple[HeldMotion, ...]
+    motions: tuple[HeldMotion, ...]  #: length 6. The best held motion comes first.
 
     def to_record(self, names: Sequence[str]) -> dict[str, Any]:
         """Return plain values for a JSON file; `names` are those of the fitted touches."""

@@ -49,13 +49,9 @@ SAME_VALUE = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """A pose ``T_base_part`` of a fit with its residuals.
+    """A pose ``T_base_part`` of a fit with its residuals."""
 
-    Parameters
-    ----------
-    R, t : ndarray, shapes (3, 3), (3,)
-    """
-
+    #: `R`, `t`: shapes (3, 3), (3,).
     R: FloatArray
     t: FloatArray
     at: Linearised
@@ -107,35 +103,20 @@ def scaled_jacobian(touches: Touches, pose: Pose) -> tuple[FloatArray, FloatArra
 
 
 def fit_squares(touches: Touches, start: Pose, *, weighted: bool = False) -> Pose:
-    """Find the pose of least (weighted) sum of squares near a start.
-
-    Parameters
-    ----------
-    weighted : bool
-        Weight with the inverse covariances of the touches instead of equally.
-    """
+    """Find the pose of least (weighted) sum of squares near a start."""
     starts = fit_squares_of(touches, start.R[None], start.t[None], weighted=weighted)
     return starts.pose(0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fits:
-    """Fits of touches from many starts.
+    """Fits of touches from many starts."""
 
-    Parameters
-    ----------
-    R, t : ndarray, shapes (m, 3, 3), (m, 3)
-        ``T_base_part``.
-    sums : ndarray, shape (m,)
-        Weighted sums of squares.
-    at : Linearised
-        With m as its first axis.
-    """
-
+    #: `R`, `t`: shapes (m, 3, 3), (m, 3). ``T_base_part``.
     R: FloatArray
     t: FloatArray
-    sums: FloatArray
-    at: Linearised
+    sums: FloatArray  #: shape (m,). Weighted sums of squares.
+    at: Linearised  #: With m as its first axis.
 
     def pose(self, k: int) -> Pose:
         """Return one of the fits."""
@@ -149,12 +130,8 @@ def fit_squares_of(
 
     Parameters
     ----------
-    R, t : ndarray, shapes (m, 3, 3), (m, 3)
-        The starts ``T_base_part``.
-    weighted : bool
-        Weight with the inverse covariances of the touches instead of equally.
-    kept : ndarray, shape (m, n), optional
-        1 for touches that a fit takes, 0 for those it leaves out. By default each fit takes all.
+    R, t : shapes (m, 3, 3), (m, 3). The starts ``T_base_part``.
+    kept : shape (m, n). 1 for touches that a fit takes, 0 for those it leaves out. By default each fit takes all.
     """
     covariances = touches.covariances if weighted else None
     unit = math.sqrt(float(touches.linearised(R[0], t[0]).information(covariances).max()))
@@ -196,15 +173,9 @@ class _Squares:
 def fit_minimax(touches: Touches, start: Pose) -> Pose:
     """Find the pose of least largest residual near a start; of several, the one of least sum of squares.
 
-    Parameters
-    ----------
-    start : Pose
-        The least-squares fit is the best choice.
-
     Returns
     -------
-    Pose
-        Never worse than the start.
+    Pose. Never worse than the start.
     """
     scale, best = _Scale.of(touches), Pose.of(touches, start.R, start.t)
     weights = np.zeros(len(touches))

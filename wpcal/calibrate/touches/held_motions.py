@@ -36,8 +36,7 @@ def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
 
     Raises
     ------
-    GeometryError
-        When a motion is free; it is named.
+    GeometryError : When a motion is free; it is named.
     """
     axes = touches.axes
     J, pivot, length = scaled_jacobian(touches, pose)
@@ -69,8 +68,7 @@ def free_words(free: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequ
     ----------
     free : ndarray, shape (k, 6)
         A basis of the motions in `part`: the rotation about the pivot times `length_mm`, and the translation.
-    pivot : ndarray, shape (3,)
-        In `part`, mm.
+    pivot : shape (3,). In `part`, mm.
     """
     return "; ".join(_motion(xi, pivot, length_mm, axes) for xi in _spoken(free))
 

@@ -40,40 +40,21 @@ BESIDE_MM = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchProblem:
-    """A `FitProblem` of touches, with the poses from which the fits start.
-
-    Parameters
-    ----------
-    teaching : TeachingError
-        Of touches that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
-    seed : int
-        Of the simulated part of the minimax covariance.
-    start : Pose
-        The least-squares fit of all touches.
-    annealed : Pose or None
-        The annealer's best pose: a second start of the minimax fit.
-    contradicted : Suspect or None
-        The touches that the others contradict; `Criterion.ROBUST` leaves them out.
-    rivals : tuple of RivalPlace
-        Other places that the touches do not exclude.
-    seam_points : ndarray, shape (k, 3), or None
-        Part frame, mm: where the distance to these places is compared with the predicted error.
-    postures : mapping of str to ndarray of shape (3, 3)
-        The axes of the tool in the base, by the names of the touches and check touches that say them.
-    check : Touches or None
-        Touches that are not fitted; they take part in the tests.
-    """
+    """A `FitProblem` of touches, with the poses from which the fits start."""
 
     touches: Touches
+    #: Of touches that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
     teaching: TeachingError
-    seed: int
-    start: Pose
-    annealed: Pose | None
-    contradicted: Suspect | None
-    rivals: tuple[RivalPlace, ...] = ()
+    seed: int  #: Of the simulated part of the minimax covariance.
+    start: Pose  #: The least-squares fit of all touches.
+    annealed: Pose | None  #: The annealer's best pose: a second start of the minimax fit.
+    contradicted: Suspect | None  #: The touches that the others contradict; `Criterion.ROBUST` leaves them out.
+    rivals: tuple[RivalPlace, ...] = ()  #: Other places that the touches do not exclude.
+    #: shape (k, 3). Part frame, mm: where the distance to these places is compared with the predicted error.
     seam_points: FloatArray | None = None
+    #: shape (3, 3). The axes of the tool in the base, by the names of the touches and check touches that say them.
     postures: Mapping[str, FloatArray] = field(default_factory=dict)
-    check: Touches | None = None
+    check: Touches | None = None  #: Touches that are not fitted; they take part in the tests.
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -100,8 +81,7 @@ class TouchProblem:
 
         Raises
         ------
-        InputError
-            When the weighted criterion finds no covariances.
+        InputError : When the weighted criterion finds no covariances.
         """
         if criterion is Criterion.WEIGHTED and not self.has_covariances:
             raise InputError("the weighted criterion needs an error for every touch: a column sigma_mm")
@@ -231,23 +211,12 @@ def search_touches(
 
     Parameters
     ----------
-    touches : Touches
-        At least three.
-    nominal : RigidTransform or None
-        ``T_nominal_part``.
-    solver : Solver
-        ``ANNEALING`` searches all poses; ``EXACT`` starts from the rotations of a cube only.
-    seam_points : ndarray, shape (k, 3), optional
-        Part frame, mm: where two places are compared. By default the touched points.
-    check : Touches, optional
-        Touches that are not fitted; a wrong touch is searched for among all of them.
-    postures : mapping of str to ndarray of shape (3, 3), optional
-        The axes of the tool in the base, by the names of the touches.
+    seam_points : shape (k, 3). Part frame, mm: where two places are compared. By default the touched points.
+    postures : shape (3, 3). The axes of the tool in the base, by the names of the touches.
 
     Raises
     ------
-    GeometryError
-        When a motion of the part is not held (the message names it), or two places fit equally well.
+    GeometryError : When a motion of the part is not held (the message names it), or two places fit equally well.
     """
     if len(touches) < 3:
         raise GeometryError(f"{len(touches)} touches cannot hold a part; six on three faces do (3-2-1)")

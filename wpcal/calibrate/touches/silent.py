@@ -22,31 +22,16 @@ MARGIN_MM = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SilentSearches:
-    """Searches without a touch.
+    """Searches without a touch."""
 
-    Parameters
-    ----------
-    ends : Touches
-        Their targets, with the ends of their strokes as places, in `base`.
-    starts : ndarray, shape (n, 3)
-        In `base`, mm.
-    was_active : ndarray of bool, shape (n,)
-        The touch signal was on at the start; otherwise the stroke ended without contact.
-    """
-
-    ends: Touches
-    starts: FloatArray
+    ends: Touches  #: Their targets, with the ends of their strokes as places, in `base`.
+    starts: FloatArray  #: shape (n, 3). In `base`, mm.
+    #: shape (n,). The touch signal was on at the start; otherwise the stroke ended without contact.
     was_active: BoolArray
 
 
 def silent_issues(silent: SilentSearches, fit: CriterionFit) -> tuple[Issue, ...]:
-    """Name the searches that contradict a fit.
-
-    Returns
-    -------
-    tuple of Issue
-        One issue, or none.
-    """
+    """Name the searches that contradict a fit. One issue, or none."""
     R, t = fit.T.R, fit.T.t_mm
     ends, targets = silent.ends, silent.ends.targets
     start, end = ((p - t) @ R for p in (silent.starts, ends.p_base))

@@ -41,21 +41,13 @@ SAME_SHIFT_MM = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseSearch:
-    """The best pose by least squares, and how many starts agree.
-
-    Parameters
-    ----------
-    annealed : Pose or None
-        The annealer's best, before the polish.
-    rival : Pose or None
-        Another place that fits equally well, if no nominal place decides between them.
-    """
+    """The best pose by least squares, and how many starts agree."""
 
     pose: Pose
-    annealed: Pose | None
+    annealed: Pose | None  #: The annealer's best, before the polish.
     run: AnnealingReport | None
     evidence: StartsEvidence
-    rival: Pose | None
+    rival: Pose | None  #: Another place that fits equally well, if no nominal place decides between them.
 
 
 def search_pose(
@@ -73,10 +65,6 @@ def search_pose(
     ----------
     nominal : RigidTransform, optional
         ``T_base_part`` where the cell's model has the part: one more start, and the tie break between equal answers.
-    schedule : AnnealingSchedule or None
-        None: no annealing, only the starts.
-    sigma_mm : float, optional
-        Teaching error per axis of touches without covariances. By default estimated from the residuals.
     seam_points : ndarray, shape (k, 3), optional
         Part frame, mm: where the distance between two places is measured. By default the touched points.
     """

@@ -45,8 +45,7 @@ def faces_on_surface(graph: BrepGraph, face: int) -> IntArray:
 
     Returns
     -------
-    ndarray of int
-        The face alone where it lies on another kind of surface.
+    ndarray of int. The face alone where it lies on another kind of surface.
     """
     kind = graph.face_kind[face]
     if kind not in (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.SPHERE):
@@ -68,24 +67,12 @@ def faces_on_surface(graph: BrepGraph, face: int) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class GraphTargets:
-    """Targets on a `BrepGraph`, one a touch.
+    """Targets on a `BrepGraph`, one a touch."""
 
-    Parameters
-    ----------
-    trimmed : TrimmedFaces
-        Of the part's graph.
-    kind : ndarray of int, shape (n,)
-        `TargetKind`.
-    index : ndarray of int, shape (n,)
-        Face or edge of the graph; -1 for points.
-    point : ndarray, shape (n, 3)
-        In `part`, mm; NaN for faces and edges.
-    """
-
-    trimmed: TrimmedFaces
-    kind: IntArray
-    index: IntArray
-    point: FloatArray
+    trimmed: TrimmedFaces  #: Of the part's graph.
+    kind: IntArray  #: shape (n,). `TargetKind`.
+    index: IntArray  #: shape (n,). Face or edge of the graph; -1 for points.
+    point: FloatArray  #: shape (n, 3). In `part`, mm; NaN for faces and edges.
 
     @property
     def graph(self) -> BrepGraph:

@@ -29,21 +29,12 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearest:
-    """The nearest points of targets, and how they constrain the part there.
+    """The nearest points of targets, and how they constrain the part there."""
 
-    Parameters
-    ----------
-    p : ndarray, shape (m, 3)
-        Nearest points, in `part`, mm.
-    normal : ndarray, shape (m, 3)
-        Outward unit normals in `part`; zero at points and on edges, where the radius of a ball is ignored.
-    projector : ndarray, shape (m, 3, 3)
-        Projectors A onto the directions in which the touch constrains the part.
-    """
-
-    p: FloatArray
+    p: FloatArray  #: shape (m, 3). Nearest points, in `part`, mm.
+    #: shape (m, 3). Outward unit normals in `part`; zero at points and on edges, where the radius of a ball is ignored.
     normal: FloatArray
-    projector: FloatArray
+    projector: FloatArray  #: shape (m, 3, 3). Projectors A onto the directions in which the touch constrains the part.
 
 
 class TouchTargets(Protocol):
@@ -62,14 +53,12 @@ class TouchTargets(Protocol):
         Parameters
         ----------
         rows : ndarray of int, shape (m,)
-        points : ndarray, shape (m, 3)
-            Centres of the balls in `part`, mm.
+        points : shape (m, 3). Centres of the balls in `part`, mm.
         radius_mm : ndarray, shape (m,)
 
         Returns
         -------
-        ndarray, shape (m,)
-            mm.
+        ndarray, shape (m,). mm.
         """
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
@@ -78,13 +67,11 @@ class TouchTargets(Protocol):
         Parameters
         ----------
         rows : ndarray of int, shape (m,)
-        points : ndarray, shape (m, 3)
-            In `part`, mm.
+        points : shape (m, 3). In `part`, mm.
 
         Returns
         -------
-        ndarray, shape (m,)
-            mm; 0 within the border.
+        ndarray, shape (m,). mm; 0 within the border.
         """
 
     def joined(self, other: Any) -> tuple[TouchTargets, int]:
@@ -101,15 +88,10 @@ class TouchTargets(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedAxis:
-    """An axis of the part that has a name: of a hole or a cylinder.
-
-    Parameters
-    ----------
-    point, direction : ndarray, shape (3,)
-        In `part`; mm and a unit vector.
-    """
+    """An axis of the part that has a name: of a hole or a cylinder."""
 
     name: str
+    #: `point`, `direction`: shape (3,). In `part`; mm and a unit vector.
     point: FloatArray
     direction: FloatArray
 
@@ -118,40 +100,25 @@ class NamedAxis:
 class Touches:
     """n touches and what they lie on.
 
-    Parameters
-    ----------
-    p_base : ndarray, shape (n, 3)
-        The controlled point (wire tip or centre of the ball) at each touch, in `base`, mm.
-    radius_mm : ndarray, shape (n,)
-        Distance of that point from the face along the outward normal: radius of the ball, or the wire's stick-out
-        beyond the point that the controller shows. Zero at points and edges.
-    words : tuple of str, length n
-        What each touch lies on, in words: ``plane F3``.
-    covariances : ndarray, shape (n, 3, 3), or None
-        Of the touched positions in `base`, mm².
-    rows : ndarray of int, shape (n,)
-        The target of each touch.
-    axes : tuple of NamedAxis
-        Axes of the part by which messages name a motion.
-    shared : ndarray, shape (n, 3, s), or None
-        What each position sees of one standard deviation of s errors that all touches share, in `base`, mm: of the
-        stick-out, of the latency. The covariances contain these errors, too.
-
     Raises
     ------
-    InputError
-        When the lengths differ, or a radius is negative or not finite.
+    InputError : When the lengths differ, or a radius is negative or not finite.
     """
 
     names: tuple[str, ...]
+    #: shape (n, 3). The controlled point (wire tip or centre of the ball) at each touch, in `base`, mm.
     p_base: FloatArray
+    #: shape (n,). Distance of that point from the face along the outward normal: radius of the ball, or the wire's
+    #: stick-out beyond the point that the controller shows. Zero at points and edges.
     radius_mm: FloatArray
     targets: TouchTargets
-    words: tuple[str, ...]
-    covariances: FloatArray | None
+    words: tuple[str, ...]  #: length n. What each touch lies on, in words: ``plane F3``.
+    covariances: FloatArray | None  #: shape (n, 3, 3). Of the touched positions in `base`, mm².
     space: RobotSpace
-    rows: IntArray
-    axes: tuple[NamedAxis, ...] = ()
+    rows: IntArray  #: shape (n,). The target of each touch.
+    axes: tuple[NamedAxis, ...] = ()  #: Axes of the part by which messages name a motion.
+    #: shape (n, 3, s). What each position sees of one standard deviation of s errors that all touches share, in `base`,
+    #: mm: of the stick-out, of the latency. The covariances contain these errors, too.
     shared: FloatArray | None = None
 
     def __post_init__(self) -> None:
@@ -214,13 +181,11 @@ class Touches:
 
         Parameters
         ----------
-        R, t : ndarray, shapes (..., 3, 3), (..., 3)
-            One pose, or many at once.
+        R, t : shapes (..., 3, 3), (..., 3). One pose, or many at once.
 
         Returns
         -------
-        Linearised
-            With the same leading axes.
+        Linearised. With the same leading axes.
         """
         x = (self.p_base - t[..., None, :]) @ R
         many = x.reshape(-1, 3)
@@ -236,24 +201,12 @@ class Touches:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearised:
-    """The residuals of touches at one pose, in `base`, and their derivative; at many poses with more leading axes.
+    """The residuals of touches at one pose, in `base`, and their derivative; at many poses with more leading axes."""
 
-    Parameters
-    ----------
-    contact_part : ndarray, shape (..., n, 3)
-        Where the controlled point should have been, in `part`, mm.
-    d : ndarray, shape (..., n, 3)
-        Residual vectors: touched minus modelled, mm.
-    A : ndarray, shape (..., n, 3, 3)
-        Projectors onto the directions that each touch constrains.
-    centre : ndarray, shape (..., n, 3)
-        `contact_part` in `base`, mm.
-    """
-
-    contact_part: FloatArray
-    d: FloatArray
-    A: FloatArray
-    centre: FloatArray
+    contact_part: FloatArray  #: shape (..., n, 3). Where the controlled point should have been, in `part`, mm.
+    d: FloatArray  #: shape (..., n, 3). Residual vectors: touched minus modelled, mm.
+    A: FloatArray  #: shape (..., n, 3, 3). Projectors onto the directions that each touch constrains.
+    centre: FloatArray  #: shape (..., n, 3). `contact_part` in `base`, mm.
 
     def at(self, k: int) -> Linearised:
         """Return the residuals at the k-th of many poses."""
@@ -274,8 +227,7 @@ class Linearised:
 
         Parameters
         ----------
-        pivot : ndarray, shape (3,)
-            In `base`, mm.
+        pivot : shape (3,). In `base`, mm.
 
         Returns
         -------

@@ -35,21 +35,11 @@ _LOGGERS = ("distributed", "tornado", "asyncio")
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function that a worker is to call.
+    """A function that a worker is to call."""
 
-    Parameters
-    ----------
-    tag : object
-        What the call is for; it comes back with its value.
-    function : callable
-        At the top level of a module.
-    arguments : tuple
-        Values, or what `Cluster.shared` returned.
-    """
-
-    tag: Any
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
+    tag: Any  #: What the call is for; it comes back with its value.
+    function: Callable[..., Any]  #: At the top level of a module.
+    arguments: tuple[Any, ...]  #: Values, or what `Cluster.shared` returned.
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,15 +139,9 @@ class Cluster:
     def results(self, next_call: Callable[[str], Call | None]) -> Iterator[tuple[Any, Any]]:
         """Yield the tag and the value of every call, in the order in which they end.
 
-        Parameters
-        ----------
-        next_call : callable
-            Takes the address of a worker that is free, and returns what it is to do; None if there is nothing.
-
         Yields
         ------
-        tuple
-            A tag and a value; a `CallFailed` if the call raised, or too many workers were lost with it.
+        tuple. A tag and a value; a `CallFailed` if the call raised, or too many workers were lost with it.
         """
         while True:
             self._place(next_call)

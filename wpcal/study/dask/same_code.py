@@ -50,19 +50,9 @@ def difference(asked: Mapping[str, str], there: Mapping[str, str]) -> str:
 def require_same(asked: Mapping[str, str], there: Mapping[str, str] | BaseException, worker: str) -> None:
     """Refuse a worker that would compute other bytes.
 
-    Parameters
-    ----------
-    asked : mapping
-        The versions of the command.
-    there : mapping or exception
-        Those of the worker, or what it raised.
-    worker : str
-        Its address.
-
     Raises
     ------
-    InputError
-        With the difference.
+    InputError : With the difference.
     """
     if isinstance(there, BaseException):
         what = f"wpcal does not run there ({type(there).__name__}: {there})"
@@ -77,8 +67,7 @@ def checked_call(asked: Mapping[str, str], function: Callable[..., Any], *argume
 
     Raises
     ------
-    OtherVersionError
-        When it has others.
+    OtherVersionError : When it has others.
     """
     what = difference(asked, versions_here())
     if what:

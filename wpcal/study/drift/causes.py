@@ -36,18 +36,11 @@ class Cause(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Likely:
-    """A cause, and the points that it is about.
-
-    Parameters
-    ----------
-    points : tuple of int
-        Of a wrong touch; several if they cannot be told apart.
-    amount : float
-        Of a wrong touch of one point: how far it moved, mm. Of the robot: change of all lengths, as a fraction.
-    """
+    """A cause, and the points that it is about."""
 
     cause: Cause
-    points: tuple[int, ...] = ()
+    points: tuple[int, ...] = ()  #: Of a wrong touch; several if they cannot be told apart.
+    #: Of a wrong touch of one point: how far it moved, mm. Of the robot: change of all lengths, as a fraction.
     amount: float = 0.0
 
     @classmethod
@@ -58,39 +51,20 @@ class Likely:
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """The directions in which points are seen, and what is left of them after a rigid motion.
+    """The directions in which points are seen, and what is left of them after a rigid motion."""
 
-    Parameters
-    ----------
-    directions : (m, 3) array
-        Unit vectors in `part`, one per row.
-    owner : (m,) array of int
-        Point of each row.
-    left : (m, m) array
-        Takes away what a rigid motion explains.
-    growth : (m,) array
-        What is left of a growth by factor 1 of all lengths, mm.
-    freedom : int
-        Rows less the motions that they show.
-    """
-
-    directions: FloatArray
-    owner: IntArray
-    left: FloatArray
-    growth: FloatArray
-    freedom: int
+    directions: FloatArray  #: Unit vectors in `part`, one per row.
+    owner: IntArray  #: Point of each row.
+    left: FloatArray  #: Takes away what a rigid motion explains.
+    growth: FloatArray  #: What is left of a growth by factor 1 of all lengths, mm.
+    freedom: int  #: Rows less the motions that they show.
 
     def project(self, residuals: FloatArray) -> FloatArray:
-        """Return what the best rigid motion leaves of residuals.
+        """Return what the best rigid motion leaves of residuals, shape (n, m).
 
         Parameters
         ----------
-        residuals : ndarray, shape (n, p, 3)
-            In `part`, mm.
-
-        Returns
-        -------
-        ndarray, shape (n, m)
+        residuals : shape (n, p, 3). In `part`, mm.
         """
         along = np.einsum("nmi,mi->nm", residuals[:, self.owner], self.directions)
         return np.asarray(along @ self.left)
@@ -101,10 +75,8 @@ def find_pattern(places: FloatArray, residuals: FloatArray) -> Pattern:
 
     Parameters
     ----------
-    places : ndarray, shape (p, 3)
-        Points in `part`, mm.
-    residuals : ndarray, shape (n, p, 3)
-        In `part`, mm. They tell whether a point is a place, or a touch on a face or an edge.
+    places : shape (p, 3). Points in `part`, mm.
+    residuals : shape (n, p, 3). In `part`, mm. They tell whether a point is a place, or a touch on a face or an edge.
     """
     _, sizes, axes = np.linalg.svd(residuals.swapaxes(0, 1), full_matrices=False)
     counted = sizes > SAME_DIRECTION * max(float(sizes.max(initial=0.0)), 1e-12)
@@ -125,12 +97,7 @@ def likely_cause(step: FloatArray, variance: float, jobs: int, pattern: Pattern)
 
     Parameters
     ----------
-    step : ndarray, shape (m,)
-        Change of the mean of what `Pattern.project` returns, mm.
-    variance : float
-        Of each of the independent numbers in it, mm².
-    jobs : int
-        Before and after the change, for the price of a parameter.
+    step : shape (m,). Change of the mean of what `Pattern.project` returns, mm.
     """
     whole = _chi2(step, variance)
     if whole <= chdtri(pattern.freedom, SIGNIFICANCE):

@@ -23,28 +23,17 @@ FIRST_JOBS = 25
 
 @dataclass(frozen=True, slots=True)
 class Charts:
-    """Charts of c channels over n jobs.
-
-    Parameters
-    ----------
-    values : (n, c) array
-    centre, sigma : (c,) array
-        Mean of the first jobs, and the scatter from job to job.
-    outside : (n, c) array of bool
-        More than 3 sigma from the centre.
-    cusum_up, cusum_down : (n, c) array
-        In sigmas, both >= 0. Each begins again at 0 after an alarm.
-    alarms : (n, c) array of bool
-        Jobs at which one of the two exceeds its limit.
-    """
+    """Charts of c channels over n jobs."""
 
     values: FloatArray
+    #: `centre`, `sigma`: Mean of the first jobs, and the scatter from job to job.
     centre: FloatArray
     sigma: FloatArray
-    outside: BoolArray
+    outside: BoolArray  #: More than 3 sigma from the centre.
+    #: `cusum_up`, `cusum_down`: In sigmas, both >= 0. Each begins again at 0 after an alarm.
     cusum_up: FloatArray
     cusum_down: FloatArray
-    alarms: BoolArray
+    alarms: BoolArray  #: Jobs at which one of the two exceeds its limit.
 
 
 def moving_range_sigma(values: FloatArray) -> FloatArray:
@@ -59,8 +48,7 @@ def moving_range_sigma(values: FloatArray) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (c,)
-        In the units of the values; 0 if all jobs are equal.
+    ndarray, shape (c,). In the units of the values; 0 if all jobs are equal.
     """
     ranges = np.abs(np.diff(values, axis=0))
     median, mean = np.median(ranges, axis=0) / MEDIAN_RANGE, ranges.mean(axis=0) / MEAN_RANGE
@@ -73,10 +61,7 @@ def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
 
     Parameters
     ----------
-    values : ndarray, shape (n, c)
-        Row by row the jobs in their order.
-    first : int
-        So many jobs give the centre.
+    values : shape (n, c). Row by row the jobs in their order.
     """
     centre = values[:first].mean(axis=0)
     sigma = moving_range_sigma(values)

@@ -36,44 +36,23 @@ READ_OF_POINT = ("name", "p_part_mm", "residual_mm")
 
 @dataclass(frozen=True, slots=True)
 class PartJobs:
-    """The n jobs of one part in the order of their times, and the p points that are in all of them.
+    """The n jobs of one part in the order of their times, and the p points that are in all of them."""
 
-    Parameters
-    ----------
-    file, sha256 : str
-        Name of the STEP file, and its contents.
-    names, when : tuple of str
-        Of the jobs; `when` is empty without a time.
-    by_time : bool
-        Whether every job has a time. Otherwise the order is that of the folders and their lists.
-    T_base_part : (n, 4, 4) array
-    residuals : (n, p, 3) array
-        Touched point minus moved model point in `base`, mm.
-    places : (p, 3) array
-        Model points in `part`, mm: the median over the jobs.
-    seam_error_mm : (n,) array
-        Largest 95 % error of a seam; NaN without one.
-    suspected : (p,) array
-        In how many jobs the calibration names the point as wrong.
-    left_out : tuple of str
-        Points that are not in all jobs.
-    on_others : tuple of str
-        Jobs that are left out, because they lack points that most jobs have.
-    """
-
+    #: `file`, `sha256`: Name of the STEP file, and its contents.
     file: str
     sha256: str
+    #: `names`, `when`: Of the jobs; `when` is empty without a time.
     names: tuple[str, ...]
     when: tuple[str, ...]
-    by_time: bool
+    by_time: bool  #: Whether every job has a time. Otherwise the order is that of the folders and their lists.
     T_base_part: FloatArray
     points: tuple[str, ...]
-    residuals: FloatArray
-    places: FloatArray
-    seam_error_mm: FloatArray
-    suspected: FloatArray
-    left_out: tuple[str, ...] = ()
-    on_others: tuple[str, ...] = ()
+    residuals: FloatArray  #: Touched point minus moved model point in `base`, mm.
+    places: FloatArray  #: Model points in `part`, mm: the median over the jobs.
+    seam_error_mm: FloatArray  #: Largest 95 % error of a seam; NaN without one.
+    suspected: FloatArray  #: In how many jobs the calibration names the point as wrong.
+    left_out: tuple[str, ...] = ()  #: Points that are not in all jobs.
+    on_others: tuple[str, ...] = ()  #: Jobs that are left out, because they lack points that most jobs have.
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,22 +78,11 @@ class _Job:
 def read_drift_jobs(
     folders: Sequence[Path], *, advance: Callable[[int], None] = lambda _: None
 ) -> tuple[list[PartJobs], list[FailedJob]]:
-    """Read folders of ``wpcal batch``.
-
-    Parameters
-    ----------
-    advance : callable
-        Is told how many jobs were read.
-
-    Returns
-    -------
-    (list of PartJobs, list of FailedJob)
-        The parts by their names.
+    """Read folders of ``wpcal batch``. The parts by their names.
 
     Raises
     ------
-    InputError
-        When a folder is not one of ``wpcal batch``, or a record in it is damaged.
+    InputError : When a folder is not one of ``wpcal batch``, or a record in it is damaged.
     """
     found: dict[tuple[str, str], list[_Job]] = {}
     failed: list[FailedJob] = []

@@ -44,13 +44,7 @@ UNORDERED = "not all have a date with a time, or only some have a time zone"
 
 
 def drift_record(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> dict[str, Any]:
-    """Return the record.
-
-    Parameters
-    ----------
-    left_out : sequence of str
-        One line for each part with too few jobs.
-    """
+    """Return the record."""
     return {
         "schema": "wpcal/drift/1",
         "parts": [part_record(part) for part in parts],

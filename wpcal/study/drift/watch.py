@@ -23,46 +23,24 @@ POSE_CHANNELS = (("x", "mm"), ("y", "mm"), ("z", "mm"), ("turn x", "deg"), ("tur
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """A sudden change.
+    """A sudden change."""
 
-    Parameters
-    ----------
-    at : int
-        First job after it.
-    move : (6,) array
-        Change of the mean of the pose channels, mm and degrees.
-    """
-
-    at: int
-    move: FloatArray
+    at: int  #: First job after it.
+    move: FloatArray  #: Change of the mean of the pose channels, mm and degrees.
     likely: Likely
 
 
 @dataclass(frozen=True, slots=True)
 class PartDrift:
-    """What changes from job to job of one part.
-
-    Parameters
-    ----------
-    pose : Charts
-        Of the six channels `POSE_CHANNELS`.
-    distance : Charts
-        Of the length of each residual, mm.
-    seam : Charts or None
-        Of the largest predicted error of a seam, mm; None if a job has none.
-    largest : (p,) array
-        In how many jobs a point has the largest residual.
-    first : int
-        Jobs that gave the centres.
-    """
+    """What changes from job to job of one part."""
 
     jobs: PartJobs
-    pose: Charts
-    distance: Charts
-    seam: Charts | None
-    largest: FloatArray
+    pose: Charts  #: Of the six channels `POSE_CHANNELS`.
+    distance: Charts  #: Of the length of each residual, mm.
+    seam: Charts | None  #: Of the largest predicted error of a seam, mm; None if a job has none.
+    largest: FloatArray  #: In how many jobs a point has the largest residual.
     shifts: tuple[Shift, ...]
-    first: int
+    first: int  #: Jobs that gave the centres.
 
     @property
     def most_wrong(self) -> int | None:
@@ -77,15 +55,9 @@ class PartDrift:
 def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
     """Return charts, shifts and their likely causes.
 
-    Parameters
-    ----------
-    first : int
-        So many jobs give the centres of the charts.
-
     Raises
     ------
-    InputError
-        When there are fewer than 8 jobs.
+    InputError : When there are fewer than 8 jobs.
     """
     if len(jobs.names) < LEAST_JOBS:
         raise InputError(
@@ -117,8 +89,7 @@ def pose_channels(T_base_part: FloatArray, places: FloatArray) -> FloatArray:
     Parameters
     ----------
     T_base_part : ndarray, shape (n, 4, 4)
-    places : ndarray, shape (p, 3)
-        Touched points in `part`, mm.
+    places : shape (p, 3). Touched points in `part`, mm.
 
     Returns
     -------

@@ -28,19 +28,11 @@ def choose_features(
 
     Parameters
     ----------
-    kinds : sequence of FeatureKind
-        Only these kinds; empty for all.
-    solid : str, optional
-        Name of the solid; ``*`` matches any characters, ``?`` any single one.
-    min_diameter_mm : float, optional
-        Only round features at least this large.
-    near : array_like, shape (3,), optional
-        A place in `part`, mm: the nearest features come first. By default the order is kept.
+    near : shape (3,). A place in `part`, mm: the nearest features come first. By default the order is kept.
 
     Raises
     ------
-    InputError
-        If no solid has the name, or `near` is not three finite numbers.
+    InputError : If no solid has the name, or `near` is not three finite numbers.
     """
     conditions = _conditions(features, kinds, solid, min_diameter_mm)
     chosen = [feature for feature in features if all(holds(feature) for holds in conditions)]

@@ -19,27 +19,18 @@ AXIS_ROUND = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FeatureColumns:
-    """Features of one kind before they have names: one row per feature, NaN or None where a column does not apply.
-
-    Parameters
-    ----------
-    p : ndarray, shape (n, 3)
-        In `part`, mm.
-    solid : ndarray of int, shape (n,)
-    direction : ndarray, shape (n, 3), optional
-    diameter_mm, length_mm, depth_mm, area_mm2 : ndarray, shape (n,), optional
-    is_through : ndarray of bool, shape (n,), optional
-    """
+    """Features of one kind before they have names: one row per feature, NaN or None where a column does not apply."""
 
     kind: FeatureKind
-    p: FloatArray
-    solid: IntArray
-    direction: FloatArray | None = None
+    p: FloatArray  #: shape (n, 3). In `part`, mm.
+    solid: IntArray  #: shape (n,).
+    direction: FloatArray | None = None  #: shape (n, 3).
+    #: `diameter_mm`, `length_mm`, `depth_mm`, `area_mm2`: shape (n,).
     diameter_mm: FloatArray | None = None
     length_mm: FloatArray | None = None
     depth_mm: FloatArray | None = None
     area_mm2: FloatArray | None = None
-    is_through: BoolArray | None = None
+    is_through: BoolArray | None = None  #: shape (n,).
     form: Sequence[HoleForm] = ()
     steps: Sequence[tuple[HoleStep, ...]] = ()
     faces: Sequence[IntArray] = ()
@@ -105,16 +96,11 @@ def positive_axes(directions: FloatArray) -> FloatArray:
 
 
 def label_equal(*columns: FloatArray | IntArray | BoolArray) -> IntArray:
-    """Number rows so that equal rows have equal numbers.
+    """Number rows so that equal rows have equal numbers, shape (n,). 0 … k - 1.
 
     Parameters
     ----------
     *columns : ndarray, shape (n,) or (n, m)
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
-        0 … k - 1.
     """
     keys = np.column_stack(columns).astype(np.float64) + 0.0  # -0 is 0
     if len(keys) == 0:
@@ -128,17 +114,12 @@ def first_rows(label: IntArray) -> IntArray:
 
 
 def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
-    """Return the sum of the values of every label.
+    """Return the sum of the values of every label, shape (count,) or (count, k).
 
     Parameters
     ----------
-    label : ndarray of int, shape (n,)
-        0 … count - 1.
+    label : shape (n,). 0 … count - 1.
     values : ndarray, shape (n,) or (n, k)
-
-    Returns
-    -------
-    ndarray, shape (count,) or (count, k)
     """
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, label, values)
@@ -146,17 +127,11 @@ def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
 
 
 def members(label: IntArray, items: IntArray) -> list[IntArray]:
-    """Return the items of every label.
+    """Return the items of every label, length k. Sorted.
 
     Parameters
     ----------
-    label, items : ndarray of int, shape (n,)
-        Each label 0 … k - 1 occurs at least once.
-
-    Returns
-    -------
-    list of ndarray of int, length k
-        Sorted.
+    label, items : shape (n,). Each label 0 … k - 1 occurs at least once.
     """
     if len(label) == 0:
         return []

@@ -131,8 +131,7 @@ def _planes_at_ends(graph: BrepGraph, rounds: IntArray, planes: IntArray) -> tup
     -------
     patch : ndarray of int, shape (m,)
     end : pair of ndarray of int, shape (m,)
-    plane : ndarray of int, shape (m,)
-        Each plane at the patch.
+    plane : ndarray of int, shape (m,). Each plane at the patch.
     """
     row = np.full(graph.face_count, -1)
     row[rounds] = np.arange(len(rounds))

@@ -85,15 +85,10 @@ and a virtual corner are in the air."""
 
 @dataclass(frozen=True, slots=True)
 class HoleStep:
-    """One diameter of a hole.
-
-    Parameters
-    ----------
-    from_mm, to_mm : float
-        Where it begins and ends, measured from the entry of the hole.
-    """
+    """One diameter of a hole."""
 
     diameter_mm: float
+    #: `from_mm`, `to_mm`: Where it begins and ends, measured from the entry of the hole.
     from_mm: float
     to_mm: float
 
@@ -109,49 +104,26 @@ class HoleForm(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReferenceFeature:
-    """One feature that can be taught.
+    """One feature that can be taught."""
 
-    Parameters
-    ----------
-    name : str
-        The letter of its kind and a number, by position within the kind.
-    p_mm : ndarray, shape (3,)
-        Its point in `part`, mm; for a circle, hole or sphere, the centre.
-    direction : ndarray, shape (3,), or None
-        Unit vector in `part`: out of the entry of a hole, boss or slot; outward from a plane; along a circle's axis, an
-        axis or an edge.
-    diameter_mm : float or None
-        Of a slot, the width.
-    solid : str
-        Name of the solid it is on.
-    faces : tuple of int
-        The faces of the `BrepGraph` to touch: of a hole or boss, the wall of `diameter_mm`; of a slot, its two round
-        and two flat walls; of a plane or axis, all faces on it; of a virtual corner, the planes.
-    length_mm : float or None
-        Of a midpoint, the length of the edge; of a boss or axis, the length along the axis; of a slot, the largest.
-    depth_mm : float or None
-        Of a hole or slot, from its entry to its end, without the point of a drill.
-    area_mm2 : float or None
-        Of a plane; its curved borders are polylines with a sag of 0.01 mm.
-    is_through : bool or None
-        Of a hole or slot: whether it is open at both ends.
-    steps : tuple of HoleStep
-        The diameters of a hole from its entry.
-    """
-
-    name: str
+    name: str  #: The letter of its kind and a number, by position within the kind.
     kind: FeatureKind
-    p_mm: FloatArray
+    p_mm: FloatArray  #: shape (3,). Its point in `part`, mm; for a circle, hole or sphere, the centre.
+    #: shape (3,). Unit vector in `part`: out of the entry of a hole, boss or slot; outward from a plane; along a
+    #: circle's axis, an axis or an edge.
     direction: FloatArray | None
-    diameter_mm: float | None
-    solid: str
+    diameter_mm: float | None  #: Of a slot, the width.
+    solid: str  #: Name of the solid it is on.
+    #: The faces of the `BrepGraph` to touch: of a hole or boss, the wall of `diameter_mm`; of a slot, its two round and
+    #: two flat walls; of a plane or axis, all faces on it; of a virtual corner, the planes.
     faces: tuple[int, ...] = ()
+    #: Of a midpoint, the length of the edge; of a boss or axis, the length along the axis; of a slot, the largest.
     length_mm: float | None = None
-    depth_mm: float | None = None
-    area_mm2: float | None = None
-    is_through: bool | None = None
+    depth_mm: float | None = None  #: Of a hole or slot, from its entry to its end, without the point of a drill.
+    area_mm2: float | None = None  #: Of a plane; its curved borders are polylines with a sag of 0.01 mm.
+    is_through: bool | None = None  #: Of a hole or slot: whether it is open at both ends.
     form: HoleForm | None = None
-    steps: tuple[HoleStep, ...] = ()
+    steps: tuple[HoleStep, ...] = ()  #: The diameters of a hole from its entry.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file, without what does not apply to the kind."""
@@ -179,20 +151,7 @@ class ReferenceFeature:
 def features_record(
     features: Sequence[ReferenceFeature], ease: Mapping[str, str], issues: Sequence[Issue] = ()
 ) -> dict[str, Any]:
-    """Return the record of ``wpcal features --json``.
-
-    Parameters
-    ----------
-    ease : mapping of str to str
-        How well each feature can be touched, by its name.
-    issues : sequence of Issue
-        What is odd in the file.
-
-    Returns
-    -------
-    dict
-        Of schema ``wpcal/features/1``.
-    """
+    """Return the record of ``wpcal features --json``. Of schema ``wpcal/features/1``."""
     records = [{**feature.to_record(), "ease": ease[feature.name]} for feature in features]
     return {"schema": FEATURES_SCHEMA, "features": records, "issues": [issue.to_record() for issue in issues]}
 
@@ -202,8 +161,7 @@ def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceF
 
     Raises
     ------
-    InputError
-        If there is none. The message gives the nearest names.
+    InputError : If there is none. The message gives the nearest names.
     """
     exact = next((feature for feature in features if feature.name == name), None)
     if exact is not None:
@@ -222,8 +180,7 @@ def point_named(features: Sequence[ReferenceFeature], name: str) -> FloatArray:
 
     Raises
     ------
-    InputError
-        If there is none, or it is a plane or an axis, which one touch does not determine.
+    InputError : If there is none, or it is a plane or an axis, which one touch does not determine.
     """
     feature = feature_named(features, name)
     if feature.kind in (FeatureKind.PLANE, FeatureKind.AXIS):

@@ -92,8 +92,7 @@ def best_rows(group: IntArray, rank: FloatArray, rows: IntArray) -> IntArray:
 
     Returns
     -------
-    ndarray of int, shape (k,)
-        One of `rows` per group, in the order of the groups.
+    ndarray of int, shape (k,). One of `rows` per group, in the order of the groups.
     """
     order = np.lexsort((rank, group))
     last = np.flatnonzero(np.diff(group[order], append=-1))

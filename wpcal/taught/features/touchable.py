@@ -64,18 +64,9 @@ def judge_features(
 ) -> tuple[Touchable, ...]:
     """Judge how well each feature of a part can be touched.
 
-    Parameters
-    ----------
-    features : sequence of ReferenceFeature
-        Of that graph.
-    trimmed : TrimmedFaces, optional
-        Of the same graph, if the caller has it already.
-
     Returns
     -------
-    tuple of Touchable
-        In the order of the features.
-
+    tuple of Touchable. In the order of the features.
     Notes ----- A corner with fewer than three independent normals is vague. A corner in a notch or covered by the part
     is hidden, and so is the entry of a hole or slot, or the end of a boss, if the part is in front of it.
     """
@@ -137,28 +128,15 @@ def _is_sharp(graph: BrepGraph, vertex: IntArray) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Meetings:
-    """The faces and edges that meet at each of n corners, including those of other solids with a corner there.
+    """The faces and edges that meet at each of n corners, including those of other solids with a corner there."""
 
-    Parameters
-    ----------
-    count : int
-        n.
-    face_corner, faces : ndarray of int, shape (f,)
-        Sorted by corner; each face occurs once per corner.
-    normals : ndarray, shape (f, 3)
-        Of these faces, outward, at the corner.
-    end_corner : ndarray of int, shape (e,)
-        Sorted.
-    leaving : ndarray, shape (e, 3)
-        Unit directions of the edges away from the corner.
-    """
-
-    count: int
+    count: int  #: n.
+    #: `face_corner`, `faces`: shape (f,). Sorted by corner; each face occurs once per corner.
     face_corner: IntArray
     faces: IntArray
-    normals: FloatArray
-    end_corner: IntArray
-    leaving: FloatArray
+    normals: FloatArray  #: shape (f, 3). Of these faces, outward, at the corner.
+    end_corner: IntArray  #: shape (e,). Sorted.
+    leaving: FloatArray  #: shape (e, 3). Unit directions of the edges away from the corner.
 
     @classmethod
     def at(cls, graph: BrepGraph, vertices: IntArray) -> _Meetings:

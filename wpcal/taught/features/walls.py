@@ -39,20 +39,13 @@ def sample_edges(graph: BrepGraph, edges: IntArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Coaxial:
-    """Faces of revolution of some kinds, with the line of each one.
-
-    Parameters
-    ----------
-    faces : ndarray of int, shape (m,)
-    line : ndarray of int, shape (m,)
-        Equal for faces of one solid around one line.
-    foot, axis : ndarray, shape (m, 3)
-        The point of the line nearest to the origin of `part`, and its direction as in `positive_axes`.
-    """
+    """Faces of revolution of some kinds, with the line of each one."""
 
     graph: BrepGraph
-    faces: IntArray
-    line: IntArray
+    faces: IntArray  #: shape (m,).
+    line: IntArray  #: shape (m,). Equal for faces of one solid around one line.
+    #: `foot`, `axis`: shape (m, 3). The point of the line nearest to the origin of `part`, and its direction as in
+    #: `positive_axes`.
     foot: FloatArray
     axis: FloatArray
 
@@ -77,19 +70,11 @@ class Coaxial:
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """The cylindrical walls of a part.
-
-    Parameters
-    ----------
-    of_face : ndarray of int, shape (F,)
-        The wall of each face of the graph, or -1.
-    first : ndarray of int, shape (w,)
-        Row in `coaxial` of a wall's first face.
-    """
+    """The cylindrical walls of a part."""
 
     coaxial: Coaxial
-    of_face: IntArray
-    first: IntArray
+    of_face: IntArray  #: shape (F,). The wall of each face of the graph, or -1.
+    first: IntArray  #: shape (w,). Row in `coaxial` of a wall's first face.
 
     @classmethod
     def of(cls, coaxial: Coaxial) -> Walls:
@@ -178,32 +163,20 @@ class Walls:
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """The edges of bodies, and what lies beyond their two ends; a body is a set of faces around one axis.
+    """The edges of bodies, and what lies beyond their two ends; a body is a set of faces around one axis."""
 
-    Parameters
-    ----------
-    body, edge : ndarray of int, shape (k,)
-        One row per use of an edge by a body.
-    is_border : ndarray of bool, shape (k,)
-        Whether the face on the other side does not belong to the body.
-    beyond : ndarray of int, shape (k,)
-        That face, or -1.
-    lean : ndarray, shape (k,)
-        Component along the axis of its outward normal at the middle of the edge; 0 without a face beyond.
-    middle, least, greatest : ndarray, shape (k,)
-        Heights of each edge, mm.
-    low, high : ndarray, shape (n,)
-        Heights of each body, mm.
-    """
-
+    #: `body`, `edge`: shape (k,). One row per use of an edge by a body.
     body: IntArray
     edge: IntArray
-    is_border: BoolArray
-    beyond: IntArray
+    is_border: BoolArray  #: shape (k,). Whether the face on the other side does not belong to the body.
+    beyond: IntArray  #: shape (k,). That face, or -1.
+    #: shape (k,). Component along the axis of its outward normal at the middle of the edge; 0 without a face beyond.
     lean: FloatArray
+    #: `middle`, `least`, `greatest`: shape (k,). Heights of each edge, mm.
     middle: FloatArray
     least: FloatArray
     greatest: FloatArray
+    #: `low`, `high`: shape (n,). Heights of each body, mm.
     low: FloatArray
     high: FloatArray
 
@@ -215,8 +188,7 @@ class Ends:
         ----------
         body_of_face : ndarray of int, shape (F,)
             -1 for a face without a body.
-        axis : ndarray, shape (n, 3)
-            The axis of each body.
+        axis : shape (n, 3). The axis of each body.
         """
         used = (body_of_face[graph.coedge_face] >= 0) & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
         face, edge = graph.coedge_face[used], graph.coedge_edge[used]
@@ -248,29 +220,18 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Rims:
-    """Circles around the axes of walls, with the radius of the wall.
+    """Circles around the axes of walls, with the radius of the wall."""
 
-    Parameters
-    ----------
-    wall : ndarray of int, shape (r,)
-        The wall of each whole circle.
-    centre : ndarray, shape (r, 3)
-    height, lean : ndarray, shape (r,)
-        Along the axis of the wall; `lean` is that of the face beyond that leans most out of the wall, as in `Ends`.
-    is_upper : ndarray of bool, shape (r,)
-        Whether the wall lies below the rim.
-    meets_round : ndarray of bool, shape (r,)
-        Whether a torus follows beyond: its normal does not tell whether the end is open.
-    all_wall, all_turn : ndarray
-        The wall and the turn, rad, of every circle, whole or not.
-    """
-
-    wall: IntArray
-    centre: FloatArray
+    wall: IntArray  #: shape (r,). The wall of each whole circle.
+    centre: FloatArray  #: shape (r, 3).
+    #: `height`, `lean`: shape (r,). Along the axis of the wall; `lean` is that of the face beyond that leans most out
+    #: of the wall, as in `Ends`.
     height: FloatArray
     lean: FloatArray
-    is_upper: BoolArray
+    is_upper: BoolArray  #: shape (r,). Whether the wall lies below the rim.
+    #: shape (r,). Whether a torus follows beyond: its normal does not tell whether the end is open.
     meets_round: BoolArray
+    #: `all_wall`, `all_turn`: The wall and the turn, rad, of every circle, whole or not.
     all_wall: IntArray
     all_turn: FloatArray
 

@@ -38,49 +38,23 @@ MATCH_SCHEMA = "wpcal/match/1"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """One way in which the taught points can be features.
+    """One way in which the taught points can be features."""
 
-    Parameters
-    ----------
-    features : tuple of str, length n
-        Name of the feature that each taught point is.
-    T_base_part : RigidTransform
-        Least-squares fit.
-    rms_mm : float
-        Root mean square distance of that fit, mm.
-    probability : float
-        Among all answers, for Gaussian errors.
-    """
-
-    features: tuple[str, ...]
-    T_base_part: RigidTransform
-    rms_mm: float
-    probability: float
+    features: tuple[str, ...]  #: length n. Name of the feature that each taught point is.
+    T_base_part: RigidTransform  #: Least-squares fit.
+    rms_mm: float  #: Root mean square distance of that fit, mm.
+    probability: float  #: Among all answers, for Gaussian errors.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """All answers, and the one that is taken.
+    """All answers, and the one that is taken."""
 
-    Parameters
-    ----------
-    points : tuple of str, length n
-        Names of the taught points.
-    answers : tuple of Answer
-        The best fit first.
-    chosen : int or None
-        Which of them is taken; None when that cannot be told.
-    reason : str
-        Why it is taken, or why none is and what would settle it.
-    complete : bool
-        False when there are more answers than are kept.
-    """
-
-    points: tuple[str, ...]
-    answers: tuple[Answer, ...]
-    chosen: int | None
-    reason: str
-    complete: bool
+    points: tuple[str, ...]  #: length n. Names of the taught points.
+    answers: tuple[Answer, ...]  #: The best fit first.
+    chosen: int | None  #: Which of them is taken; None when that cannot be told.
+    reason: str  #: Why it is taken, or why none is and what would settle it.
+    complete: bool  #: False when there are more answers than are kept.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -115,26 +89,14 @@ def match_points(
 
     Parameters
     ----------
-    taught : TaughtPoints
-        Points with a feature's name keep it; the others may be any feature. Points with use ``no`` are left out.
-    features : sequence of ReferenceFeature
-        Of the part.
     sigma_mm : float, optional
         Teaching error: standard deviation per axis; by default the largest that the points state themselves, or
         `wpcal.calibrate.uncertainty.USUAL_SIGMA_MM`.
-    T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part: of several answers the nearest is taken.
-    kinds : sequence of FeatureKind
-        What points without a name may be. By default all that a tip can touch as a point.
-    progress : callable, optional
-        Called with a progress message now and then.
 
     Raises
     ------
-    GeometryError
-        When no assignment fits, or the points are too few or on one line.
-    InputError
-        When a feature's name is unknown.
+    GeometryError : When no assignment fits, or the points are too few or on one line.
+    InputError : When a feature's name is unknown.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     sigma = _stated_sigma(taught, used) if sigma_mm is None else sigma_mm
@@ -163,8 +125,7 @@ def name_points(
 
     Raises
     ------
-    GeometryError
-        When there are several answers; the message says what would settle it. Otherwise as `match_points`.
+    GeometryError : When there are several answers; the message says what would settle it. Otherwise as `match_points`.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     if not any(not taught.features[row] and np.isnan(taught.p_part[row]).any() for row in used):

@@ -17,20 +17,11 @@ BOXES_PER_POINT = 1000.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Occupancy:
-    """Boxes of one size over the points; those near a point are marked.
+    """Boxes of one size over the points; those near a point are marked."""
 
-    Parameters
-    ----------
-    low : ndarray, shape (3,)
-        Corner of the table, mm.
-    size_mm : float
-        Side of a box.
-    marked : ndarray of bool, shape (nx, ny, nz)
-    """
-
-    low: FloatArray
-    size_mm: float
-    marked: BoolArray
+    low: FloatArray  #: shape (3,). Corner of the table, mm.
+    size_mm: float  #: Side of a box.
+    marked: BoolArray  #: shape (nx, ny, nz).
 
     @classmethod
     def around(cls, points: FloatArray, reach_mm: float) -> Occupancy:
@@ -38,8 +29,7 @@ class Occupancy:
 
         Parameters
         ----------
-        points : ndarray, shape (N, 3)
-            mm.
+        points : shape (N, 3). mm.
         """
         span = np.ptp(points, axis=0) + 4.0 * reach_mm
         boxes = min(MOST_BOXES, BOXES_PER_POINT * len(points))

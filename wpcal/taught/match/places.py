@@ -33,21 +33,11 @@ HARD_TO_FIND = (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Where features are.
+    """Where features are."""
 
-    Parameters
-    ----------
-    p : ndarray, shape (k, 3)
-        In `part`, mm; no two within `SAME_MM`.
-    names : tuple of str, length k
-        The name to say for each.
-    features : tuple of tuple of ReferenceFeature, length k
-        All features there, that name's first.
-    """
-
-    p: FloatArray
-    names: tuple[str, ...]
-    features: tuple[tuple[ReferenceFeature, ...], ...]
+    p: FloatArray  #: shape (k, 3). In `part`, mm; no two within `SAME_MM`.
+    names: tuple[str, ...]  #: length k. The name to say for each.
+    features: tuple[tuple[ReferenceFeature, ...], ...]  #: length k. All features there, that name's first.
 
     @classmethod
     def of(cls, features: Sequence[ReferenceFeature]) -> Places:

@@ -53,24 +53,12 @@ SLACK = 1.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignments:
-    """All ways in which the taught points can be points of the model.
+    """All ways in which the taught points can be points of the model."""
 
-    Parameters
-    ----------
-    rows : ndarray of int, shape (m, n)
-        Model point of every taught point; the best fit first.
-    squares_mm2 : ndarray, shape (m,)
-        Sum of squared distances of the least-squares fit of each, mm².
-    limit_mm2 : float
-        The largest sum accepted.
-    complete : bool
-        False when there are more than `MOST_ANSWERS`; the search then stopped.
-    """
-
-    rows: IntArray
-    squares_mm2: FloatArray
-    limit_mm2: float
-    complete: bool
+    rows: IntArray  #: shape (m, n). Model point of every taught point; the best fit first.
+    squares_mm2: FloatArray  #: shape (m,). Sum of squared distances of the least-squares fit of each, mm².
+    limit_mm2: float  #: The largest sum accepted.
+    complete: bool  #: False when there are more than `MOST_ANSWERS`; the search then stopped.
 
 
 def squares_limit(n: int, sigma_mm: float) -> float:
@@ -92,29 +80,20 @@ def find_assignments(
 
     Parameters
     ----------
-    p_part : array_like, shape (N, 3)
-        Points of the model, mm, no two at one place (both would be an answer).
-    p_base : array_like, shape (n, 3)
-        Taught points, mm; n ≥ 3.
-    sigma_mm : float
-        Teaching error: standard deviation per axis.
-    allowed : sequence of (ndarray of int or None), length n, optional
-        The model points that each taught point may be; None for any.
-    progress : callable, optional
-        Called with a progress message now and then.
+    p_part : shape (N, 3). Points of the model, mm, no two at one place (both would be an answer).
+    p_base : shape (n, 3). Taught points, mm; n ≥ 3.
+    allowed : length n. The model points that each taught point may be; None for any.
 
     Returns
     -------
-    Assignments
-        Mirrored ones are not among them.
+    Assignments. Mirrored ones are not among them.
 
     Raises
     ------
     GeometryError
         When there are fewer than three taught points, or they lie so nearly on one line that the error hides the
         rotation about it.
-    InputError
-        When `sigma_mm` is not a length.
+    InputError : When `sigma_mm` is not a length.
 
     Notes
     -----

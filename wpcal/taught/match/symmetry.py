@@ -26,17 +26,10 @@ AXIS_NAMES = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartMotion:
-    """A motion of the part that carries one answer into another.
+    """A motion of the part that carries one answer into another."""
 
-    Parameters
-    ----------
-    R : ndarray, shape (3, 3)
-    t_mm : ndarray, shape (3,)
-        In `part`, mm.
-    """
-
-    R: FloatArray
-    t_mm: FloatArray
+    R: FloatArray  #: shape (3, 3).
+    t_mm: FloatArray  #: shape (3,). In `part`, mm.
 
     @classmethod
     def between(cls, points: FloatArray, first: IntArray, second: IntArray) -> PartMotion:
@@ -44,10 +37,8 @@ class PartMotion:
 
         Parameters
         ----------
-        points : ndarray, shape (N, 3)
-            Of the features, in `part`, mm.
-        first, second : ndarray of int, shape (n,)
-            Rows of the features in the two answers.
+        points : shape (N, 3). Of the features, in `part`, mm.
+        first, second : shape (n,). Rows of the features in the two answers.
         """
         return cls(*kabsch(points[first], points[second], np.full(len(first), 1.0 / len(first))))
 
@@ -56,12 +47,7 @@ class PartMotion:
 
         Parameters
         ----------
-        points : ndarray, shape (N, 3)
-            Of the features, in `part`, mm.
-        tree : cKDTree
-            Of the same points.
-        within_mm : float
-            Greatest distance to the feature that is met.
+        points : shape (N, 3). Of the features, in `part`, mm.
         """
         for some in (points[:: len(points) // FIRST_TRIED + 1], points):
             if float(np.max(tree.query(some @ self.R.T + self.t_mm)[0])) > within_mm:
@@ -106,17 +92,10 @@ def _place(p: FloatArray) -> str:
 
 @dataclass(frozen=True, slots=True)
 class NextPoint:
-    """The feature to teach as well.
+    """The feature to teach as well."""
 
-    Parameters
-    ----------
-    row : int
-        Of the features tried.
-    others_left : float
-        Expected number of wrong answers that still fit when it is taught, of those that were looked at.
-    """
-
-    row: int
+    row: int  #: Of the features tried.
+    #: Expected number of wrong answers that still fit when it is taught, of those that were looked at.
     others_left: float
 
 
@@ -138,18 +117,10 @@ def best_next_point(
 
     Parameters
     ----------
-    tried : ndarray, shape (k, 3)
-        Features that may be taught, in `part`, mm.
-    tree : cKDTree
-        Of all features.
-    R, t : ndarray, shape (m, 3, 3) and (m, 3)
-        ``T_base_part`` of the answers.
-    weights : ndarray, shape (m,)
-        Probabilities of the answers.
-    alike : ndarray of bool, shape (m, m)
-        Pairs of answers that no point can tell apart; every answer with itself.
-    tolerance_mm : float
-        A feature nearer than this to the expected place explains a touch.
+    tried : shape (k, 3). Features that may be taught, in `part`, mm.
+    R, t : shape (m, 3, 3) and (m, 3). ``T_base_part`` of the answers.
+    weights : shape (m,). Probabilities of the answers.
+    alike : shape (m, m). Pairs of answers that no point can tell apart; every answer with itself.
     """
     seen = np.einsum("aij,fj->afi", R, tried) + t[:, None]
     left = np.zeros(len(tried))

@@ -22,27 +22,13 @@ SIDE_COST = 200.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangle:
-    """Three taught points in the plane that they span.
+    """Three taught points in the plane that they span."""
 
-    Parameters
-    ----------
-    corners : tuple of int
-        Rows a, b, c of the taught points.
-    sides : tuple of float
-        Lengths ab, ac, bc, mm.
-    centre : ndarray, shape (3,)
-        Of the corners, mm.
-    axes : ndarray, shape (3, 3)
-        Rows: along ab, across it towards c, normal; right-handed.
-    plane : ndarray, shape (3, 2)
-        The corners about the centre along the first two axes, mm.
-    """
-
-    corners: tuple[int, int, int]
-    sides: tuple[float, float, float]
-    centre: FloatArray
-    axes: FloatArray
-    plane: FloatArray
+    corners: tuple[int, int, int]  #: Rows a, b, c of the taught points.
+    sides: tuple[float, float, float]  #: Lengths ab, ac, bc, mm.
+    centre: FloatArray  #: shape (3,). Of the corners, mm.
+    axes: FloatArray  #: shape (3, 3). Rows: along ab, across it towards c, normal; right-handed.
+    plane: FloatArray  #: shape (3, 2). The corners about the centre along the first two axes, mm.
 
     @classmethod
     def of(cls, taught: FloatArray, corners: tuple[int, int, int]) -> Triangle:
@@ -56,21 +42,12 @@ class Triangle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TriangleFits:
-    """Least-squares fits of the taught triangle to m triangles of the model.
-
-    Parameters
-    ----------
-    centre : ndarray, shape (m, 3)
-    axes : ndarray, shape (m, 3, 3)
-        Rows: where the axes of the taught triangle come to lie.
-    squares_mm2 : ndarray, shape (m,)
-        Sums of squared distances, mm².
-    """
+    """Least-squares fits of the taught triangle to m triangles of the model."""
 
     triangle: Triangle
-    centre: FloatArray
-    axes: FloatArray
-    squares_mm2: FloatArray
+    centre: FloatArray  #: shape (m, 3).
+    axes: FloatArray  #: shape (m, 3, 3). Rows: where the axes of the taught triangle come to lie.
+    squares_mm2: FloatArray  #: shape (m,). Sums of squared distances, mm².
 
     def select(self, rows: BoolArray) -> TriangleFits:
         """Keep the fits under a mask of shape (m,)."""
@@ -91,13 +68,11 @@ def fit_triangles(points: FloatArray, rows: IntArray, triangle: Triangle) -> Tri
     Parameters
     ----------
     points : ndarray, shape (N, 3)
-    rows : ndarray of int, shape (m, 3)
-        Images of the corners a, b, c.
+    rows : shape (m, 3). Images of the corners a, b, c.
 
     Returns
     -------
-    TriangleFits
-        The sum of squares is infinite for three points on a line.
+    TriangleFits. The sum of squares is infinite for three points on a line.
     """
     p = points[rows]
     centre = p.mean(axis=1)
@@ -119,19 +94,13 @@ def choose_triangle(points: FloatArray, taught: FloatArray, candidates: IntArray
 
     Parameters
     ----------
-    points : ndarray, shape (N, 3)
-        Of the model, mm.
-    taught : ndarray, shape (n, 3)
-        mm.
-    candidates : ndarray of int, shape (n,)
-        Number of model points that each taught point may be.
-    limit : float
-        Largest sum of squares S, mm².
+    points : shape (N, 3). Of the model, mm.
+    taught : shape (n, 3). mm.
+    candidates : shape (n,). Number of model points that each taught point may be.
 
     Raises
     ------
-    GeometryError
-        When no triangle is wide enough for the teaching error.
+    GeometryError : When no triangle is wide enough for the teaching error.
     """
     rows = _far_apart(taught, candidates)
     near = _partners(points, taught[rows], limit) * candidates[rows] / len(points)  # [a, b]: images of b for one of a

@@ -43,28 +43,15 @@ ADVICE_SCHEMA = "wpcal/advice/1"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AdvisedSet:
-    """Features to teach together.
-
-    Parameters
-    ----------
-    error_95_mm : float
-        Largest predicted 95 % error along the seams, mm: the figure of `CalibrationResult.predict_error_mm`.
-    seam : str
-        The seam where that error occurs.
-    swap_rms_mm : float
-        Root mean square residual that the most hidden exchange of names would leave, mm.
-    swap : tuple of str
-        The features that it exchanges.
-    is_clear : bool
-        Whether that residual is larger than the teaching error can leave.
-    """
+    """Features to teach together."""
 
     features: tuple[ReferenceFeature, ...]
+    #: Largest predicted 95 % error along the seams, mm: the figure of `CalibrationResult.predict_error_mm`.
     error_95_mm: float
-    seam: str
-    swap_rms_mm: float
-    swap: tuple[str, ...]
-    is_clear: bool
+    seam: str  #: The seam where that error occurs.
+    swap_rms_mm: float  #: Root mean square residual that the most hidden exchange of names would leave, mm.
+    swap: tuple[str, ...]  #: The features that it exchanges.
+    is_clear: bool  #: Whether that residual is larger than the teaching error can leave.
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -85,27 +72,13 @@ class AdvisedSet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Advice:
-    """What to teach.
+    """What to teach."""
 
-    Parameters
-    ----------
-    chosen : AdvisedSet
-        With as many points as asked for.
-    by_count : tuple of AdvisedSet
-        The best set of each number of points.
-    with_next : AdvisedSet or None
-        The chosen set and the single best point to add to it.
-    next_point : ReferenceFeature or None
-        That point.
-    notes : tuple of str
-        What to watch when these features are touched.
-    """
-
-    chosen: AdvisedSet
-    by_count: tuple[AdvisedSet, ...]
-    with_next: AdvisedSet | None
-    next_point: ReferenceFeature | None
-    notes: tuple[str, ...]
+    chosen: AdvisedSet  #: With as many points as asked for.
+    by_count: tuple[AdvisedSet, ...]  #: The best set of each number of points.
+    with_next: AdvisedSet | None  #: The chosen set and the single best point to add to it.
+    next_point: ReferenceFeature | None  #: That point.
+    notes: tuple[str, ...]  #: What to watch when these features are touched.
     sigma_mm: float
     criterion: Criterion
 
@@ -146,31 +119,10 @@ def advise(
 ) -> Advice:
     """Choose the features to teach so that the largest predicted error along the seams is smallest.
 
-    Parameters
-    ----------
-    candidates : sequence of Touchable
-        What may be taught. The easiest to touch are used; harder ones join only if these are too few.
-    seams : sequence of Seam
-        Where the error counts; frames in `part`.
-    points : int
-        How many to teach, those in `have` included.
-    sigma_mm : float
-        Teaching error: standard deviation per axis.
-    criterion : Criterion
-        ``MINIMAX`` or ``LEAST_SQUARES``, as in `calibrate`.
-    have : sequence of ReferenceFeature
-        Features that are taught anyway.
-    seed : int
-        Of the starts of the search and of the simulated part of the prediction.
-    progress : callable, optional
-        Gets a line of text for every step.
-
     Raises
     ------
-    InputError
-        When `points` is below 3 or not above the number in `have`, or `sigma_mm` is not a positive length.
-    GeometryError
-        When there is no seam, or the candidates are too few or all on one line.
+    InputError : When `points` is below 3 or not above the number in `have`, or `sigma_mm` is not a positive length.
+    GeometryError : When there is no seam, or the candidates are too few or all on one line.
 
     Notes
     -----
@@ -225,8 +177,7 @@ def require_seams(seams: Sequence[Seam]) -> None:
 
     Raises
     ------
-    GeometryError
-        When no seam has a frame.
+    GeometryError : When no seam has a frame.
     """
     if not any(len(seam.frames) for seam in seams):
         raise GeometryError(
@@ -266,13 +217,7 @@ def what_it_is(feature: ReferenceFeature) -> str:
 
 
 def template_csv(points: Sequence[tuple[str, str]]) -> str:
-    """Return the file of taught points for `calibrate`, its coordinates to be filled in.
-
-    Parameters
-    ----------
-    points : sequence of (str, str)
-        The name of each point, and where it is, in words.
-    """
+    """Return the file of taught points for `calibrate`, its coordinates to be filled in."""
     rows = [[name, "", "", "", "yes", where] for name, where in points]
     return csv_text([["name", "x_mm", "y_mm", "z_mm", "use", "where"], *rows])
 
@@ -319,8 +264,6 @@ class _Choice:
         rows : ndarray of int, shape (m, n)
         bounds : ndarray, shape (m,)
             Ascending; no set has a smaller error along all seams than at the points by which the search judged it.
-        finalists : iterable of int
-            Rows of `rows`, ascending.
         """
         best, least = None, (0, math.inf)
         for k in finalists:

@@ -22,17 +22,9 @@ ON_A_LINE = 1e-3
 def easiest_places(candidates: Sequence[Touchable], have: Sequence[ReferenceFeature], points: int) -> Places:
     """Take the easiest features that leave a choice: harder ones only if these are too few or on one line.
 
-    Parameters
-    ----------
-    have : sequence of ReferenceFeature
-        Features that are taught anyway.
-    points : int
-        How many are to be chosen, those in `have` included.
-
     Raises
     ------
-    GeometryError
-        When all features are too few or on one line.
+    GeometryError : When all features are too few or on one line.
     """
     for ease in Ease:
         places = _places_up_to(ease, candidates, have)

@@ -45,31 +45,17 @@ QUANTILES = chdtri(FREEDOMS, 1.0 - COVERAGE) / FREEDOMS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """What the sets are judged by.
+    """What the sets are judged by."""
 
-    Parameters
-    ----------
-    points : ndarray, shape (N, 3)
-        Features that may be taught, in `part`, mm.
-    seam_points : ndarray, shape (k, 3)
-        In `part`, mm.
-    """
-
-    points: FloatArray
-    seam_points: FloatArray
+    points: FloatArray  #: shape (N, 3). Features that may be taught, in `part`, mm.
+    seam_points: FloatArray  #: shape (k, 3). In `part`, mm.
 
     def largest_errors(self, rows: IntArray) -> FloatArray:
-        """Largest 95 % error of the least-squares fit over the seam points.
+        """Largest 95 % error of the least-squares fit over the seam points, shape (m,). Per unit of sigma.
 
         Parameters
         ----------
-        rows : ndarray of int, shape (m, n)
-            m sets of n rows of `points`.
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            Per unit of sigma.
+        rows : shape (m, n). m sets of n rows of `points`.
         """
         parts = [self._errors(rows[first : first + CHUNK]).max(axis=1) for first in range(0, len(rows), CHUNK)]
         return np.concatenate(parts) if parts else np.empty(0)
@@ -121,16 +107,10 @@ class SetJudge(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetSearch:
-    """The search for sets with the least error, of points or of touches.
-
-    Parameters
-    ----------
-    count : int
-        Of what the sets are chosen from.
-    """
+    """The search for sets with the least error, of points or of touches."""
 
     judge: SetJudge
-    count: int
+    count: int  #: Of what the sets are chosen from.
 
     def enumerated(self, n: int, *, held: tuple[int, ...] = ()) -> tuple[IntArray, FloatArray]:
         """Try all sets of n that hold the rows `held`; return the best, the best first, and their errors."""
@@ -156,11 +136,7 @@ class SetSearch:
 
         Parameters
         ----------
-        held : tuple of int
-            Rows that are in every set.
         start : ndarray of int, shape (n,), optional
-        starts : int
-            How many, the given one included.
         """
         best = _Shortlist(n)
         free = np.setdiff1d(np.arange(self.count), held)
@@ -178,8 +154,7 @@ class SetSearch:
 
         Parameters
         ----------
-        slots : sequence of ndarray of int, shape (m,)
-            Member k of a set is one of ``slots[k]``.
+        slots : shape (m,). Member k of a set is one of ``slots[k]``.
         """
         best = _Shortlist(len(slots))
         for _ in range(starts):
@@ -243,8 +218,7 @@ def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
 
     Parameters
     ----------
-    p : ndarray, shape (n, 3)
-        mm. Up to `MOST_PERMUTED` points all orders are tried; of more, only exchanges of two points.
+    p : shape (n, 3). mm. Up to `MOST_PERMUTED` points all orders are tried; of more, only exchanges of two points.
     """
     n = len(p)
     orders = _other_orders(n)
@@ -276,20 +250,13 @@ def _orders(n: int) -> Iterator[tuple[int, ...]]:
 
 
 def farthest_rows(points: FloatArray, most: int) -> IntArray:
-    """Pick points far from one another.
+    """Pick points far from one another, shape (min(n, most),).
 
     The first is the farthest from the centroid. Each further one is the farthest from those already picked.
 
     Parameters
     ----------
-    points : ndarray, shape (n, 3)
-        mm.
-    most : int
-        Number of points to pick; all are taken if there are not more.
-
-    Returns
-    -------
-    ndarray of int, shape (min(n, most),)
+    points : shape (n, 3). mm.
     """
     if len(points) <= most:
         return np.arange(len(points))

@@ -21,45 +21,25 @@ NOT_HELD_MM = UNKNOWN_MM / 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchChoices:
-    """n touches that are possible.
-
-    Parameters
-    ----------
-    where : tuple of str, length n
-        Each in words.
-    body : ndarray of int, shape (n,)
-        The body that each touch lies on.
-    rows : ndarray, shape (n, q, m)
-        In units of the error of the touch: see `MovedModel.rows`.
-    """
+    """n touches that are possible."""
 
     names: tuple[str, ...]
-    where: tuple[str, ...]
-    body: IntArray
-    rows: FloatArray
+    where: tuple[str, ...]  #: length n. Each in words.
+    body: IntArray  #: shape (n,). The body that each touch lies on.
+    rows: FloatArray  #: shape (n, q, m). In units of the error of the touch: see `MovedModel.rows`.
 
 
 @dataclass(frozen=True, slots=True)
 class AdvisedTouch:
-    """One touch in the order of the advice.
+    """One touch in the order of the advice."""
 
-    Parameters
-    ----------
-    index : int
-        In the choices.
-    body : str
-        Name of the body that it lies on.
-    seam : str
-        The seam that it serves: the worst one of this body before the touch.
-    before_mm, after_mm : float or None
-        Largest 95 % error of this seam before and after the touch; None while the touches leave the part free.
-    """
-
-    index: int
+    index: int  #: In the choices.
     name: str
     where: str
-    body: str
-    seam: str
+    body: str  #: Name of the body that it lies on.
+    seam: str  #: The seam that it serves: the worst one of this body before the touch.
+    #: `before_mm`, `after_mm`: Largest 95 % error of this seam before and after the touch; None while the touches leave
+    #: the part free.
     before_mm: float | None
     after_mm: float | None
 
@@ -87,40 +67,19 @@ class AdvisedTouch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedAdvice:
-    """What to touch on a weldment whose bodies may move.
+    """What to touch on a weldment whose bodies may move."""
 
-    Parameters
-    ----------
-    touches : tuple of AdvisedTouch
-        In the order in which each lowers the errors most.
-    error_95_mm : float
-        Largest predicted 95 % error of a seam point after all of them.
-    seam : str
-        Where it occurs.
-    unseen_mm : float
-        The part of it that comes from motions of bodies which no touch sees.
-    joint_95_mm : float
-        What no seam point exceeds, with 95 % probability: `wpcal calibrate` compares it with the tolerance.
-    by_seam_mm : tuple of (str, float)
-        The largest error of each seam.
-    next_touch : AdvisedTouch or None
-        The best further touch.
-    tolerance_mm : float or None
-        What was asked for.
-    why : str
-        Why the tolerance is not reached; otherwise empty.
-    """
-
-    touches: tuple[AdvisedTouch, ...]
-    error_95_mm: float
-    seam: str
-    unseen_mm: float
+    touches: tuple[AdvisedTouch, ...]  #: In the order in which each lowers the errors most.
+    error_95_mm: float  #: Largest predicted 95 % error of a seam point after all of them.
+    seam: str  #: Where it occurs.
+    unseen_mm: float  #: The part of it that comes from motions of bodies which no touch sees.
+    #: What no seam point exceeds, with 95 % probability: `wpcal calibrate` compares it with the tolerance.
     joint_95_mm: float
-    by_seam_mm: tuple[tuple[str, float], ...]
-    next_touch: AdvisedTouch | None
+    by_seam_mm: tuple[tuple[str, float], ...]  #: The largest error of each seam.
+    next_touch: AdvisedTouch | None  #: The best further touch.
     model: MovedModel
-    tolerance_mm: float | None = None
-    why: str = ""
+    tolerance_mm: float | None = None  #: What was asked for.
+    why: str = ""  #: Why the tolerance is not reached; otherwise empty.
 
     @property
     def misses_tolerance(self) -> bool:
@@ -167,28 +126,16 @@ def advise_moved(
 
     Parameters
     ----------
-    model : MovedModel
-        m unknowns.
-    count : int, optional
-        How many touches to add. With a tolerance, how many at least.
-    tolerance_mm : float, optional
-        Add as many as the worst seam needs, `most` at most. Give one of the two, or both.
-    usual : int
-        How many to add at least if no number reaches the tolerance.
-    have : ndarray, shape (r, q, m), optional
-        Rows of touches that were made already; on some bodies there may be none.
+    have : shape (r, q, m). Rows of touches that were made already; on some bodies there may be none.
 
     Returns
     -------
-    MovedAdvice
-        With `why` where the tolerance is not reached.
+    MovedAdvice. With `why` where the tolerance is not reached.
 
     Raises
     ------
-    InputError
-        When neither a positive count nor a positive tolerance is given.
-    GeometryError
-        When there is no seam point, nothing to choose from, or all touches together leave the part free.
+    InputError : When neither a positive count nor a positive tolerance is given.
+    GeometryError : When there is no seam point, nothing to choose from, or all touches together leave the part free.
     """
     _require_asked(count, tolerance_mm, choices, seams)
     start = model.prior() + (0.0 if have is None else _information(have))

@@ -25,27 +25,13 @@ UNKNOWN_MM = 1e3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedModel:
-    """What the unknowns are.
+    """What the unknowns are."""
 
-    Parameters
-    ----------
-    bodies : Bodies
-        b bodies; none for a part that moves as one.
-    centre_part : ndarray, shape (3,)
-        About which the whole turns, in `part`, mm.
-    length_mm : float
-        Of the part: a turn of the whole counts as the way at this distance.
-    shared : int
-        Number s of errors that all touches share.
-    contacts : Contacts
-        Contacts between bodies that are kept.
-    """
-
-    bodies: Bodies
-    centre_part: FloatArray
-    length_mm: float
-    shared: int = 0
-    contacts: Contacts = field(default_factory=Contacts.none)
+    bodies: Bodies  #: b bodies; none for a part that moves as one.
+    centre_part: FloatArray  #: shape (3,). About which the whole turns, in `part`, mm.
+    length_mm: float  #: Of the part: a turn of the whole counts as the way at this distance.
+    shared: int = 0  #: Number s of errors that all touches share.
+    contacts: Contacts = field(default_factory=Contacts.none)  #: Contacts between bodies that are kept.
 
     @property
     def size(self) -> int:
@@ -67,23 +53,15 @@ class MovedModel:
     def rows(
         self, p_part: FloatArray, directions: FloatArray, body: IntArray, shared: FloatArray | None = None
     ) -> FloatArray:
-        """Differentiate what touches measure by the unknowns.
+        """Differentiate what touches measure by the unknowns, shape (n, q, m), mm.
 
         Parameters
         ----------
-        p_part : ndarray, shape (n, 3)
-            Touched points, in `part`, mm.
-        directions : ndarray, shape (n, q, 3)
-            In which each touch measures: its numbers are the displacements along them.
+        p_part : shape (n, 3). Touched points, in `part`, mm.
+        directions : shape (n, q, 3). In which each touch measures: its numbers are the displacements along them.
         body : ndarray of int, shape (n,)
             -1: the point does not move within the part.
-        shared : ndarray, shape (n, q, s), optional
-            What each number sees of one standard deviation of the shared errors, mm.
-
-        Returns
-        -------
-        ndarray, shape (n, q, m)
-            mm.
+        shared : shape (n, q, s). What each number sees of one standard deviation of the shared errors, mm.
         """
         n, b = len(p_part), len(self.bodies)
         whole = directions @ point_jacobian(p_part - self.centre_part) / self._scale
@@ -115,35 +93,19 @@ class MovedModel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamPoints:
-    """The points where errors count.
+    """The points where errors count."""
 
-    Parameters
-    ----------
-    points : MeetingPoints
-        k points in the model.
-    seams : tuple of str, length k
-        The seam of each.
-    """
-
-    points: MeetingPoints
-    seams: tuple[str, ...]
+    points: MeetingPoints  #: k points in the model.
+    seams: tuple[str, ...]  #: length k. The seam of each.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tacked:
-    """A part whose bodies may move: what a choice of touches needs to know of it.
-
-    Parameters
-    ----------
-    face_body : ndarray of int, shape (F,)
-        The body of every face; -1: it does not move.
-    seams : SeamPoints
-        Where the error counts.
-    """
+    """A part whose bodies may move: what a choice of touches needs to know of it."""
 
     bodies: Bodies
-    face_body: IntArray
-    seams: SeamPoints
+    face_body: IntArray  #: shape (F,). The body of every face; -1: it does not move.
+    seams: SeamPoints  #: Where the error counts.
     contacts: Contacts = field(default_factory=Contacts.none)
 
     def model(self, shared: int = 0) -> MovedModel:

@@ -42,20 +42,13 @@ CHUNK = 400_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedSearch:
-    """What may be touched, and where errors count.
+    """What may be touched, and where errors count."""
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, q, m)
-        Of each possible touch, in units of its error: see `MovedModel.rows`. Rows of zeros measure nothing.
-    seams : ndarray, shape (k, 3, m)
-        Of the seam points, mm: see `MovedModel.seam_rows`.
-    floor : ndarray, shape (k,)
-        The variance of each seam point that no touch can lower, mm²: see `with_floor`.
-    """
-
+    #: shape (n, q, m). Of each possible touch, in units of its error: see `MovedModel.rows`. Rows of zeros measure
+    #: nothing.
     rows: FloatArray
-    seams: FloatArray
+    seams: FloatArray  #: shape (k, 3, m). Of the seam points, mm: see `MovedModel.seam_rows`.
+    #: shape (k,). The variance of each seam point that no touch can lower, mm²: see `with_floor`.
     floor: FloatArray = field(default_factory=lambda: np.zeros(1))
 
     @classmethod
@@ -67,10 +60,7 @@ class MovedSearch:
 
         Parameters
         ----------
-        rows, seams :
-            As in the class.
-        start : ndarray, shape (m, m)
-            Information before the first touch.
+        start : shape (m, m). Information before the first touch.
         """
         H = rows.reshape(-1, rows.shape[2])
         unseen = inverse(start + OFTEN * H.T @ H)
@@ -122,8 +112,7 @@ class MovedSearch:
 
         Parameters
         ----------
-        start : ndarray, shape (m, m)
-            Information before the chosen touches.
+        start : shape (m, m). Information before the chosen touches.
         """
         if len(chosen) >= len(self.rows):
             return None
@@ -166,17 +155,11 @@ class MovedSearch:
         Parameters
         ----------
         start : ndarray, shape (m, m)
-        least, most : int
-            Number of touches.
-        usual : int
-            How many there are at least if no number reaches the tolerance.
 
         Returns
         -------
-        chosen : list of int
-            If no number reaches it, few that are nearly as good as all, `most` at most.
-        error_mm : float
-            What they reach.
+        chosen : list of int. If no number reaches it, few that are nearly as good as all, `most` at most.
+        error_mm : float. What they reach.
         """
         goal = max(tolerance_mm, NEARLY * self._joint(start, range(len(self.rows))))
         least = max(least, min(usual, most)) if goal > tolerance_mm else least
@@ -215,8 +198,7 @@ class MovedSearch:
 
         Returns
         -------
-        ndarray, shape (n + 1, k)
-            mm.
+        ndarray, shape (n + 1, k). mm.
         """
         C = inverse(start)
         S = self.seams @ C @ self.seams.transpose(0, 2, 1)

@@ -33,27 +33,15 @@ def advise_touches(
 
     Parameters
     ----------
-    p_part, normal_part : array_like, shape (n, 3)
-        Places that may be touched, and outward normals there; `part`, mm.
-    body : sequence of str, length n
-        The body of each place. A body turns about the middle of its places.
-    seam_p : array_like, shape (k, 3)
-        Points of seams, in `part`, mm.
-    seam_normals : tuple of array_like, shape (k, 3) each
-        Outward normals of the two faces that meet there: of the wall, of the base.
-    seam_bodies : tuple of sequences of str, length k
-        The bodies of these faces.
-    count, tolerance_mm :
-        How many touches, or to which error of all points with 95 % confidence.
-    sigma_mm : float
-        Error of a touch along the normal.
-    tack_mm, tack_mrad : float
-        As in `wpcal.calibrate.bodies.plane_touches.calibrate_bodies`.
+    p_part, normal_part : shape (n, 3). Places that may be touched, and outward normals there; `part`, mm.
+    body : length n. The body of each place. A body turns about the middle of its places.
+    seam_p : shape (k, 3). Points of seams, in `part`, mm.
+    seam_normals : shape (k, 3) each. Outward normals of the two faces that meet there: of the wall, of the base.
+    seam_bodies : length k. The bodies of these faces.
 
     Returns
     -------
-    MovedAdvice
-        The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
+    MovedAdvice. The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
 
     Raises
     ------

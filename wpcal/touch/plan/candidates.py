@@ -34,19 +34,11 @@ LEAST_PER_BODY = 15
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """What a plan can be chosen from, and what was left out.
-
-    Parameters
-    ----------
-    small : Contacts
-        Places on faces that are too small for the displacement.
-    safe_mm : float
-        Level along `up` on which the torch crosses the part.
-    """
+    """What a plan can be chosen from, and what was left out."""
 
     strokes: Strokes
-    small: Contacts
-    safe_mm: float
+    small: Contacts  #: Places on faces that are too small for the displacement.
+    safe_mm: float  #: Level along `up` on which the torch crosses the part.
 
 
 def find_candidates(
@@ -59,17 +51,9 @@ def find_candidates(
 ) -> Candidates:
     """Find the searches that the torch can make.
 
-    Parameters
-    ----------
-    graph, trimmed :
-        The part.
-    materials : sequence of Material
-        The part and the bodies of the cell, in `part`.
-
     Raises
     ------
-    GeometryError
-        When there is none: what would help.
+    GeometryError : When there is none: what would help.
     """
     progress(f"looking for places to touch on {counted(graph.face_count, 'face')}")
     held, small = find_contacts(graph, trimmed, place, options)

@@ -40,30 +40,15 @@ STARTS = 3
 
 @dataclass(frozen=True, eq=False)
 class TouchDesign:
-    """What sets of touches are judged by.
+    """What sets of touches are judged by."""
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, 6)
-        Derivative of each touch's number by the motion of the part about `centre`: (ω in rad, v in mm).
-    variances : ndarray, shape (n,)
-        Of the independent part of each number, mm².
-    shared : ndarray, shape (n, s)
-        What each touch sees of one standard deviation of s errors that all share, mm.
-    weights : ndarray, shape (n,)
-        With which the fit weighs each number, 1/mm².
-    seam_points : ndarray, shape (k, 3)
-        Relative to `centre`, mm.
-    length_mm : float
-        Of the part: by it rotations are compared with translations.
-    """
-
+    #: shape (n, 6). Derivative of each touch's number by the motion of the part about `centre`: (ω in rad, v in mm).
     rows: FloatArray
-    variances: FloatArray
-    shared: FloatArray
-    weights: FloatArray
-    seam_points: FloatArray
-    length_mm: float
+    variances: FloatArray  #: shape (n,). Of the independent part of each number, mm².
+    shared: FloatArray  #: shape (n, s). What each touch sees of one standard deviation of s errors that all share, mm.
+    weights: FloatArray  #: shape (n,). With which the fit weighs each number, 1/mm².
+    seam_points: FloatArray  #: shape (k, 3). Relative to `centre`, mm.
+    length_mm: float  #: Of the part: by it rotations are compared with translations.
 
     @classmethod
     def of(
@@ -95,8 +80,7 @@ class TouchDesign:
 
         Parameters
         ----------
-        sets : ndarray of int, shape (m, n)
-            m sets of n touches.
+        sets : shape (m, n). m sets of n touches.
 
         Returns
         -------
@@ -175,15 +159,11 @@ def best_set(
 
     Parameters
     ----------
-    n : int
-        How many touches.
-    slots : sequence of ndarray of int, shape (m,), or None
-        Of a pattern: which touches each of the n places in it may have.
+    slots : shape (m,). Of a pattern: which touches each of the n places in it may have.
 
     Returns
     -------
-    rows : ndarray of int, shape (n,)
-        Empty if no set holds all six freedoms.
+    rows : ndarray of int, shape (n,). Empty if no set holds all six freedoms.
     """
     search = SetSearch(design, len(design))
     if slots is None:

@@ -25,26 +25,12 @@ from wpcal.touch.plan.options import MOST_TOUCHES, Pattern, TouchOptions
 def advise_searches(
     graph: BrepGraph, strokes: Strokes, design: TouchDesign, tacked: Tacked, options: TouchOptions
 ) -> MovedAdvice:
-    """Choose searches for a weldment whose bodies may move.
-
-    Parameters
-    ----------
-    strokes : Strokes
-        Those to choose from.
-    design : TouchDesign
-        Of these strokes.
-
-    Returns
-    -------
-    MovedAdvice
-        The index of a touch is its row in `strokes`.
+    """Choose searches for a weldment whose bodies may move. The index of a touch is its row in `strokes`.
 
     Raises
     ------
-    InputError
-        When a pattern is asked for.
-    GeometryError
-        As in `advise_moved`.
+    InputError : When a pattern is asked for.
+    GeometryError : As in `advise_moved`.
     """
     if options.pattern is not Pattern.BEST:
         raise InputError(f"the pattern {options.pattern} is for a part that is one body: leave it or --bodies away")
@@ -73,16 +59,12 @@ def fewest_set(
 
     Parameters
     ----------
-    seam_points : ndarray, shape (k, 3)
-        All of them, relative to the centre of the design, mm.
-    options : TouchOptions
-        With a tolerance.
+    seam_points : shape (k, 3). All of them, relative to the centre of the design, mm.
 
     Returns
     -------
     rows : ndarray of int, shape (n,)
-    why : str
-        Why the tolerance is not reached; otherwise empty.
+    why : str. Why the tolerance is not reached; otherwise empty.
     """
     tolerance_mm, least = options.tolerance_mm or np.inf, min(options.count(), len(design))
     best, _ = best_set(design, least, slots=None, rng=rng)
@@ -111,10 +93,8 @@ def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray)
 
     Parameters
     ----------
-    rows : ndarray of int, shape (n,)
-        The touches.
-    seam_points : ndarray, shape (k, 3)
-        About the centre of the design, mm.
+    rows : shape (n,). The touches.
+    seam_points : shape (k, 3). About the centre of the design, mm.
     """
     covariances, free = design.covariances(rows[None])
     return float("inf") if free[0] else float(np.quantile(joint_errors(seam_points, covariances[0]), COVERAGE))

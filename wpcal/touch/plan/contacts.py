@@ -51,30 +51,18 @@ WORDS = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """n places to touch with a way to hold the wire; all in `part`.
+    """n places to touch with a way to hold the wire; all in `part`."""
 
-    Parameters
-    ----------
-    face : ndarray of int, shape (n,)
-    p : ndarray, shape (n, 3)
-        On the face, mm.
-    normal : ndarray, shape (n, 3)
-        Outward.
-    wire : ndarray, shape (n, 3)
-        Unit vectors that leave the tip of the wire: z of the tool.
-    normal_mm, along_mm, across_mm : ndarray, shape (n,)
-        99 % displacement of the part there: along the normal, along the wire in the face, and across it.
-    apart_mm : ndarray, shape (n,)
-        99 % displacement along the normal of another body that moves as far as this one; 0 if none moves.
-    """
-
-    face: IntArray
-    p: FloatArray
-    normal: FloatArray
-    wire: FloatArray
+    face: IntArray  #: shape (n,).
+    p: FloatArray  #: shape (n, 3). On the face, mm.
+    normal: FloatArray  #: shape (n, 3). Outward.
+    wire: FloatArray  #: shape (n, 3). Unit vectors that leave the tip of the wire: z of the tool.
+    #: `normal_mm`, `along_mm`, `across_mm`: shape (n,). 99 % displacement of the part there: along the normal, along
+    #: the wire in the face, and across it.
     normal_mm: FloatArray
     along_mm: FloatArray
     across_mm: FloatArray
+    #: shape (n,). 99 % displacement along the normal of another body that moves as far as this one; 0 if none moves.
     apart_mm: FloatArray
 
     def __len__(self) -> int:
@@ -124,15 +112,9 @@ def find_contacts(
 ) -> tuple[Contacts, Contacts]:
     """Find the places that a displaced part is still touched at.
 
-    Parameters
-    ----------
-    graph, trimmed :
-        The part.
-
     Returns
     -------
-    held, small : Contacts
-        Those with room around them, and those on faces where no place has it.
+    held, small : Contacts. Those with room around them, and those on faces where no place has it.
     """
     faces = _large_faces(graph, trimmed)
     face, p, normal = _grid(graph, trimmed, faces)

@@ -37,35 +37,20 @@ WITHIN_MM = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DisplacedBody:
-    """What moves as one, at all places where it may stand.
+    """What moves as one, at all places where it may stand."""
 
-    Parameters
-    ----------
-    material : Material
-        As planned.
-    R, t : ndarray, shapes (k, 3, 3), (k, 3)
-        Its displacements about the centre of the part, mm.
-    """
-
-    material: Material
+    material: Material  #: As planned.
+    #: `R`, `t`: shapes (k, 3, 3), (k, 3). Its displacements about the centre of the part, mm.
     R: FloatArray
     t: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DisplacedPart:
-    """A part at all places where it may stand.
+    """A part at all places where it may stand."""
 
-    Parameters
-    ----------
-    bodies : tuple of DisplacedBody
-        One of a part that moves as one.
-    centre : ndarray, shape (3,)
-        About which it is turned, in `part`, mm.
-    """
-
-    bodies: tuple[DisplacedBody, ...]
-    centre: FloatArray
+    bodies: tuple[DisplacedBody, ...]  #: One of a part that moves as one.
+    centre: FloatArray  #: shape (3,). About which it is turned, in `part`, mm.
 
     @classmethod
     def of(cls, material: Material, centre: FloatArray, nominal: NominalError) -> DisplacedPart:
@@ -78,13 +63,7 @@ class DisplacedPart:
     def of_bodies(
         cls, material: Material, graph: BrepGraph, place: PartPlace, tacked: Tacked, nominal: NominalError
     ) -> DisplacedPart:
-        """Draw displacements of the whole, and of each body within it.
-
-        Parameters
-        ----------
-        material : Material
-            Of the part. A solid of which several bodies are members goes with each of them.
-        """
+        """Draw displacements of the whole, and of each body within it."""
         rng, bodies, found = np.random.default_rng(0), tacked.bodies, []
         places = max(LEAST_PLACES, PLACES * USUAL_BODIES // max(len(bodies), USUAL_BODIES))
         for b in range(len(bodies)):
@@ -106,13 +85,8 @@ class DisplacedPart:
 
         Parameters
         ----------
-        torch : TorchShape
-        p : ndarray, shape (m, 3)
-            Points of the way of the tool centre point, in `part`, mm.
-        R : ndarray, shape (m, 3, 3)
-            Axes of the tool there; it turns evenly between them.
-        along_wire : bool
-            Whether the way is along the wire, which then sweeps nothing beside itself.
+        p : shape (m, 3). Points of the way of the tool centre point, in `part`, mm.
+        R : shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
         tips, axes = poses_between(p, R, STEP_MM, STEP_RAD)
         felt_mm = wire_mm - WITHIN_MM if along_wire else wire_mm + STEP_MM
@@ -172,8 +146,7 @@ def poses_between(p: FloatArray, R: FloatArray, step_mm: float, step_rad: float)
     Returns
     -------
     p : ndarray, shape (n, 3)
-    R : ndarray, shape (n, 3, 3)
-        The tool turns evenly between two poses.
+    R : ndarray, shape (n, 3, 3). The tool turns evenly between two poses.
     """
     places, turns = [p[:1]], [R[:1]]
     for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):

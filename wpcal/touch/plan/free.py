@@ -43,23 +43,14 @@ BIN_MM = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strokes:
-    """n contacts with their searches.
-
-    Parameters
-    ----------
-    radius_mm : ndarray, shape (n,)
-        Distance of the tool centre point from the face at contact.
-    before_mm, after_mm : ndarray, shape (n,)
-        Length of the search before and behind the planned contact.
-    bend : ndarray, shape (n, 3)
-        Towards which the neck bends: x of the tool, in `part`.
-    """
+    """n contacts with their searches."""
 
     contacts: Contacts
-    radius_mm: FloatArray
+    radius_mm: FloatArray  #: shape (n,). Distance of the tool centre point from the face at contact.
+    #: `before_mm`, `after_mm`: shape (n,). Length of the search before and behind the planned contact.
     before_mm: FloatArray
     after_mm: FloatArray
-    bend: FloatArray
+    bend: FloatArray  #: shape (n, 3). Towards which the neck bends: x of the tool, in `part`.
 
     def __len__(self) -> int:
         return len(self.contacts)
@@ -70,16 +61,11 @@ class Strokes:
         return Strokes(self.contacts.select(rows), *others)
 
     def at(self, mm: FloatArray | float) -> FloatArray:
-        """Return places of the tool centre point on the way of the search.
+        """Return places of the tool centre point on the way of the search, shape (n, 3).
 
         Parameters
         ----------
-        mm : float or ndarray, shape (n,)
-            Distance before the contact; negative behind it.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
+        mm : shape (n,). Distance before the contact; negative behind it.
         """
         off = np.broadcast_to(self.radius_mm + mm, (len(self),))
         return np.asarray(self.contacts.p + off[:, None] * self.contacts.normal)
@@ -97,13 +83,7 @@ def tool_axes(strokes: Strokes) -> FloatArray:
 
 
 def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, options: TouchOptions) -> Strokes:
-    """Find start and end of the search of each contact; those that are not possible are left out.
-
-    Parameters
-    ----------
-    graph, trimmed :
-        The part.
-    """
+    """Find start and end of the search of each contact; those that are not possible are left out."""
     wire_radius = options.wire_mm / 2.0
     sin = np.sqrt(np.maximum(1.0 - contacts.cos_angle**2, 0.0))
     radius = wire_radius * sin
@@ -179,12 +159,8 @@ def keeps_above_floor(strokes: Strokes, up: FloatArray, floor_mm: float, rise_mm
 
     Parameters
     ----------
-    up : ndarray, shape (3,)
-        Against gravity, in `part`.
-    floor_mm : float
-        Lowest level of the part along `up`.
-    rise_mm : ndarray, shape (n,)
-        By how much the part may be displaced along `up` there.
+    up : shape (3,). Against gravity, in `part`.
+    rise_mm : shape (n,). By how much the part may be displaced along `up` there.
     """
     level = np.minimum(strokes.at(strokes.before_mm) @ up, strokes.at(0.0) @ up)
     return np.asarray(level >= floor_mm + np.minimum(rise_mm, MARGIN_MM) + FLOOR_MM)
@@ -197,15 +173,7 @@ def with_free_torch(
 
     Parameters
     ----------
-    materials : sequence of Material
-        The part and the bodies of the cell, in `part`.
-    torch : TorchShape
-    wire_mm : float
-        Diameter of the wire.
-    up : ndarray, shape (3,)
-        Against gravity, in `part`.
-    safe_mm : float
-        Level along `up` above everything.
+    up : shape (3,). Against gravity, in `part`.
     """
     away, other = strokes.bend, np.cross(strokes.contacts.wire, strokes.bend)
     bend, free = strokes.bend.copy(), np.zeros(len(strokes), dtype=bool)
@@ -259,23 +227,13 @@ def torch_is_free(
     *,
     wire_mm: float | None,
 ) -> BoolArray:
-    """Tell at which poses the torch keeps away from everything.
+    """Tell at which poses the torch keeps away from everything, shape (n,).
 
     Parameters
     ----------
-    torch : TorchShape
-    tips : ndarray, shape (n, 3)
-        In `part`, mm.
-    wire, bend : ndarray, shape (n, 3)
-        Unit vectors: z and x of the tool.
-    clear_mm : ndarray, shape (n,)
-        Least distance of nozzle, neck and body.
-    wire_mm : float or None
-        Diameter of the wire, which keeps `LEAST_GAP_MM` away; None: the wire is not compared.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
+    tips : shape (n, 3). In `part`, mm.
+    wire, bend : shape (n, 3). Unit vectors: z and x of the tool.
+    clear_mm : shape (n,). Least distance of nozzle, neck and body.
     """
     free = np.ones(len(tips), dtype=bool)
     back = -wire

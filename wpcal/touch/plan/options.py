@@ -47,21 +47,13 @@ class Pattern(StrEnum):
 class NominalError:
     """How far the part may stand from where it is planned.
 
-    Parameters
-    ----------
-    sigma_mm : float
-        Standard deviation per axis of its middle.
-    sigma_rad : float
-        Standard deviation per axis of its rotation.
-
     Raises
     ------
-    InputError
-        When one is negative, or both are zero.
+    InputError : When one is negative, or both are zero.
     """
 
-    sigma_mm: float = 1.0
-    sigma_rad: float = math.radians(0.3)
+    sigma_mm: float = 1.0  #: Standard deviation per axis of its middle.
+    sigma_rad: float = math.radians(0.3)  #: Standard deviation per axis of its rotation.
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.sigma_mm < math.inf and 0.0 <= self.sigma_rad <= math.pi):
@@ -75,10 +67,8 @@ class NominalError:
 
         Parameters
         ----------
-        points : ndarray, shape (n, 3)
-            In `part`, mm.
-        centre : ndarray, shape (3,)
-            Middle of the part.
+        points : shape (n, 3). In `part`, mm.
+        centre : shape (3,). Middle of the part.
         """
         J = point_jacobian(points - centre)
         variances = np.repeat([self.sigma_rad**2, self.sigma_mm**2], 3)
@@ -86,19 +76,12 @@ class NominalError:
 
 
 def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return how far places may be displaced along directions, either way, with a probability of 99 %.
+    """Return how far places may be displaced along directions, either way, with a probability of 99 %, shape (n,), mm.
 
     Parameters
     ----------
-    covariances : ndarray, shape (n, 3, 3)
-        Of the places, mm².
-    directions : ndarray, shape (n, 3)
-        Unit vectors in the same frame.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        mm.
+    covariances : shape (n, 3, 3). Of the places, mm².
+    directions : shape (n, 3). Unit vectors in the same frame.
     """
     along = np.einsum("ni,nij,nj->n", directions, covariances, directions)
     return length_quantile(along[:, None, None], HIT_LEVEL)
@@ -106,41 +89,22 @@ def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TouchOptions:
-    """What is asked of a plan of touches.
+    """What is asked of a plan of touches."""
 
-    Parameters
-    ----------
-    touches : int or None
-        How many searches, without that on a post. None: `count`; with a tolerance as many as it needs.
-    tolerance_mm : float or None
-        As many searches, at least `touches`, as keep all seams within this, with 95 % confidence.
-    wire_mm : float
-        Diameter of the wire.
-    torch : TorchShape
-        Its wire is the stick-out.
-    setup : TouchSetup
-        Repeatability, stick-out, latency and speed.
-    post_base : tuple of float or None
-        A post at a known place in `base`, mm: the middle of its flat top.
-    up_base : tuple of float
-        Direction against gravity in `base`.
-    most_tilt_rad : float
-        The wire leans from the vertical by at most this.
-    seed : int
-        Of the starts of the search.
-    """
-
+    #: How many searches, without that on a post. None: `count`; with a tolerance as many as it needs.
     touches: int | None = None
+    #: As many searches, at least `touches`, as keep all seams within this, with 95 % confidence.
     tolerance_mm: float | None = None
     pattern: Pattern = Pattern.BEST
-    wire_mm: float = 1.2
-    torch: TorchShape = USUAL_TORCH
+    wire_mm: float = 1.2  #: Diameter of the wire.
+    torch: TorchShape = USUAL_TORCH  #: Its wire is the stick-out.
     nominal: NominalError = field(default_factory=NominalError)
-    setup: TouchSetup = field(default_factory=TouchSetup)
+    setup: TouchSetup = field(default_factory=TouchSetup)  #: Repeatability, stick-out, latency and speed.
+    #: A post at a known place in `base`, mm: the middle of its flat top.
     post_base: tuple[float, float, float] | None = None
-    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    most_tilt_rad: float = math.radians(60.0)
-    seed: int = 0
+    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)  #: Direction against gravity in `base`.
+    most_tilt_rad: float = math.radians(60.0)  #: The wire leans from the vertical by at most this.
+    seed: int = 0  #: Of the starts of the search.
 
     def __post_init__(self) -> None:
         if self.touches is not None and not LEAST_TOUCHES <= self.touches <= MOST_TOUCHES:

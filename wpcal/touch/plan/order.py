@@ -36,26 +36,14 @@ TURN_MM_PER_RAD = 100.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Air:
-    """Where the torch moves in the air.
+    """Where the torch moves in the air."""
 
-    Parameters
-    ----------
-    materials : sequence of Material
-        The part and the bodies of the cell, in `part`.
-    torch : TorchShape
-    up : ndarray, shape (3,)
-    safe_mm : float
-        Level along `up` above everything.
-    clear_mm : float
-        Least distance of the torch.
-    """
-
-    materials: Sequence[Material]
+    materials: Sequence[Material]  #: The part and the bodies of the cell, in `part`.
     torch: TorchShape
     wire_mm: float
-    up: FloatArray
-    safe_mm: float
-    clear_mm: float
+    up: FloatArray  #: shape (3,).
+    safe_mm: float  #: Level along `up` above everything.
+    clear_mm: float  #: Least distance of the torch.
     part: DisplacedPart
 
     def is_free(self, p: FloatArray, R: FloatArray) -> bool:
@@ -63,10 +51,8 @@ class Air:
 
         Parameters
         ----------
-        p : ndarray, shape (m, 3)
-            Points, in `part`, mm.
-        R : ndarray, shape (m, 3, 3)
-            Axes of the tool there; it turns evenly between them.
+        p : shape (m, 3). Points, in `part`, mm.
+        R : shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
         tips, frames = poses_between(p, R, STEP_MM, STEP_RAD)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
@@ -104,16 +90,13 @@ class Air:
 
         Parameters
         ----------
-        way : ndarray, shape (k, 3)
-            Points of the way between two approaches that is free of the part as planned.
-        a, b : ndarray, shape (2, 3)
-            Approach and start of the two searches.
+        way : shape (k, 3). Points of the way between two approaches that is free of the part as planned.
+        a, b : shape (2, 3). Approach and start of the two searches.
         Ra, Rb : ndarray, shape (3, 3)
 
         Returns
         -------
-        ndarray, shape (k, 3), or None
-            The way itself, or one over the safe level; None if the torch passes on none.
+        ndarray, shape (k, 3), or None. The way itself, or one over the safe level; None if the torch passes on none.
         """
         for line, R_line in ((a, Ra), (b, Rb)):
             if not self.part.lets_pass(self.torch, self.wire_mm, line, np.stack([R_line] * 2), along_wire=True):
@@ -133,14 +116,12 @@ def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntAr
     Parameters
     ----------
     approach : ndarray, shape (n, 3)
-    R : ndarray, shape (n, 3, 3)
-        Axes of the tool as columns.
+    R : shape (n, 3, 3). Axes of the tool as columns.
 
     Returns
     -------
     order : ndarray of int, shape (n,)
-    ways : dict
-        By pairs of searches that follow each other; a pair without a free way is not there.
+    ways : dict. By pairs of searches that follow each other; a pair without a free way is not there.
     """
     n = len(approach)
     ways: dict[tuple[int, int], FloatArray] = {}
@@ -158,18 +139,11 @@ def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntAr
 
 
 def shortest_order(cost: FloatArray, *, first: int | None = None) -> IntArray:
-    """Return the shortest open way through all places.
+    """Return the shortest open way through all places, shape (n,).
 
     Parameters
     ----------
-    cost : ndarray, shape (n, n)
-        Of the way between two of them, the same in both directions.
-    first : int, optional
-        Where the way begins.
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
+    cost : shape (n, n). Of the way between two of them, the same in both directions.
     """
     return _by_subsets(cost, first) if len(cost) <= MOST_EXACT else _by_reversals(cost, first)
 

@@ -15,26 +15,13 @@ from wpcal.touch.advise.moved_model import Tacked
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchPart:
-    """The part that is located.
+    """The part that is located."""
 
-    Parameters
-    ----------
-    name : str
-        File name.
-    seams : sequence of Seam
-        Where the error counts; frames in `part`.
-    features : sequence of ReferenceFeature
-        Their names are written into the plan.
-    material : Material or None
-        Its solids, with which the torch is compared: triangles are fast. None: the exact faces.
-    tacked : Tacked or None
-        The bodies that may move; None: the part moves as one.
-    """
-
-    name: str
+    name: str  #: File name.
     graph: BrepGraph
     trimmed: TrimmedFaces
-    seams: Sequence[Seam]
-    features: Sequence[ReferenceFeature] = ()
+    seams: Sequence[Seam]  #: Where the error counts; frames in `part`.
+    features: Sequence[ReferenceFeature] = ()  #: Their names are written into the plan.
+    #: Its solids, with which the torch is compared: triangles are fast. None: the exact faces.
     material: Material | None = None
-    tacked: Tacked | None = None
+    tacked: Tacked | None = None  #: The bodies that may move; None: the part moves as one.

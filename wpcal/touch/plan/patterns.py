@@ -28,21 +28,15 @@ MOST_PARTNERS = 3
 
 
 def choose_touches(design: TouchDesign, p: FloatArray, normal: FloatArray, options: TouchOptions) -> IntArray:
-    """Return the touches of the pattern that is asked for, with the least predicted error.
+    """Return the touches of the pattern that is asked for, with the least predicted error, shape (k,).
 
     Parameters
     ----------
-    p, normal : ndarray, shape (n, 3)
-        Of the touches, in `part`.
-
-    Returns
-    -------
-    ndarray of int, shape (k,)
+    p, normal : shape (n, 3). Of the touches, in `part`.
 
     Raises
     ------
-    GeometryError
-        When the part has no set of the pattern that holds all six freedoms.
+    GeometryError : When the part has no set of the pattern that holds all six freedoms.
     """
     rng = np.random.default_rng(options.seed)
     if options.pattern is Pattern.BEST:

@@ -15,28 +15,15 @@ from wpcal.touch.plan.options import NominalError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartPlace:
-    """The part as it stands: what candidates are measured against, in `part`.
+    """The part as it stands: what candidates are measured against, in `part`."""
 
-    Parameters
-    ----------
-    up : ndarray, shape (3,)
-        Against gravity.
-    centre : ndarray, shape (3,)
-        Middle of its box.
-    size_mm : float
-        Half the diagonal of the box.
-    floor_mm, top_mm : float
-        Lowest and highest level along `up`.
-    tacked : Tacked or None
-        Its bodies, if they may move; None: the part moves as one.
-    """
-
-    up: FloatArray
-    centre: FloatArray
-    size_mm: float
+    up: FloatArray  #: shape (3,). Against gravity.
+    centre: FloatArray  #: shape (3,). Middle of its box.
+    size_mm: float  #: Half the diagonal of the box.
+    #: `floor_mm`, `top_mm`: Lowest and highest level along `up`.
     floor_mm: float
     top_mm: float
-    tacked: Tacked | None = None
+    tacked: Tacked | None = None  #: Its bodies, if they may move; None: the part moves as one.
 
     @classmethod
     def of(cls, trimmed: TrimmedFaces, up: FloatArray, tacked: Tacked | None = None) -> PartPlace:
@@ -44,10 +31,7 @@ class PartPlace:
 
         Parameters
         ----------
-        up : ndarray, shape (3,)
-            Against gravity, in `part`.
-        tacked : Tacked, optional
-            The bodies that may move.
+        up : shape (3,). Against gravity, in `part`.
         """
         low, high = trimmed.face_box
         some = np.isfinite(low).all(axis=1)
@@ -65,8 +49,7 @@ class PartPlace:
 
         Parameters
         ----------
-        p : ndarray, shape (n, 3)
-            In `part`, mm.
+        p : shape (n, 3). In `part`, mm.
         face : ndarray of int, shape (n,)
         """
         return nominal.covariances(p, self.centre) + self.of_bodies(p, face)

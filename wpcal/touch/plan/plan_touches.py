@@ -55,15 +55,6 @@ def plan_touches(
 ) -> TouchPlan:
     """Choose searches with the least predicted 95 % error of the seams, order them, and find the ways between them.
 
-    Parameters
-    ----------
-    T_base_part : RigidTransform, optional
-        Where the part stands as planned. By default base and part coincide.
-    bodies : sequence of Material
-        Bodies of the cell, in `part`.
-    reach : Reach, optional
-        The arm; without it the joints of the plan stay empty.
-
     Raises
     ------
     GeometryError

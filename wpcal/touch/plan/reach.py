@@ -45,36 +45,20 @@ TRIED = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmReach:
-    """One arm in its cell with the part.
+    """One arm in its cell with the part."""
 
-    Parameters
-    ----------
-    cell : OneRobotCell
-        With the part where it stands.
-    clearance : OneRobotClearance
-        With the part.
-    around : OneRobotClearance
-        Without the part, which the wire meets on its way.
-    """
-
-    cell: OneRobotCell
-    clearance: OneRobotClearance
-    around: OneRobotClearance
+    cell: OneRobotCell  #: With the part where it stands.
+    clearance: OneRobotClearance  #: With the part.
+    around: OneRobotClearance  #: Without the part, which the wire meets on its way.
     T_base_part: RigidTransform
 
     @classmethod
     def of(cls, cell: OneRobotCell, T_base_part: RigidTransform | None, part: TriangleMaterial | None) -> ArmReach:
         """Place the part in a cell.
 
-        Parameters
-        ----------
-        T_base_part : RigidTransform or None
-            None: where the cell has it.
-
         Raises
         ------
-        InputError
-            When neither the cell nor the caller knows the place of the part.
+        InputError : When neither the cell nor the caller knows the place of the part.
         """
         if T_base_part is not None:
             cell = cell.with_touched_part(T_base_part)
@@ -94,13 +78,11 @@ class ArmReach:
 
         Returns
         -------
-        notes : tuple of str
-            What was left out.
+        notes : tuple of str. What was left out.
 
         Raises
         ------
-        GeometryError
-            When the arm reaches none.
+        GeometryError : When the arm reaches none.
         """
         points = np.stack([strokes.approach, strokes.at(strokes.before_mm), strokes.at(-strokes.after_mm)], axis=1)
         held = self._held(points, strokes.contacts.wire, strokes.bend, SPINS)
@@ -121,15 +103,9 @@ class ArmReach:
     def with_joints(self, plan: TouchPlan, air: Air) -> TouchPlan:
         """Return the plan in the shortest order of the arm, with its joints and the ways between the searches.
 
-        Parameters
-        ----------
-        air : Air
-            Where the torch passes the part wherever it stands.
-
         Raises
         ------
-        GeometryError
-            When a search of the plan is not reached, or no free way leads to it.
+        GeometryError : When a search of the plan is not reached, or no free way leads to it.
         """
         joints = [self._of_search(search) for search in plan.searches]
         posts = [k for k, search in enumerate(plan.searches) if search.kind is SearchKind.POST]

@@ -31,8 +31,7 @@ def search_of(part: TouchPart, strokes: Strokes, row: int, name: str, via: Float
 
     Parameters
     ----------
-    via : ndarray, shape (k, 3)
-        Points on the way to its approach, in `part`, mm.
+    via : shape (k, 3). Points on the way to its approach, in `part`, mm.
     """
     one = strokes.select(np.array([row]))
     contacts, setup = one.contacts, options.setup

@@ -41,33 +41,21 @@ class SearchKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Served:
-    """What a search does for a seam of a weldment whose bodies may move.
+    """What a search does for a seam of a weldment whose bodies may move."""
 
-    Parameters
-    ----------
-    seam : str
-        The worst seam of the touched body before the search.
-    before_mm, after_mm : float or None
-        Its largest 95 % error before and after the search, in the order in which the searches help most; None while
-        the searches leave the part free.
-    """
-
-    seam: str
+    seam: str  #: The worst seam of the touched body before the search.
+    #: `before_mm`, `after_mm`: Its largest 95 % error before and after the search, in the order in which the searches
+    #: help most; None while the searches leave the part free.
     before_mm: float | None
     after_mm: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedBody:
-    """A body that may move, with the tack tolerance that the plan assumes.
-
-    Parameters
-    ----------
-    tack_mm, tack_mrad : float
-        Standard deviations of the place of its centre and of its turn, per axis.
-    """
+    """A body that may move, with the tack tolerance that the plan assumes."""
 
     name: str
+    #: `tack_mm`, `tack_mrad`: Standard deviations of the place of its centre and of its turn, per axis.
     tack_mm: float
     tack_mrad: float
 
@@ -80,62 +68,38 @@ class Search:
     program), mm; also those of a post, whose place in the base is `TouchPlan.T_base_part` times it. During the search
     the tool keeps its orientation.
 
-    Parameters
-    ----------
-    name : str
-        Unique in the plan; see `SEARCH_NAME`.
-    target : str
-        What is touched, in the words of a taught table's `kind`: ``plane``, ``edge``, ``cylinder``, ``hole``, …
-    feature : str
-        Its name in `wpcal features`, or empty.
-    contact_part : ndarray, shape (3,)
-        The point of the part that is touched where it stands as planned.
-    normal_part : ndarray, shape (3,)
-        Outward unit normal there.
-    radius_mm : float
-        Distance of the tool centre point from the face at contact, along the outward normal.
-    R_part_tool : ndarray, shape (3, 3)
-        Axes of the tool in `part` as columns; z leaves the wire tip.
-    via : ndarray, shape (k, 3)
-        Points on the way from the search before (or from home) to `approach`, often none. The moves between them are
-        linear, and the tool has the orientation of this search from the first of them on: it turns on the way to it.
-    approach, start, end, retract : ndarray, shape (3,)
-        The robot goes to `approach` in the air, to `start` on a line, searches to `end` on a line, and leaves to
-        `retract` by way of `start`. The stroke is from `start` to `end`.
-    covariance_part : ndarray, shape (3, 3)
-        Of the tool centre point that the controller stores, mm²: repeatability, stick-out along the wire, latency along
-        the direction.
-    joints : ndarray, shape (3, axes), or None
-        Shown angles of the arm at `approach`, `start` and `end`, rad; None if no arm is given.
-    via_joints : ndarray, shape (k, axes), or None
-        Shown angles at `via`, rad; None if no arm is given.
-    body : str
-        The body that is touched, if bodies may move; otherwise empty.
-
     Raises
     ------
-    InputError
-        When the name is not one, or the stroke is zero.
+    InputError : When the name is not one, or the stroke is zero.
     """
 
-    name: str
+    name: str  #: Unique in the plan; see `SEARCH_NAME`.
+    #: What is touched, in the words of a taught table's `kind`: ``plane``, ``edge``, ``cylinder``, ``hole``, ….
     target: str
-    feature: str
-    contact_part: FloatArray
-    normal_part: FloatArray
+    feature: str  #: Its name in `wpcal features`, or empty.
+    contact_part: FloatArray  #: shape (3,). The point of the part that is touched where it stands as planned.
+    normal_part: FloatArray  #: shape (3,). Outward unit normal there.
     contact: Contact
-    radius_mm: float
-    R_part_tool: FloatArray
+    radius_mm: float  #: Distance of the tool centre point from the face at contact, along the outward normal.
+    R_part_tool: FloatArray  #: shape (3, 3). Axes of the tool in `part` as columns; z leaves the wire tip.
+    #: shape (k, 3). Points on the way from the search before (or from home) to `approach`, often none. The moves
+    #: between them are linear, and the tool has the orientation of this search from the first of them on: it turns on
+    #: the way to it.
     via: FloatArray
+    #: `approach`, `start`, `end`, `retract`: shape (3,). The robot goes to `approach` in the air, to `start` on a line,
+    #: searches to `end` on a line, and leaves to `retract` by way of `start`. The stroke is from `start` to `end`.
     approach: FloatArray
     start: FloatArray
     end: FloatArray
     retract: FloatArray
+    #: shape (3, 3). Of the tool centre point that the controller stores, mm²: repeatability, stick-out along the wire,
+    #: latency along the direction.
     covariance_part: FloatArray
+    #: shape (3, axes). Shown angles of the arm at `approach`, `start` and `end`, rad; None if no arm is given.
     joints: FloatArray | None = None
-    via_joints: FloatArray | None = None
+    via_joints: FloatArray | None = None  #: shape (k, axes). Shown angles at `via`, rad; None if no arm is given.
     kind: SearchKind = SearchKind.PART
-    body: str = ""
+    body: str = ""  #: The body that is touched, if bodies may move; otherwise empty.
     serves: Served | None = None
 
     def __post_init__(self) -> None:
@@ -164,74 +128,39 @@ class Search:
 
 @dataclass(frozen=True, slots=True)
 class SeamPrediction:
-    """What the touches of a plan promise for the seams.
+    """What the touches of a plan promise for the seams."""
 
-    Parameters
-    ----------
-    error_95_mm : float
-        Largest predicted 95 % error along the seams.
-    seam : str
-        The seam where it occurs.
-    by_seam_mm : tuple of (str, float)
-        The largest error of each seam.
-    joint_95_mm : float or None
-        What no point of the seams exceeds, with 95 % probability: `wpcal calibrate` compares it with its tolerance.
-    unseen_mm : float
-        The part of `error_95_mm` that comes from motions of bodies which no touch sees.
-    why_not : str
-        Why a tolerance that was asked for is not reached; otherwise empty.
-    """
-
-    error_95_mm: float
-    seam: str
-    by_seam_mm: tuple[tuple[str, float], ...]
+    error_95_mm: float  #: Largest predicted 95 % error along the seams.
+    seam: str  #: The seam where it occurs.
+    by_seam_mm: tuple[tuple[str, float], ...]  #: The largest error of each seam.
+    #: What no point of the seams exceeds, with 95 % probability: `wpcal calibrate` compares it with its tolerance.
     joint_95_mm: float | None = None
-    unseen_mm: float = 0.0
-    why_not: str = ""
+    unseen_mm: float = 0.0  #: The part of `error_95_mm` that comes from motions of bodies which no touch sees.
+    why_not: str = ""  #: Why a tolerance that was asked for is not reached; otherwise empty.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchPlan:
     """Searches for one part in one cell.
 
-    Parameters
-    ----------
-    part : str
-        File name of the STEP file.
-    searches : tuple of Search
-        In the order in which they run.
-    T_base_part : RigidTransform
-        Where the part stands as planned. Programs use it as their work object (user frame), so that their points are
-        `part` coordinates.
-    wire_mm : float
-        Diameter of the wire.
-    stick_out_mm : float
-        From the contact tip to the tool centre point.
-    home_joints : ndarray, shape (axes,), or None
-        Shown angles before the first search and after the last one, rad; None if no arm is given.
-    robot : str
-        Name of the arm; empty if none is given.
-    notes : tuple of str
-        What a person should know of the plan.
-    bodies : tuple of PlannedBody
-        The bodies that may move; empty if the part is one.
-
     Raises
     ------
-    InputError
-        When two searches have one name (upper and lower case are one in most languages).
+    InputError : When two searches have one name (upper and lower case are one in most languages).
     """
 
-    part: str
-    searches: tuple[Search, ...]
+    part: str  #: File name of the STEP file.
+    searches: tuple[Search, ...]  #: In the order in which they run.
+    #: Where the part stands as planned. Programs use it as their work object (user frame), so that their points are
+    #: `part` coordinates.
     T_base_part: RigidTransform
-    wire_mm: float
-    stick_out_mm: float
+    wire_mm: float  #: Diameter of the wire.
+    stick_out_mm: float  #: From the contact tip to the tool centre point.
+    #: shape (axes,). Shown angles before the first search and after the last one, rad; None if no arm is given.
     home_joints: FloatArray | None = None
-    robot: str = ""
+    robot: str = ""  #: Name of the arm; empty if none is given.
     predicted: SeamPrediction | None = None
-    notes: tuple[str, ...] = ()
-    bodies: tuple[PlannedBody, ...] = ()
+    notes: tuple[str, ...] = ()  #: What a person should know of the plan.
+    bodies: tuple[PlannedBody, ...] = ()  #: The bodies that may move; empty if the part is one.
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(search.name.upper() for search in self.searches).items() if n > 1]
@@ -259,8 +188,7 @@ class TouchPlan:
 
         Raises
         ------
-        InputError
-            When there is none.
+        InputError : When there is none.
         """
         for search in self.searches:
             if search.name.upper() == name.upper():

@@ -81,17 +81,9 @@ def _served_record(served: Served) -> dict[str, Any]:
 def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
     """Return the plan that a record holds.
 
-    Parameters
-    ----------
-    record : mapping
-        As `touches_record` returns it, checked against its schema.
-    path : str
-        The file, for messages.
-
     Raises
     ------
-    FormatError
-        When a field is missing, or the searches are not usable.
+    FormatError : When a field is missing, or the searches are not usable.
     """
     try:
         return TouchPlan(
@@ -115,17 +107,10 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
 def read_touch_plan(path: Path) -> TouchPlan:
     """Read ``touches.json``.
 
-    Parameters
-    ----------
-    path : Path
-        The file, or the folder that holds it.
-
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not a plan of touches.
+    InputError : When the file cannot be opened.
+    FormatError : When it is not a plan of touches.
     """
     file = path / TOUCHES_FILE if path.is_dir() else path
     return plan_from_record(read_json(file, schema=TOUCHES_SCHEMA), path=str(file))

@@ -37,8 +37,7 @@ def fingerprint_of(first: int, last: int) -> str:
 
     Raises
     ------
-    InputError
-        When a number has more than four hexadecimal digits, or is negative.
+    InputError : When a number has more than four hexadecimal digits, or is negative.
     """
     if not (0 <= first < 16**HALF and 0 <= last < 16**HALF):
         raise InputError(f"expected two numbers from 0 to 65535 as fingerprint, got {first} and {last}")
@@ -47,50 +46,24 @@ def fingerprint_of(first: int, last: int) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchResult:
-    """One stored place.
+    """One stored place."""
 
-    Parameters
-    ----------
-    name : str
-        Of the search, as the plan has it.
-    p : ndarray, shape (3,), or None
-        The tool centre point at contact, mm, in the work object of the program: `part` as planned. None unless found.
-    R : ndarray, shape (3, 3), or None
-        The tool's axes as columns, where the file holds an orientation.
-    """
-
-    name: str
+    name: str  #: Of the search, as the plan has it.
     outcome: Outcome
+    #: shape (3,). The tool centre point at contact, mm, in the work object of the program: `part` as planned. None
+    #: unless found.
     p: FloatArray | None
-    R: FloatArray | None = None
+    R: FloatArray | None = None  #: shape (3, 3). The tool's axes as columns, where the file holds an orientation.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchResults:
-    """The results of one run of a touch program.
+    """The results of one run of a touch program."""
 
-    Parameters
-    ----------
-    controller : str
-        Name of the format.
-    results : tuple of SearchResult
-        In the order of the file.
-    fingerprint : str
-        Of the plan, or empty where the file does not say.
-    tool : str
-        Name or number of the tool, or empty.
-    count : int or None
-        The number of searches that the file states.
-    T_base_part : RigidTransform or None
-        The work object of the places, where the file holds its values.
-    path : str
-        The file, for messages.
-    """
-
-    controller: str
-    results: tuple[SearchResult, ...]
-    fingerprint: str
-    tool: str = ""
-    count: int | None = None
-    T_base_part: RigidTransform | None = None
-    path: str = ""
+    controller: str  #: Name of the format.
+    results: tuple[SearchResult, ...]  #: In the order of the file.
+    fingerprint: str  #: Of the plan, or empty where the file does not say.
+    tool: str = ""  #: Name or number of the tool, or empty.
+    count: int | None = None  #: The number of searches that the file states.
+    T_base_part: RigidTransform | None = None  #: The work object of the places, where the file holds its values.
+    path: str = ""  #: The file, for messages.

@@ -81,51 +81,30 @@ class UrSetup:
 class TouchSetup:
     """How a cell senses a touch. Every value has a default.
 
-    Parameters
-    ----------
-    signal : str
-        The digital input that turns on at contact: a name (ABB) or a number. Empty: the default of the language.
-    is_on_high : bool
-        Whether contact turns the input on.
-    enable : str
-        The digital output that switches the sensing voltage on; empty: none.
-    search_speed_mm_s, air_speed_mm_s : float
-        During a search, and between searches.
-    hold_s : float
-        Wait after contact, before the robot leaves.
-    latency_s, latency_sigma_s : float
-        From contact to the place that the controller stores: a systematic error of latency × speed along the
-        direction, and its uncertainty.
-    repeatability_mm : float
-        Standard deviation of a stored place per axis.
-    stick_out_sigma_mm : float
-        Standard deviation of the wire's length, along the wire.
-    with_package : bool
-        Use the touch-sensing package of the brand instead of plain instructions.
-    frame_number : int
-        The user frame (base) that touch programs set to the place of the part as planned; not that of weld programs,
-        which would then weld at the planned place.
-    rapid, krl, fanuc, inform, urscript : sections
-        What only one language knows.
-
     Raises
     ------
-    InputError
-        When a value is out of its range.
+    InputError : When a value is out of its range.
     """
 
+    #: The digital input that turns on at contact: a name (ABB) or a number. Empty: the default of the language.
     signal: str = ""
-    is_on_high: bool = True
-    enable: str = ""
+    is_on_high: bool = True  #: Whether contact turns the input on.
+    enable: str = ""  #: The digital output that switches the sensing voltage on; empty: none.
+    #: `search_speed_mm_s`, `air_speed_mm_s`: During a search, and between searches.
     search_speed_mm_s: float = 10.0
     air_speed_mm_s: float = 100.0
-    hold_s: float = 0.1
+    hold_s: float = 0.1  #: Wait after contact, before the robot leaves.
+    #: `latency_s`, `latency_sigma_s`: From contact to the place that the controller stores: a systematic error of
+    #: latency × speed along the direction, and its uncertainty.
     latency_s: float = 0.0
     latency_sigma_s: float = 0.001
-    repeatability_mm: float = 0.1
-    stick_out_sigma_mm: float = 0.5
-    with_package: bool = False
+    repeatability_mm: float = 0.1  #: Standard deviation of a stored place per axis.
+    stick_out_sigma_mm: float = 0.5  #: Standard deviation of the wire's length, along the wire.
+    with_package: bool = False  #: Use the touch-sensing package of the brand instead of plain instructions.
+    #: The user frame (base) that touch programs set to the place of the part as planned; not that of weld programs,
+    #: which would then weld at the planned place.
     frame_number: int = 8
+    #: `rapid`, `krl`, `fanuc`, `inform`, `urscript`: What only one language knows.
     rapid: RapidSetup = RapidSetup()
     krl: KrlSetup = KrlSetup()
     fanuc: FanucSetup = FanucSetup()
@@ -168,17 +147,10 @@ def setup_template() -> str:
 def read_touch_setup(path: Path) -> TouchSetup:
     """Read the touch setup of a cell.
 
-    Parameters
-    ----------
-    path : Path
-        A TOML file with some of the keys of `setup_template`.
-
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not TOML, a key is unknown, or a value is not what its key takes.
+    InputError : When the file cannot be opened.
+    FormatError : When it is not TOML, a key is unknown, or a value is not what its key takes.
     """
     raw = read_bytes(path)
     try:

@@ -29,20 +29,11 @@ TouchResultsReader = Callable[[Sequence[ResultsFile], TouchPlan, TouchSetup], Se
 
 @dataclass(slots=True)
 class StoredValues:
-    """What a file stores. Names of searches are upper case.
+    """What a file stores. Names of searches are upper case."""
 
-    Parameters
-    ----------
-    outcomes : dict of str to float
-        Numbers as stored.
-    places : dict of str to RigidTransform
-        Of the tool in the work object.
-    faults : dict of str to str
-        Why there is no place, where the file has one that cannot be used.
-    """
-
-    outcomes: dict[str, float] = field(default_factory=dict)
-    places: dict[str, RigidTransform] = field(default_factory=dict)
+    outcomes: dict[str, float] = field(default_factory=dict)  #: Numbers as stored.
+    places: dict[str, RigidTransform] = field(default_factory=dict)  #: Of the tool in the work object.
+    #: Why there is no place, where the file has one that cannot be used.
     faults: dict[str, str] = field(default_factory=dict)
     fingerprint: str = ""
     tool: str = ""
@@ -54,8 +45,7 @@ class StoredValues:
 
         Raises
         ------
-        FormatError
-            When it stores no outcome, an outcome is none, or a found place is missing or unusable.
+        FormatError : When it stores no outcome, an outcome is none, or a found place is missing or unusable.
         """
         if not self.outcomes:
             raise FormatError("holds no results of a touch program of wpcal", path=path)
@@ -93,8 +83,7 @@ def number_at(values: Mapping[int, float], index: int, what: str, path: str) -> 
 
     Raises
     ------
-    FormatError
-        When the file does not have it.
+    FormatError : When the file does not have it.
     """
     if index not in values:
         raise FormatError(f"lacks {what}; does the touch setup (--setup) name the registers of the program?", path=path)
@@ -106,8 +95,7 @@ def parsed_number(text: str, what: str, path: str) -> float:
 
     Raises
     ------
-    FormatError
-        When it is none.
+    FormatError : When it is none.
     """
     try:
         return parse_number(text)
