@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.calibrate.touches import GraphTargets, Touches
-from wpcal.calibrate.touches.fit import Pose, fit_squares
-from wpcal.calibrate.touches.targets import TargetKind
+from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.solve.touches import Pose, fit_squares
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation

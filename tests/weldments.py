@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
-from wpcal.calibrate.bodies.bodies import Contacts
-from wpcal.calibrate.bodies.plane_touches import Planes
-from wpcal.calibrate.touches.touches import Touches, TouchTargets
+from wpcal.calibrate.observe.bodies import Bodies, Contacts, TackTolerance
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.touches import Touches, TouchTargets
+from wpcal.calibrate.plane_touches import Planes
+from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation

@@ -14,10 +14,12 @@ from tests.weldments import Weldment
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.calibrate.bodies import Bodies, BodiesFit, Motions, TackTolerance, fit_bodies
-from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, meeting_errors
-from wpcal.calibrate.bodies.evidence import estimated_tolerances
-from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
+from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, meeting_errors
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
+from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
+from wpcal.calibrate.trust.motion_evidence import estimated_tolerances
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform

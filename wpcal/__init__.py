@@ -3,7 +3,7 @@
 The names below are for scripts; each is imported when it is used. Type checkers and editors read the
 imports and `__all__`, Python reads `_HOMES`; a test compares them with each other and with what the documentation uses.
 
-`calibrate_points` is `wpcal.calibrate.calibrate`. It cannot have its own name here: Python sets ``wpcal.calibrate`` to
+`calibrate_points` is `wpcal.calibrate.run`. It cannot have its own name here: Python sets ``wpcal.calibrate`` to
 the package of that name as soon as anything imports it. No public name is therefore the name of a package.
 """
 
@@ -16,7 +16,7 @@ from wpcal.core.lazy_names import lazy_names
 if TYPE_CHECKING:
     from wpcal.calibrate import Criterion
     from wpcal.calibrate import calibrate as calibrate_points
-    from wpcal.calibrate.bodies.plane_touches import calibrate_bodies, predict_body_errors
+    from wpcal.calibrate.plane_touches import calibrate_bodies, predict_body_errors
     from wpcal.core import PointPairs, RigidTransform, WpcalError
     from wpcal.results import schema_text
     from wpcal.seam import SeamOptions, StepOptions, detect_seams
@@ -35,13 +35,13 @@ _HOMES = {
     "TaughtPoints": "wpcal.taught:TaughtPoints",
     "WpcalError": "wpcal.core:WpcalError",
     "advise_touches": "wpcal.touch.advise:advise_touches",
-    "calibrate_bodies": "wpcal.calibrate.bodies.plane_touches:calibrate_bodies",
+    "calibrate_bodies": "wpcal.calibrate.plane_touches:calibrate_bodies",
     "calibrate_points": "wpcal.calibrate:calibrate",
     "detect_seams": "wpcal.seam:detect_seams",
     "feature_named": "wpcal.taught.features:feature_named",
     "find_features": "wpcal.taught.features:find_features",
     "pair_points": "wpcal.taught:pair_points",
-    "predict_body_errors": "wpcal.calibrate.bodies.plane_touches:predict_body_errors",
+    "predict_body_errors": "wpcal.calibrate.plane_touches:predict_body_errors",
     "read_taught": "wpcal.taught:read_taught",
     "schema_text": "wpcal.results:schema_text",
 }

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 EACH_SOLID = "each"
 """What ``--bodies`` means without a file."""
 USUAL_BENDING = "1"
-"""What ``--bending`` means without a number; `wpcal.calibrate.bodies.bending` has the reason."""
+"""What ``--bending`` means without a number; `wpcal.calibrate.observe.bending` has the reason."""
 USUAL_CONTACTS = "usual"
 """What ``--contacts`` means without a number."""
 

@@ -104,7 +104,7 @@ class CalibrationFlags:
         InputError
             When a flag cannot be used, or not with another.
         """
-        from wpcal.calibrate.criteria import Criterion
+        from wpcal.calibrate.trust.criteria import Criterion
 
         options, nominal = self.calibration.to_options(self.choice.to_choice()), self.calibration.fit.to_nominal()
         options = replace(options, bodies=self.moving.to_options())
@@ -119,7 +119,7 @@ class CalibrationFlags:
 
 def _refuse_rigid_only(options: CalibrateOptions, *, is_criterion_given: bool) -> None:
     """Refuse what only a part that moved in one piece has."""
-    from wpcal.calibrate.criteria import Criterion
+    from wpcal.calibrate.trust.criteria import Criterion
     from wpcal.core.errors import InputError
 
     if options.certify:

@@ -22,7 +22,7 @@ from cad.workpiece.moved_bodies import fit_weldment
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
 from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError

@@ -11,11 +11,11 @@ import numpy as np
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows
 from wpcal.calibrate import Criterion, TeachingError
-from wpcal.calibrate.touches.covariance import propagate_covariance
-from wpcal.calibrate.touches.fit import Pose
-from wpcal.calibrate.touches.held_motions import held_motions
-from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import error_95
+from wpcal.calibrate.errors.of_touches import propagate_covariance
+from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.solve.touches import Pose
+from wpcal.calibrate.trust.held_motions import held_motions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, GeometryError, InputError, WpcalError
 from wpcal.seam import Seam

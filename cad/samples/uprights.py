@@ -16,7 +16,8 @@ from cad.kernel.call import kernel_call
 from cad.kernel.primitives import box
 from cad.samples.parts import DARK, STEEL, T_BASE_PART, TEACHING_SEED, TRUTH_SCHEMA
 from cad.step.new_file import Member, new_step_text
-from wpcal.calibrate.bodies import Bodies, Motions, TackTolerance
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.calibrate.observe.motions import Motions
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.records import to_json, write_file
 

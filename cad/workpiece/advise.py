@@ -14,7 +14,7 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import Criterion
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
 from wpcal.seam import Seam, SeamOptions

@@ -10,11 +10,11 @@ from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
 from cad.workpiece.touched_bodies import bodies_at, bodies_of
 from cad.workpiece.workpiece import Workpiece
-from wpcal.calibrate.bodies import Motions
-from wpcal.calibrate.bodies.bodies import Contacts
-from wpcal.calibrate.bodies.contacts import find_contacts
-from wpcal.calibrate.bodies.errors import MeetingPoints
-from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.observe.bodies import Contacts
+from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.touches import Touches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.options import SeamOptions

@@ -13,9 +13,9 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.calibrate.bodies.bending import Bends, find_bends
-from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
-from wpcal.calibrate.bodies.members import find_members
+from wpcal.calibrate.observe.bending import Bends, find_bends
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.calibrate.observe.members import find_members
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes, sha256_of

@@ -16,8 +16,8 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
-from wpcal.calibrate.touches.silent import SilentSearches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.trust.silent import SilentSearches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import WpcalError, blamed_on
 from wpcal.core.pairs import PointPairs

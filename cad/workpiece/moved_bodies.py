@@ -12,16 +12,16 @@ from cad.workpiece.fit_taught import CalibrateOptions, Observed
 from cad.workpiece.touched_bodies import bodies_of, on_two_bodies
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.graph import BrepGraph
-from wpcal.calibrate.bodies.bodies import Contacts
-from wpcal.calibrate.bodies.contacts import find_contacts
-from wpcal.calibrate.bodies.errors import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
-from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.bodies.verdict import TWO_BODIES, BodiesEvidence, judge_bodies
-from wpcal.calibrate.criteria import RIVAL, SILENT, Criterion
+from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
+from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
+from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.observe.bodies import Contacts
+from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import SolverReport
-from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
+from wpcal.calibrate.trust.bodies_verdict import TWO_BODIES, BodiesEvidence, judge_bodies
+from wpcal.calibrate.trust.criteria import RIVAL, SILENT, Criterion
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs

@@ -9,7 +9,7 @@ import numpy as np
 from cad.workpiece.bodies import PartBodies
 from cad.workpiece.moved_bodies import MovedWorkpiece, meeting_points
 from wpcal.brep.graph import BrepGraph
-from wpcal.calibrate.bodies.errors import MeetingErrors, gap_errors_mm
+from wpcal.calibrate.errors.of_bodies import MeetingErrors, gap_errors_mm
 from wpcal.seam.path.moved import MovedSeam
 
 

@@ -10,9 +10,9 @@ from scipy.spatial import cKDTree
 from cad.workpiece.bodies import PartBodies
 from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
-from wpcal.calibrate.bodies.verdict import TWO_BODIES
-from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
-from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.trust.bodies_verdict import TWO_BODIES
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.wording import listed

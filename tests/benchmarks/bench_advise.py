@@ -10,8 +10,8 @@ from rich.table import Table
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.calibrate import Criterion
-from wpcal.calibrate.points.covariance import minimax_covariance
-from wpcal.calibrate.uncertainty import COVERAGE, error_95
+from wpcal.calibrate.errors.of_points import minimax_covariance
+from wpcal.calibrate.errors.prediction import COVERAGE, error_95
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import SeamOptions
 from wpcal.seam.limits import Level

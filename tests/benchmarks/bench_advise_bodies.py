@@ -18,10 +18,10 @@ from tests.weldments_of_parts import (
     simulated,
     uprights_weldment,
 )
-from wpcal.calibrate.bodies import Bodies
-from wpcal.calibrate.bodies.errors import MeetingPoints
-from wpcal.calibrate.bodies.motions import Motions
-from wpcal.calibrate.touches.targets import GraphTargets
+from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.observe.bodies import Bodies
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.targets import GraphTargets
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.advise.design import farthest_rows

@@ -15,7 +15,7 @@ import numpy as np
 from rich.table import Table
 from scipy.optimize import differential_evolution, dual_annealing
 
-from wpcal.calibrate.points.annealed import SearchProblem, about_centroid
+from wpcal.calibrate.solve.annealed import SearchProblem, about_centroid
 from wpcal.optim import anneal
 from wpcal.taught.pairs import read_pairs
 

@@ -1,6 +1,6 @@
 """What the picker costs between a key and its answer, beside the bare fit of the same points; and its page.
 
-The bare fit is `wpcal.calibrate.calibrate` on pairs in hand. The picker's answer goes the whole way: JSON over HTTP,
+The bare fit is `wpcal.calibrate.run` on pairs in hand. The picker's answer goes the whole way: JSON over HTTP,
 the text of the table, names to features, the fit, the errors at every seam's frames, JSON back. The parts are
 structures with hundreds of seams (`cad.samples.steel_structure`).
 """

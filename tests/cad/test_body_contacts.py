@@ -10,9 +10,10 @@ import pytest
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.weldments import contacts_of_uprights, uprights
-from wpcal.calibrate.bodies import Motions, fit_bodies
-from wpcal.calibrate.bodies.bodies import Contacts
-from wpcal.calibrate.bodies.contacts import find_contacts
+from wpcal.calibrate.observe.bodies import Contacts
+from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import InputError
 
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights" / "uprights.step"

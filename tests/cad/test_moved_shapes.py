@@ -9,7 +9,7 @@ import wpcal
 from cad.workpiece.calibrate import WorkpieceCalibration
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.workpiece import Workpiece
-from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 

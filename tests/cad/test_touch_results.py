@@ -15,9 +15,9 @@ from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import DIGITS_MM, WRITERS
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.calibrate import Criterion, TeachingError, Touches, calibrate
-from wpcal.calibrate.touches.covariance import propagate_covariance
-from wpcal.calibrate.touches.fit import Pose, fit_squares
-from wpcal.calibrate.uncertainty import error_95
+from wpcal.calibrate.errors.of_touches import propagate_covariance
+from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.solve.touches import Pose, fit_squares
 from wpcal.controllers.registry import controllers
 from wpcal.controllers.touch_results import read_touch_results
 from wpcal.core import FormatError, InputError, RigidTransform

@@ -23,12 +23,12 @@ from wpcal.calibrate import (
     VerdictKind,
     calibrate,
 )
-from wpcal.calibrate.touches.contradiction import find_contradicted
-from wpcal.calibrate.touches.covariance import propagate_covariance
-from wpcal.calibrate.touches.fit import Pose, fit_minimax, fit_squares
-from wpcal.calibrate.touches.problem import TouchProblem, touches_have_heavy_tails
-from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.of_touches import propagate_covariance
+from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.observe.touch_problem import TouchProblem, touches_have_heavy_tails
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.solve.touches import Pose, fit_minimax, fit_squares
+from wpcal.calibrate.trust.contradiction import find_contradicted
 from wpcal.core import GeometryError, InputError, RigidTransform
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation

@@ -13,10 +13,10 @@ from tests.touch_parts import touch_part
 from tests.touch_robots.loop import BRANDS, CONFIG, T_FLANGE_TOOL, displacement, planned_frame, run_program
 from tests.touch_robots.robot import CrashError, Senses, Torch
 from tests.touch_robots.solid import Solid, triangles_of
-from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.touches.covariance import propagate_covariance
-from wpcal.calibrate.touches.fit import fit_squares_of
-from wpcal.calibrate.uncertainty import TeachingError, error_95
+from wpcal.calibrate.errors.of_touches import propagate_covariance
+from wpcal.calibrate.errors.prediction import TeachingError, error_95
+from wpcal.calibrate.solve.touches import fit_squares_of
+from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.controllers.touch_run import read_touch_run
 from wpcal.taught.resolve import touches_of
 from wpcal.touch.searches.record import read_touch_plan

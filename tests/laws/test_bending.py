@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from tests.weldments import Planes, Weldment
-from wpcal.calibrate.bodies import Bodies, Motions, TackTolerance
-from wpcal.calibrate.bodies.bending import MODES, find_bends
-from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_errors
+from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
+from wpcal.calibrate.observe.bending import MODES, find_bends
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.calibrate.observe.motions import Motions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import exp_rotation

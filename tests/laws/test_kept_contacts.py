@@ -9,12 +9,13 @@ import pytest
 
 from tests.weldments import Weldment, contacts_of_uprights, uprights
 from wpcal.calibrate import Sigma, SigmaSource
-from wpcal.calibrate.bodies import Motions, fit_bodies
-from wpcal.calibrate.bodies.errors import MeetingPoints
-from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies
-from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.verdict import VerdictKind, VerdictReason
+from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.solve.bodies import fit_bodies
+from wpcal.calibrate.trust.bodies_verdict import BodiesEvidence, judge_bodies
+from wpcal.calibrate.trust.verdict import VerdictKind, VerdictReason
 from wpcal.core.issue import Issue
 
 SIGMA_MM, GAP_MM = 0.2, 0.25

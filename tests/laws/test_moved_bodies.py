@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from tests.weldments import Weldment, uprights
-from wpcal.calibrate.bodies import Bodies, TackTolerance, evidence, judge_motion
-from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_errors
-from wpcal.calibrate.bodies.fit import BodiesFit
-from wpcal.calibrate.bodies.motions import Motions
-from wpcal.calibrate.bodies.moved import fit_moved_bodies
-from wpcal.calibrate.touches.fit import Pose, fit_squares
+from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
+from wpcal.calibrate.moved import fit_moved_bodies
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.solve.bodies import BodiesFit
+from wpcal.calibrate.solve.touches import Pose, fit_squares
+from wpcal.calibrate.trust import motion_evidence as evidence
+from wpcal.calibrate.trust.motion_evidence import judge_motion
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 

@@ -14,7 +14,7 @@ import pytest
 from scipy.optimize import minimize
 
 from wpcal.calibrate import anneal_pairs, solve_minimax
-from wpcal.calibrate.points.least_squares import distances
+from wpcal.calibrate.solve.least_squares import distances
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tangent import exp_rotation
 

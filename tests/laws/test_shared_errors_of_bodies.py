@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.weldments import Weldment, uprights
-from wpcal.calibrate.bodies import BodiesFit, fit_bodies
-from wpcal.calibrate.bodies.evidence import judge_motion
-from wpcal.calibrate.bodies.motions import Motions
-from wpcal.calibrate.touches.touches import Touches
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
+from wpcal.calibrate.trust.motion_evidence import judge_motion
 from wpcal.core.tangent import point_jacobian
 
 SIGMA_MM = 0.1

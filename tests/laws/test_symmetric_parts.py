@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, VerdictKind, calibrate, fit_least_squares, solve_minimax
-from wpcal.calibrate.points.least_squares import distances
+from wpcal.calibrate.solve.least_squares import distances
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform

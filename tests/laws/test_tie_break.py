@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from wpcal.calibrate.points.least_squares import distances
-from wpcal.calibrate.points.minimax import solve_minimax
+from wpcal.calibrate.solve.least_squares import distances
+from wpcal.calibrate.solve.minimax import solve_minimax
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tests.weldments import Weldment, uprights
-from wpcal.calibrate.bodies import Bodies, Motions, TackTolerance
-from wpcal.calibrate.bodies.bodies import Contacts
-from wpcal.calibrate.bodies.curved import BOTH, on_curved_faces
-from wpcal.calibrate.bodies.problem import Problem
-from wpcal.calibrate.touches.touches import Nearest, Touches
+from wpcal.calibrate.observe.bodies import Bodies, Contacts, TackTolerance
+from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.observe.touches import Nearest, Touches
+from wpcal.calibrate.solve.bodies_problem import Problem
+from wpcal.calibrate.solve.curved import BOTH, on_curved_faces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 

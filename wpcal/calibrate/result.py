@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.criteria import CriteriaComparison, Criterion
-from wpcal.calibrate.distrust import Distrusted
-from wpcal.calibrate.points.minimax import CERTIFIED_MM
+from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma, TeachingError, error_95
+from wpcal.calibrate.solve.minimax import CERTIFIED_MM
 from wpcal.calibrate.solver_report import SolverReport
-from wpcal.calibrate.suspect import Suspect
-from wpcal.calibrate.tool_offset import ToolOffset
-from wpcal.calibrate.touches.evidence import TouchEvidence
-from wpcal.calibrate.uncertainty import POSTURE_FACTOR, Sigma, TeachingError, error_95
-from wpcal.calibrate.verdict import Verdict, VerdictKind
+from wpcal.calibrate.trust.blame import Suspect
+from wpcal.calibrate.trust.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.trust.tool_offset import ToolOffset
+from wpcal.calibrate.trust.touch_evidence import TouchEvidence
+from wpcal.calibrate.trust.verdict import Verdict, VerdictKind
+from wpcal.calibrate.trust.without import Distrusted
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from wpcal.calibrate.criteria import Criterion
+from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.pendant import NOTATIONS
 from wpcal.results.next_steps import HELP_PAGE, next_steps
 

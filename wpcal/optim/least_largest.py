@@ -7,7 +7,7 @@ problems are solved, both convex:
           \min_\xi \sum |r_i|^2 \quad\text{with}\quad |r_i|^2 \le s_0 .
 
 The first is the minimax fit of touches near a pose. The second chooses among fits whose largest residual is the same.
-`wpcal.calibrate.points.interior_point` solves the first for points, whose residuals it follows around full turns.
+`wpcal.calibrate.solve.interior_point` solves the first for points, whose residuals it follows around full turns.
 
 References
 ----------

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.uncertainty import length_quantile
+from wpcal.calibrate.errors.prediction import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.report import PLACE_DIGITS, TURN_DIGITS

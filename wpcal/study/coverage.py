@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance
-from wpcal.calibrate.uncertainty import error_95
+from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariance
+from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.study.teaching_error import fit_trials
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.points.interior_point import solve_interior_point
-from wpcal.calibrate.points.least_squares import centred, distances, kabsch
+from wpcal.calibrate.solve.interior_point import solve_interior_point
+from wpcal.calibrate.solve.least_squares import centred, distances, kabsch
+from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.criteria import BLUNDER, Criterion
-from wpcal.calibrate.distrust import compare_without
-from wpcal.calibrate.points.problem import PointProblem
-from wpcal.calibrate.uncertainty import TeachingError
-from wpcal.calibrate.verdict import VerdictEvidence, VerdictKind, judge_fit
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.observe.points import PointProblem
+from wpcal.calibrate.trust.criteria import BLUNDER, Criterion
+from wpcal.calibrate.trust.verdict import VerdictEvidence, VerdictKind, judge_fit
+from wpcal.calibrate.trust.without import compare_without
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.pairs import PointPairs

@@ -1,7 +1,7 @@
 """The kinds of taught rows: the words of the column `kind`, and what each word allows.
 
 To add a kind of row, add one entry to `TouchKind`. Its target must be one of `TargetKind`; for a new sort of target,
-add the class that measures distances to it in `wpcal.calibrate.touches.targets`.
+add the class that measures distances to it in `wpcal.calibrate.observe.targets`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from enum import Enum
 from typing import Self
 
 from wpcal.brep.graph import SurfaceKind
-from wpcal.calibrate.touches.targets import TargetKind
+from wpcal.calibrate.observe.targets import TargetKind
 
 
 class TouchKind(Enum):

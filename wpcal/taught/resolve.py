@@ -11,8 +11,8 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nearest_on_edges import project_to_edges
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
-from wpcal.calibrate.touches.targets import GraphTargets, TargetKind
-from wpcal.calibrate.touches.touches import NamedAxis, Touches
+from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
+from wpcal.calibrate.observe.touches import NamedAxis, Touches
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.transform import RigidTransform

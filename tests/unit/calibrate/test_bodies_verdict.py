@@ -9,11 +9,11 @@ import pytest
 
 from tests.weldments import Weldment, uprights
 from wpcal.calibrate import Sigma, SigmaSource
-from wpcal.calibrate.bodies.errors import MeetingPoints
-from wpcal.calibrate.bodies.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.bodies.verdict import BodiesEvidence, judge_bodies, unchecked_touches
-from wpcal.calibrate.touches.touches import Touches
-from wpcal.calibrate.verdict import Verdict, VerdictKind, VerdictReason
+from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.trust.bodies_verdict import BodiesEvidence, judge_bodies, unchecked_touches
+from wpcal.calibrate.trust.verdict import Verdict, VerdictKind, VerdictReason
 from wpcal.core.issue import Issue
 
 SIGMA_MM = 0.05

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import calibrate, fit_robust
-from wpcal.calibrate.points.diagnose import find_issues
+from wpcal.calibrate.trust.diagnose import find_issues
 from wpcal.core import PointPairs, UnitError
 from wpcal.core.tangent import exp_rotation
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.special import chdtrc, fdtrc
 
 from wpcal.calibrate import fit_least_squares
-from wpcal.calibrate.points.diagnose import diagnose_pairs
-from wpcal.calibrate.points.neighbours import FeaturePlaces
-from wpcal.calibrate.points.robust import contradicted_points
+from wpcal.calibrate.trust.diagnose import diagnose_pairs
+from wpcal.calibrate.trust.neighbours import FeaturePlaces
+from wpcal.calibrate.trust.robust import contradicted_points
 from wpcal.core import PointPairs
 
 pytestmark = pytest.mark.many

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, PointProblem, calibrate, compare_without
-from wpcal.calibrate.uncertainty import TeachingError
+from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.core import GeometryError, PointPairs
 from wpcal.core.tangent import exp_rotation
 

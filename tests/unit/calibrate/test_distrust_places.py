@@ -7,7 +7,7 @@ import pytest
 
 from tests.record_checks import check_record
 from wpcal.calibrate import Criterion, Solver, TeachingError, Touches, calibrate
-from wpcal.calibrate.touches import Nearest
+from wpcal.calibrate.observe.touches import Nearest
 from wpcal.core import GeometryError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation

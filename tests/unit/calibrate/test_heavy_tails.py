@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, TeachingError, calibrate
-from wpcal.calibrate.points.least_squares import fit_least_squares
-from wpcal.calibrate.points.problem import PointProblem, points_have_heavy_tails
-from wpcal.calibrate.points.weighted import fit_weighted
+from wpcal.calibrate.observe.points import PointProblem, points_have_heavy_tails
+from wpcal.calibrate.solve.least_squares import fit_least_squares
+from wpcal.calibrate.solve.weighted import fit_weighted
 from wpcal.core.pairs import PointPairs
 
 POINTS = np.random.default_rng(3).uniform(0.0, [400.0, 300.0, 150.0], (20, 3))

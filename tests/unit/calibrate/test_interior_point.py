@@ -1,7 +1,7 @@
 import numpy as np
 
-from wpcal.calibrate.points.interior_point import solve_interior_point
-from wpcal.calibrate.points.least_squares import centred, kabsch, weighted_rms
+from wpcal.calibrate.solve.interior_point import solve_interior_point
+from wpcal.calibrate.solve.least_squares import centred, kabsch, weighted_rms
 
 ROUND_OFF_MM = 1e-9
 BATCH, POINTS = 200, 8

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import fit_least_squares, solve_minimax
-from wpcal.calibrate.points.branch_and_bound import bound_cells
+from wpcal.calibrate.solve.branch_and_bound import bound_cells
 from wpcal.core import PointPairs
 from wpcal.core.rotations import cube_rotations
 from wpcal.core.tangent import exp_rotation, log_rotation

@@ -13,9 +13,9 @@ from wpcal.calibrate import (
     fit_weighted,
     solve_minimax,
 )
-from wpcal.calibrate.points.covariance import isotropic_covariance, propagated_covariance
-from wpcal.calibrate.points.diagnose import find_issues
-from wpcal.calibrate.uncertainty import error_95
+from wpcal.calibrate.errors.of_points import isotropic_covariance, propagated_covariance
+from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.trust.diagnose import find_issues
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation, log_rotation
 

@@ -8,7 +8,7 @@ import pytest
 from tests.record_checks import check_record
 from wpcal.calibrate import Solver, TeachingError
 from wpcal.calibrate import calibrate as calibrate_points
-from wpcal.calibrate.points.diagnose import diagnose_pairs
+from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
-from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariance, weighted_covariance
-from wpcal.calibrate.uncertainty import error_95, joint_errors, largest_error_95
+from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariance, weighted_covariance
+from wpcal.calibrate.errors.prediction import error_95, joint_errors, largest_error_95
 from wpcal.core import InputError, PointPairs
 from wpcal.core.tangent import log_rotation
 from wpcal.study import run_coverage_study

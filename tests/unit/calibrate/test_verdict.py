@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
-from wpcal.calibrate.uncertainty import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, error_95, joint_errors
+from wpcal.calibrate.errors.prediction import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, error_95, joint_errors
 from wpcal.core.pairs import PointPairs
 
 BOX = np.array([[x, y, z] for x in (0.0, 300.0) for y in (0.0, 200.0) for z in (0.0, 100.0)])

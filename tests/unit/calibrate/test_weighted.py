@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from wpcal.calibrate import Criterion, calibrate, fit_weighted
-from wpcal.calibrate.points.weighted import weighted_root_mean_square
+from wpcal.calibrate.solve.weighted import weighted_root_mean_square
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Solver, TeachingError, calibrate
-from wpcal.calibrate.verdict import VerdictReason
+from wpcal.calibrate.trust.verdict import VerdictReason
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
 from wpcal.results import next_steps as steps_module

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from wpcal.calibrate.touches.targets import TargetKind
+from wpcal.calibrate.observe.targets import TargetKind
 from wpcal.core.errors import FormatError
 from wpcal.taught.kinds import KINDS, TouchKind
 from wpcal.taught.table import read_taught

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wpcal.calibrate.points.least_squares import kabsch
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.linked import near_tree
@@ -91,7 +91,7 @@ def match_points(
     ----------
     sigma_mm : float, optional
         Teaching error: standard deviation per axis; by default the largest that the points state themselves, or
-        `wpcal.calibrate.uncertainty.USUAL_SIGMA_MM`.
+        `wpcal.calibrate.errors.prediction.USUAL_SIGMA_MM`.
 
     Raises
     ------

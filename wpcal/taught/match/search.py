@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
-from wpcal.calibrate.points.covariance import isotropic_covariance
-from wpcal.calibrate.points.least_squares import kabsch
+from wpcal.calibrate.errors.of_points import isotropic_covariance
+from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.linked import near_tree

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wpcal.calibrate.points.least_squares import kabsch
+from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import log_rotation
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.criteria import Criterion
-from wpcal.calibrate.points.covariance import isotropic_covariance, minimax_covariances
-from wpcal.calibrate.uncertainty import USUAL_SIGMA_MM, largest_error_95
+from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariances
+from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM, largest_error_95
+from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import ErrorCode, GeometryError, InputError

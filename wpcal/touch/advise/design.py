@@ -5,8 +5,8 @@ For least squares the covariance of a seam point s is, with the centroid c, u = 
 
 .. math:: C(s) = \sigma^2 \left( \tfrac{1}{n} I + [u]_\times N^{-1} [u]_\times^\top \right),
 
-and its 95 % length follows from tr C and tr C² as in `wpcal.calibrate.uncertainty.error_95`. Thousands of sets are
-judged at once.
+and its 95 % length follows from tr C and tr C² as in `wpcal.calibrate.errors.prediction.error_95`. Thousands of sets
+are judged at once.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from typing import Protocol
 import numpy as np
 from scipy.special import chdtri
 
-from wpcal.calibrate.points.least_squares import kabsch
-from wpcal.calibrate.uncertainty import COVERAGE
+from wpcal.calibrate.errors.prediction import COVERAGE
+from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.progress import Progress, no_progress
 

@@ -3,7 +3,7 @@ r"""The linear model of a weldment whose bodies may move, before it is touched.
 The unknowns are (L ω, v) of the whole about a centre, the motion of every body in units of its tack tolerance, and
 errors that all touches share, in standard deviations. A touch with the row h, in units of its error, adds
 :math:`h h^\top` to the information :math:`M`, which begins with the tolerances and the kept contacts. Seam points with
-the rows J are then off by :math:`J M^{-1} J^\top`, as after the fit of `wpcal.calibrate.bodies`.
+the rows J are then off by :math:`J M^{-1} J^\top`, as after the fit of `wpcal.calibrate.solve.bodies`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wpcal.calibrate.bodies.bodies import Bodies, Contacts
-from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_jacobian
-from wpcal.calibrate.bodies.motions import Motions
+from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_jacobian
+from wpcal.calibrate.observe.bodies import Bodies, Contacts
+from wpcal.calibrate.observe.motions import Motions
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wpcal.calibrate.bodies.errors import MOST_POINTS, MeetingPoints, joint_error
-from wpcal.calibrate.uncertainty import COVERAGE, length_quantile
+from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, joint_error
+from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.touch.advise.design import FREEDOMS, QUANTILES, farthest_rows
 

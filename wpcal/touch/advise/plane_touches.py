@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.bodies.bodies import Bodies, TackTolerance
-from wpcal.calibrate.bodies.errors import MeetingPoints
+from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
 from wpcal.core.arrays import as_points
 from wpcal.core.errors import InputError
 from wpcal.touch.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wpcal.calibrate.residual_evidence import LEAST_REDUNDANCY
+from wpcal.calibrate.trust.residuals import LEAST_REDUNDANCY
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.touch.advise.design import FREEDOMS, QUANTILES, SetSearch, farthest_rows
@@ -125,7 +125,7 @@ class TouchDesign:
     def least_redundancy(self, sets: IntArray) -> FloatArray:
         """Share of its own error that the touch which the others test least keeps in its residual, shape (m,).
 
-        Baarda's redundancy number, as `wpcal.calibrate.residual_evidence.unchecked_names` has it.
+        Baarda's redundancy number, as `wpcal.calibrate.trust.residuals.unchecked_names` has it.
         """
         H = (self.rows / self._scale)[sets]
         M = np.einsum("mni,mnj->mij", H, H)

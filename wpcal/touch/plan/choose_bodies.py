@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.calibrate.bodies.bodies import Bodies
-from wpcal.calibrate.uncertainty import COVERAGE, joint_errors
+from wpcal.calibrate.errors.prediction import COVERAGE, joint_errors
+from wpcal.calibrate.observe.bodies import Bodies
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian

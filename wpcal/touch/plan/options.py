@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from wpcal.calibrate.uncertainty import length_quantile
+from wpcal.calibrate.errors.prediction import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian

@@ -10,8 +10,8 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, Material
-from wpcal.calibrate.touches.held_motions import free_words
-from wpcal.calibrate.uncertainty import error_95
+from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.trust.held_motions import free_words
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.progress import Progress, no_progress

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from random_parts import pattern_points, random_points, touched
 
-from wpcal.calibrate.points.least_squares import kabsch
+from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.taught.match import find_assignments
 from wpcal.taught.match.search import squares_limit

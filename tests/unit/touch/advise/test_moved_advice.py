@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from tests.weldments import Weldment, uprights
-from wpcal.calibrate.bodies import TackTolerance, fit_bodies
-from wpcal.calibrate.bodies.bodies import Contacts
-from wpcal.calibrate.bodies.errors import MeetingPoints, meeting_errors
+from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
+from wpcal.calibrate.observe.bodies import Contacts, TackTolerance
+from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved

@@ -1,0 +1,303 @@
+r"""From the error of a taught point to the error of a weld.
+
+A taught point is off by a small random vector. The fit turns these vectors into a small motion
+:math:`\xi = (\omega, v)` of the part (`wpcal.core.tangent`: rotation first, about the base's origin). A point
+:math:`p` of the part is then off by :math:`\omega \times p + v`. The covariance of :math:`\xi` is computed in
+`wpcal.calibrate.errors.of_points` and `wpcal.calibrate.errors.of_touches`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import chdtri, fdtri
+
+from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.errors import InputError
+from wpcal.core.tangent import point_jacobian, translation_adjoint
+
+USUAL_SIGMA_MM = 0.3
+"""Teaching error per axis if none is stated: a careful touch with a worn wire tip."""
+RESOLUTION_MM = 0.01
+"""Last digit that a controller shows. No point is known better than that."""
+RESOLUTION_SIGMA_MM = RESOLUTION_MM / math.sqrt(12.0)
+"""Least teaching error per axis: that of rounding to the last digit. Exact residuals do not show a smaller one."""
+COVERAGE = 0.95
+"""Share of the errors that stay below the predicted error."""
+
+LEAST_FREEDOM = 4
+"""With fewer degrees of freedom residuals may be small by luck: they do not lower the error below that of the usual
+teaching error. Three points have three."""
+
+JOINT_SAMPLES = 8192
+"""Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
+
+DIRECTIONS = 128
+"""A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
+
+ROUGH_NODES, ROUGH = 65, 1e-2
+"""Lines between so many nodes are far closer to the quantile than this share of it."""
+
+EXCESS_POINTS = 512
+"""Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
+EXCESS_GOAL = 1e-8
+"""Scaled optimality error of a simulated fit: far below the sampling error."""
+EXCESS_SAMPLES = 256
+"""Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
+
+POSTURE_FACTOR = math.sqrt(2.0)
+"""A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class TeachingError:
+    """What is known of the error of a taught point, per axis of the base.
+
+    Raises
+    ------
+    InputError : When both are given, or one is negative or not finite.
+    """
+
+    sigma_mm: float | None = None  #: Standard deviation per axis, Gaussian.
+    #: Every axis is off by at most this, evenly distributed. Give one of the two; with neither, the residuals decide.
+    bound_mm: float | None = None
+    #: Length of an error of the tool centre point, the same in every taught point. It leaves no residual while the
+    #: torch keeps its posture.
+    tcp_bias_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("sigma_mm", "bound_mm", "tcp_bias_mm"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value >= 0):
+                raise InputError(f"teaching error: {name} is a length that is not negative, got {value}")
+        if self.sigma_mm is not None and self.bound_mm is not None:
+            raise InputError("teaching error: give sigma_mm or bound_mm, not both")
+
+    @property
+    def per_axis_mm(self) -> float | None:
+        """Standard deviation per axis, mm; bound / √3 for an even distribution."""
+        return self.bound_mm / math.sqrt(3.0) if self.bound_mm is not None else self.sigma_mm
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the error is evenly distributed within a bound."""
+        return self.bound_mm is not None
+
+
+class SigmaSource(Enum):
+    """Where the teaching error behind a predicted error comes from."""
+
+    STATED = "stated"
+    ESTIMATED = "estimated"
+    """From the residuals."""
+    ASSUMED = "assumed"
+    """The usual teaching error, because the residuals show too little; or the last digit of a controller, because they
+    are smaller than it explains."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sigma:
+    """The teaching error behind a predicted error, and how it is known."""
+
+    mm: float  #: Standard deviation per axis; the root mean square if every observation states its own.
+    source: SigmaSource
+    degrees_of_freedom: float = math.inf  #: Behind an estimate; infinite otherwise.
+
+    @classmethod
+    def estimated(cls, mm: float, degrees_of_freedom: float) -> Sigma:
+        """Take the estimate from residuals, or `USUAL_SIGMA_MM` where few degrees of freedom predict a smaller error.
+
+        It is never below `RESOLUTION_SIGMA_MM`.
+
+        Parameters
+        ----------
+        mm : Root of the sum of squared residuals per degree of freedom.
+        degrees_of_freedom : float
+        """
+        if degrees_of_freedom < LEAST_FREEDOM:
+            seen = mm * math.sqrt(float(fdtri(3.0, degrees_of_freedom, COVERAGE)))
+            if seen < USUAL_SIGMA_MM * math.sqrt(float(chdtri(3.0, 1.0 - COVERAGE)) / 3.0):
+                return cls(USUAL_SIGMA_MM, SigmaSource.ASSUMED)
+        if mm < RESOLUTION_SIGMA_MM:
+            return cls(RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
+        return cls(mm, SigmaSource.ESTIMATED, degrees_of_freedom)
+
+    @classmethod
+    def stated(cls, mm: float) -> Sigma:
+        """Take a stated error per axis, mm, or `RESOLUTION_SIGMA_MM` if it is smaller."""
+        if mm < RESOLUTION_SIGMA_MM:
+            return cls(RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
+        return cls(mm, SigmaSource.STATED)
+
+    @classmethod
+    def of_each(cls, covariances: FloatArray) -> Sigma:
+        """Summarise observations that each state their error, shape (n, 3, 3), mm²."""
+        return cls(float(np.sqrt(np.mean(np.trace(covariances, axis1=1, axis2=2)) / 3.0)), SigmaSource.STATED)
+
+    def describe(self) -> str:
+        """Return a phrase for a person: the value and where it comes from."""
+        how = self.source.value
+        if self.source is SigmaSource.ESTIMATED:
+            count = f"{self.degrees_of_freedom:g} degree{'' if self.degrees_of_freedom == 1 else 's'} of freedom"
+            how = f"estimated from the residuals with {count}"
+        elif self.source is SigmaSource.ASSUMED and self.mm == RESOLUTION_SIGMA_MM:
+            how = f"assumed: a controller shows {RESOLUTION_MM:g} mm"
+        return f"teaching error {self.mm:.2g} mm per axis, {how}"
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        freedom = None if math.isinf(self.degrees_of_freedom) else self.degrees_of_freedom
+        return {"used_sigma_mm": self.mm, "provenance": self.source.value, "degrees_of_freedom": freedom}
+
+
+def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
+    """Estimate the error per axis from least-squares residuals.
+
+    Parameters
+    ----------
+    residuals_mm : ndarray, shape (n, 3)
+
+    Returns
+    -------
+    sigma_mm : float. √(Σ d² / (3 n - 6)): six of the 3 n numbers went into the fit.
+    degrees_of_freedom : int
+        3 n - 6. For n = 3 these are the three side lengths: nothing normal to the plane of the points is seen.
+    """
+    freedom = residuals_mm.size - 6
+    return float(np.sqrt(np.sum(residuals_mm**2) / freedom)), freedom
+
+
+def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Length that the error of a point stays below with 95 % probability, shape (k,), mm.
+
+    The squared length of a Gaussian vector with covariance C is close to tr C · F(m, ν) with
+    m = (tr C)² / tr C² (Satterthwaite), ν the degrees of freedom behind the scale of C.
+
+    Parameters
+    ----------
+    points_base : shape (k, 3). Base frame, mm.
+    covariance : shape (6, 6). Of ξ, about the base's origin.
+    degrees_of_freedom : Infinite if the teaching error is stated.
+    """
+    J = point_jacobian(as_points(points_base, name="points"))
+    return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
+
+
+def largest_error_95(
+    points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf
+) -> tuple[int, float]:
+    """Return the row of the point with the largest `error_95`, the first of equal ones, and that error, mm.
+
+    Only the points that may have the largest error take the slow quantile.
+
+    Parameters
+    ----------
+    points_base : shape (k, 3). Base frame, mm.
+    covariance : shape (6, 6). Of ξ, about the base's origin.
+    degrees_of_freedom : Infinite if the teaching error is stated.
+    """
+    J = point_jacobian(as_points(points_base, name="points"))
+    nodes, quantiles = _rough_quantiles(degrees_of_freedom)
+    rows_of_J = J.reshape(-1, 6)
+    rough = ((rows_of_J @ covariance) * rows_of_J).sum(axis=1).reshape(-1, 3).sum(axis=1)
+    near = np.flatnonzero(~(rough * quantiles.max() < (1.0 - ROUGH) * rough.max() * quantiles.min()))
+    trace, m = _satterthwaite(J[near] @ covariance @ J[near].transpose(0, 2, 1))
+    rough = trace * np.interp(m, nodes, quantiles)
+    rows = np.flatnonzero(~(rough < (1.0 - ROUGH) * rough.max()))
+    errors = np.sqrt(np.maximum(trace[rows], 0.0) * _square_quantile(m[rows], COVERAGE, degrees_of_freedom))
+    worst = int(np.argmax(errors))
+    return int(near[rows[worst]]), float(errors[worst])
+
+
+@lru_cache(maxsize=64)
+def _rough_quantiles(degrees_of_freedom: float) -> tuple[FloatArray, FloatArray]:
+    """Return degrees of freedom m of a squared length, and its quantile there, between which lines are drawn."""
+    nodes = np.linspace(1.0, 3.0, ROUGH_NODES)
+    return frozen(nodes), frozen(_square_quantile(nodes, COVERAGE, degrees_of_freedom))
+
+
+def _satterthwaite(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the traces of n covariances, and the degrees of freedom m of their squared lengths, 1 to 3, shape (n,)."""
+    trace = np.trace(covariances, axis1=1, axis2=2)
+    square = np.einsum("kij,kij->k", covariances, covariances)
+    return trace, np.divide(trace**2, square, out=np.ones_like(trace), where=square > 0)
+
+
+def _square_quantile(m: FloatArray, level: float, degrees_of_freedom: float) -> FloatArray:
+    """Return the quantile of a squared length over its mean, shape (n,)."""
+    quantile = chdtri(m, 1.0 - level) / m if math.isinf(degrees_of_freedom) else fdtri(m, degrees_of_freedom, level)
+    return np.asarray(quantile, dtype=np.float64)
+
+
+def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Length that Gaussian vectors stay below with a given probability, by Satterthwaite's approximation.
+
+    Parameters
+    ----------
+    covariances : shape (k, 3, 3). mm².
+    degrees_of_freedom : Behind the scale of the covariances.
+
+    Returns
+    -------
+    ndarray, shape (k,). mm.
+    """
+    trace, m = _satterthwaite(covariances)
+    return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))
+
+
+def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Simulate the largest error among points that move together.
+
+    Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable. The
+    quantiles of this sample hold for all points at once.
+
+    Parameters
+    ----------
+    points_base : shape (k, 3). Base frame, mm.
+    covariance : shape (6, 6). Of ξ, about the base's origin.
+    degrees_of_freedom : Infinite if the teaching error is stated.
+
+    Returns
+    -------
+    ndarray, shape (JOINT_SAMPLES,). mm, in ascending order. The seed is fixed.
+    """
+    points = as_points(points_base, name="points")
+    centre = points.mean(axis=0)
+    draws = _joint_draws(degrees_of_freedom)
+    far = points[np.unique(np.argmax((points - centre) @ draws.directions, axis=0))] - centre
+    shift = translation_adjoint(-centre)
+    values, vectors = np.linalg.eigh(shift @ covariance @ shift.T)
+    xi = draws.normal * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    wx, wy, wz, vx, vy, vz = np.ascontiguousarray(xi.T)
+    largest = np.zeros(JOINT_SAMPLES)
+    for x, y, z in far.tolist():
+        moved_x, moved_y, moved_z = wy * z - wz * y + vx, wz * x - wx * z + vy, wx * y - wy * x + vz
+        np.maximum(largest, moved_x * moved_x + moved_y * moved_y + moved_z * moved_z, out=largest)
+    return frozen(np.sort(np.sqrt(largest) / draws.scale))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _JointDraws:
+    """The random numbers of `joint_errors`."""
+
+    directions: FloatArray  #: shape (3, DIRECTIONS).
+    normal: FloatArray  #: shape (JOINT_SAMPLES, 6).
+    #: shape (JOINT_SAMPLES,), or float. By which the simulated errors are divided, because their scale is estimated.
+    scale: FloatArray | float
+
+
+@lru_cache(maxsize=8)
+def _joint_draws(degrees_of_freedom: float) -> _JointDraws:
+    rng = np.random.default_rng(0)
+    directions = rng.standard_normal((3, DIRECTIONS))
+    normal = rng.standard_normal((JOINT_SAMPLES, 6))
+    if math.isinf(degrees_of_freedom):
+        return _JointDraws(frozen(directions), frozen(normal), 1.0)
+    chi_squares = rng.chisquare(degrees_of_freedom, JOINT_SAMPLES)
+    return _JointDraws(frozen(directions), frozen(normal), frozen(np.sqrt(chi_squares / degrees_of_freedom)))

@@ -1,0 +1,265 @@
+"""Point pairs as a problem that every criterion fits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+
+from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
+from wpcal.calibrate.errors.of_points import (
+    isotropic_covariance,
+    minimax_covariance,
+    propagated_covariance,
+    unequal_minimax_covariance,
+    weighted_covariance,
+)
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError, residual_sigma
+from wpcal.calibrate.solve.annealed import anneal_pairs
+from wpcal.calibrate.solve.error_rows import ErrorRows
+from wpcal.calibrate.solve.least_squares import (
+    distances,
+    fit_least_squares,
+    kabsch,
+    other_least_squares,
+    require_spread,
+)
+from wpcal.calibrate.solve.minimax import CERTIFIED_MM, MinimaxSolution, solve_minimax
+from wpcal.calibrate.solve.weighted import (
+    fit_weighted,
+    refine_once,
+    weighted_lower_bound,
+    weighted_root_mean_square,
+)
+from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.trust.blame import Diagnosis
+from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit
+from wpcal.calibrate.trust.diagnose import diagnose_pairs, join_pairs
+from wpcal.calibrate.trust.neighbours import FeaturePlaces
+from wpcal.calibrate.trust.residuals import FLOOR_MM, ResidualEvidence, unchecked_names
+from wpcal.calibrate.trust.robust import contradicted_points
+from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs, Residuals
+from wpcal.core.tangent import point_jacobian
+from wpcal.core.transform import RigidTransform
+from wpcal.optim.annealing import AnnealingSchedule
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointProblem:
+    """A `FitProblem` of point pairs."""
+
+    pairs: PointPairs  #: mm.
+    #: Of points that state no covariances. If it states nothing, the residuals of the least-squares fit tell.
+    teaching: TeachingError
+    seed: int = 0  #: Of the simulated part of the minimax covariance and of the triples of the robust fit.
+    minimax: MinimaxSolution | None = None  #: If it is known already.
+    #: Points that are not fitted; a wrong point is searched for among all of them together.
+    check: PointPairs | None = None
+    places: FeaturePlaces | None = None  #: Of the part: a suspicious point is tried on them.
+    #: shape (3, 3). The axes of the tool in the base, by the names of the points and check points that say them.
+    postures: Mapping[str, FloatArray] = field(default_factory=dict)
+    #: ``T_nominal_part``: of equally good fits the one turned least from it is taken.
+    nominal: RigidTransform | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the points."""
+        return self.pairs.names
+
+    @property
+    def word(self) -> str:
+        """What one observation is called in messages."""
+        return "point"
+
+    @property
+    def has_covariances(self) -> bool:
+        """Whether every point states its own error."""
+        return self.pairs.covariances is not None
+
+    @property
+    def compared(self) -> tuple[Criterion, ...]:
+        """All criteria."""
+        return tuple(Criterion)
+
+    def fit(self, criterion: Criterion) -> CriterionFit:
+        """Fit by one criterion and compute the covariance of the fit.
+
+        Raises
+        ------
+        GeometryError : When the points do not fix a rotation.
+        InputError : When the weighted criterion finds no covariances.
+        """
+        pairs, rows = self.pairs, np.arange(len(self.pairs))
+        equal: tuple[RigidTransform, ...] = ()
+        if criterion is Criterion.MINIMAX:
+            found = self.minimax or solve_minimax(pairs, nominal=self.nominal)
+            T, objective, bound, equal = found.T, found.objective_mm, found.lower_bound_mm, found.equal
+        elif criterion is Criterion.WEIGHTED:
+            T = fit_weighted(pairs)
+            objective, bound = weighted_root_mean_square(pairs, T), weighted_lower_bound(pairs)
+        else:
+            if criterion is Criterion.ROBUST:
+                rows = self._agreeing()
+            fitted = pairs.select(rows) if len(rows) < len(pairs) else pairs
+            T = fit_least_squares(fitted, nominal=self.nominal)
+            other = other_least_squares(fitted, T)
+            equal = () if other is None else (other,)
+            r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
+            objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
+        covariance, sigma = self._covariance(criterion, T, rows)
+        is_heavy = False
+        if criterion is Criterion.MINIMAX:
+            squares = fit_least_squares(pairs) if pairs.covariances is None else fit_weighted(pairs)
+            is_heavy = points_have_heavy_tails(pairs, squares)
+            if is_heavy:
+                covariance = covariance + motion_square(squares, T)
+        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows, is_heavy, equal)
+
+    def distances_mm(self, T: RigidTransform) -> FloatArray:
+        """Distances of the taught points from the moved model points, mm, shape (n,)."""
+        return Residuals.of(self.pairs, T).norms_mm
+
+    def select(self, rows: IntArray) -> Self:
+        """Return the problem of some of the points, indices of shape (m,)."""
+        return replace(self, pairs=self.pairs.select(rows), minimax=None, check=None)
+
+    def allowing(self, tcp_bias_mm: float) -> Self:
+        """Return the problem with an allowance for an error of the tool centre point."""
+        return replace(self, teaching=replace(self.teaching, tcp_bias_mm=tcp_bias_mm))
+
+    def judge_residuals(self, fit: CriterionFit, check: PointPairs | None = None) -> ResidualEvidence:
+        """Say how the fitted points agree, and which of them neither the others nor the check points test."""
+        fitted = self.pairs if len(fit.rows) == len(self.pairs) else self.pairs.select(fit.rows)
+        p, q = fitted.p_source, fitted.p_target
+        R, t = kabsch(p, q, np.full(len(p), 1.0 / len(p)))
+        squares = float(np.sum((q - p @ R.T - t) ** 2))
+        chi_squared, stated = None, self.teaching.per_axis_mm
+        if fitted.covariances is not None:
+            chi_squared = float(refine_once(p, q, np.asarray(np.linalg.inv(fitted.covariances)), R, t)[2])
+        elif stated:
+            chi_squared = squares / stated**2
+        size = float(np.abs(p - p.mean(axis=0)).max())
+        more = None if check is None else point_jacobian((check.p_source - p.mean(axis=0)) / size)
+        seen = np.broadcast_to(np.eye(3), (len(p), 3, 3))
+        unchecked = unchecked_names(fitted.names, point_jacobian((p - p.mean(axis=0)) / size), seen, more)
+        return ResidualEvidence(squares, chi_squared, 3 * len(p) - 6, len(p), unchecked)
+
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
+        """Name swapped, mirrored and mis-taught points, wrong features, a wrong tool, and what cannot be told."""
+        found = diagnose_pairs(
+            self.pairs,
+            check=self.check,
+            places=self.places,
+            postures=self.postures,
+            sigma_mm=self.teaching.per_axis_mm,
+            seed=self.seed,
+        )
+        issues = [*found.issues, *_equal_places(self.pairs, fit)]
+        if fit.criterion is Criterion.MINIMAX and fit.objective_mm - fit.lower_bound_mm > CERTIFIED_MM:
+            issues.append(_not_proved(fit))
+        return replace(found, issues=tuple(issues))
+
+    def _agreeing(self) -> IntArray:
+        """Rows that neither the other fitted points nor the check points contradict."""
+        require_spread(self.pairs)
+        seen = self.pairs if self.check is None else join_pairs(self.pairs, self.check)
+        wrong = contradicted_points(seen, sigma_mm=self.teaching.per_axis_mm, seed=self.seed).named
+        rows = np.setdiff1d(np.arange(len(self.pairs)), wrong)
+        enough = len(rows) >= 3 and ErrorRows.of(self.pairs.select(rows), None).fixes_rotation()
+        return rows if enough else np.arange(len(self.pairs))
+
+    def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, Sigma]:
+        pairs, moved = self.pairs, T.apply(self.pairs.p_source[rows])
+        if pairs.covariances is not None:
+            covariances = pairs.covariances[rows]
+            return self._stated_covariance(moved, covariances, criterion), Sigma.of_each(covariances)
+        stated = self.teaching.per_axis_mm
+        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma.stated(stated)
+        if criterion is Criterion.MINIMAX:
+            return minimax_covariance(moved, sigma.mm, bounded=self.teaching.is_bounded, seed=self.seed), sigma
+        return isotropic_covariance(moved, sigma.mm), sigma
+
+    def _estimated(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> Sigma:
+        p, q = self.pairs.p_source[rows], self.pairs.p_target[rows]
+        if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
+            R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
+            return Sigma.estimated(*residual_sigma(q - p @ R.T - t))
+        return Sigma.estimated(*residual_sigma(q - T.apply(p)))
+
+    def _stated_covariance(self, moved: FloatArray, covariances: FloatArray, criterion: Criterion) -> FloatArray:
+        """Covariance of ξ if every point states its error."""
+        if criterion is Criterion.WEIGHTED:
+            return weighted_covariance(moved, covariances)
+        if criterion is Criterion.MINIMAX:
+            return unequal_minimax_covariance(moved, covariances, seed=self.seed)
+        return propagated_covariance(moved, covariances)
+
+
+def points_have_heavy_tails(pairs: PointPairs, fit: RigidTransform) -> bool:
+    """Test the shape of the residuals of the least-squares fit, weighted where the points state their errors."""
+    p, n = pairs.p_source - pairs.p_source.mean(axis=0), len(pairs)
+    size = float(np.abs(p).max())
+    information = np.tile(np.eye(3), (n, 1, 1)) if pairs.covariances is None else np.linalg.inv(pairs.covariances)
+    moved = point_jacobian(p @ fit.R.T / size)
+    return has_heavy_tails(
+        pairs.p_target - fit.apply(pairs.p_source), moved, np.asarray(information), round_off_mm=ROUND_OFF * size
+    )
+
+
+def _equal_places(pairs: PointPairs, fit: CriterionFit) -> tuple[Issue, ...]:
+    """Say that the points fit the part in other places exactly as well."""
+    if not fit.equal:
+        return ()
+    p = pairs.p_source
+    apart = [float(np.linalg.norm(T.apply(p) - fit.T.apply(p), axis=1).max()) for T in fit.equal]
+    if max(apart) <= FLOOR_MM:
+        return ()
+    message = (
+        f"another placement fits the points exactly as well, up to {max(apart):.3g} mm away; the one turned least from "
+        "the nominal place was taken: check the names of the points, or touch a point that is not symmetric to others"
+    )
+    return (Issue(RIVAL, message),)
+
+
+def _not_proved(fit: CriterionFit) -> Issue:
+    message = (
+        f"this fit may not be the best one: its largest residual is {fit.objective_mm:.4g} mm, and it is proved only "
+        f"that no fit is below {fit.lower_bound_mm:.4g} mm. Check the names of the points; --certify searches on"
+    )
+    return Issue("not-proved", message)
+
+
+def search_points(
+    pairs: PointPairs,
+    *,
+    nominal: RigidTransform,
+    solver: Solver,
+    schedule: AnnealingSchedule | None,
+    seed: int,
+    certify: bool,
+) -> tuple[MinimaxSolution, SolverReport]:
+    """Search the least largest distance and polish it to the certified optimum.
+
+    Parameters
+    ----------
+    pairs : mm.
+    """
+    if solver is Solver.EXACT:
+        found = solve_minimax(pairs, certify=certify, nominal=nominal)
+        return found, SolverReport(solver, "interior point", seed, starts=found.starts)
+    chosen = schedule or AnnealingSchedule.default()
+    T, run = anneal_pairs(pairs, nominal=nominal, schedule=chosen, seed=seed)
+    found = solve_minimax(pairs, start=T, certify=certify, nominal=nominal)
+    report = SolverReport.of_run(
+        run,
+        chosen,
+        method="simulated annealing, then interior point",
+        seed=seed,
+        starts=found.starts,
+        annealed_objective_mm=float(distances(pairs.p_source, pairs.p_target, T.R, T.t_mm).max()),
+    )
+    return found, report

@@ -1,1 +1,0 @@
-"""Fits of point pairs, their proofs and covariances, and what is wrong with the pairs."""

@@ -1,0 +1,246 @@
+"""`calibrate`: taught points or touches in; the pose of the part, its proof or evidence and its error out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from wpcal import __version__
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.observe.points import PointProblem, search_points
+from wpcal.calibrate.observe.touch_problem import search_touches
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.result import CalibrationResult
+from wpcal.calibrate.solve.least_squares import require_spread
+from wpcal.calibrate.solver_report import Solver, SolverReport
+from wpcal.calibrate.trust.blame import Diagnosis
+from wpcal.calibrate.trust.criteria import (
+    BLUNDER,
+    CriteriaComparison,
+    Criterion,
+    CriterionFit,
+    FitProblem,
+    advise_criterion,
+    compare_criteria,
+)
+from wpcal.calibrate.trust.diagnose import require_plausible_units
+from wpcal.calibrate.trust.neighbours import FeaturePlaces
+from wpcal.calibrate.trust.residuals import ResidualEvidence
+from wpcal.calibrate.trust.silent import SilentSearches, silent_issues
+from wpcal.calibrate.trust.touch_evidence import TouchEvidence
+from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge_fit, verdict_issues
+from wpcal.calibrate.trust.without import Distrusted, compare_without
+from wpcal.core.arrays import FloatArray, as_points
+from wpcal.core.errors import FrameError, GeometryError, InputError
+from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs
+from wpcal.core.transform import RigidTransform
+from wpcal.optim.annealing import AnnealingSchedule
+
+COMPARED = 20_000
+"""Above this number the criteria are not compared and blunders are not searched for: at this number both take some
+tenths of a second."""
+
+
+def calibrate(
+    observed: PointPairs | Touches,
+    *,
+    criterion: Criterion = Criterion.MINIMAX,
+    solver: Solver = Solver.ANNEALING,
+    schedule: AnnealingSchedule | None = None,
+    seed: int = 0,
+    tolerance_mm: float = 0.5,
+    T_nominal_part: RigidTransform | None = None,
+    teaching: TeachingError | None = None,
+    check: PointPairs | Touches | None = None,
+    certify: bool = False,
+    seam_points: ArrayLike | None = None,
+    seam_names: Sequence[str] = (),
+    suggest: Callable[[], str | None] | None = None,
+    features: Mapping[str, FloatArray] | None = None,
+    postures: Mapping[str, FloatArray] | None = None,
+    silent: SilentSearches | None = None,
+) -> CalibrationResult:
+    """Find the pose of the real part.
+
+    Parameters
+    ----------
+    observed : PointPairs or Touches
+        Points of the model (frame ``part``) with the same points as taught (frame ``base``), mm; or touches on points,
+        edges and faces of the part. The residual of a touch is its distance from what it lies on. In the result each
+        touch is the pair of where it was made and where it should have been.
+    criterion : Criterion
+        What is minimised; the paper's is the largest distance. ``ROBUST`` leaves out what the others contradict.
+    solver : Solver
+        Where the search starts: for points that of the minimax fit (the other criteria need no search), for touches
+        that of every fit.
+    schedule : AnnealingSchedule, optional
+        `AnnealingSchedule.yin2003` for the published one. Points are then searched by the six-tuple itself, from the
+        nominal place.
+    T_nominal_part : RigidTransform, optional
+        Where the cell's model has the part. By default the identity; touches then must hold the part in one place.
+    certify : bool
+        Close a gap between answer and bound by branch and bound over all rotations, which may take minutes. No such
+        proof exists for touches, and this option does not change their fit.
+    seam_points : array_like, shape (k, 3), optional
+        Part frame, mm: where the verdict judges the predicted error and the criteria are compared. By default the
+        fitted points of the model.
+    seam_names : length k. The seam of each point.
+    features : mapping of str to ndarray of shape (3,), optional
+        Places of the part that can be touched as points, by name, in `part`, mm. A suspicious point is tried on them:
+        it may have been touched on the neighbour of its feature.
+    postures : mapping of str to ndarray of shape (3, 3), optional
+        The axes of the tool (or of the flange) in the base at each touch, as columns, by the names of the observations.
+        If they differ, they show whether the tool centre point of the controller is at the tip.
+    silent : SilentSearches, optional
+        Searches of a touch program that found nothing. They are not fitted; the verdict is not ``PASS`` if one of them
+        should have met the part.
+
+    Returns
+    -------
+    CalibrationResult
+        For touches the lower bound is zero, because nothing is proved; its `touches` says what the starts found.
+
+    Raises
+    ------
+    GeometryError
+        When there are fewer than three pairs, or they are collinear or coincident; when touches leave a motion of the
+        part free (the message names it) or fit two places equally well.
+    UnitError : When the two sides are in different units.
+    FrameError : When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
+    InputError : When the tolerance is not a positive length, or the weighted criterion finds no covariances.
+
+    Notes
+    -----
+    ``T_base_part = T_base_nominal @ T_nominal_part``; the paper's six-tuple is that of ``T_base_nominal``.
+
+    References
+    ----------
+    Yin, Chen, Lu (2003), eq. (1) to (9).
+    """
+    nominal = RigidTransform.identity(target="nominal", source="part") if T_nominal_part is None else T_nominal_part
+    _require_usable(observed, nominal, tolerance_mm)
+    model = teaching or TeachingError()
+    problem: FitProblem
+    evidence: TouchEvidence | None = None
+    if isinstance(observed, Touches):
+        problem, report, evidence = search_touches(
+            observed,
+            nominal=T_nominal_part,
+            solver=solver,
+            schedule=schedule,
+            seed=seed,
+            teaching=model,
+            seam_points=None if seam_points is None else as_points(seam_points, name="seam points"),
+            check=check if isinstance(check, Touches) else None,
+            postures=postures,
+        )
+    else:
+        minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", seed)
+        if criterion is Criterion.MINIMAX:
+            minimax, report = search_points(
+                observed, nominal=nominal, solver=solver, schedule=schedule, seed=seed, certify=certify
+            )
+        points_checked = check if isinstance(check, PointPairs) else None
+        places = FeaturePlaces.of(features) if features else None
+        problem = PointProblem(observed, model, seed, minimax, points_checked, places, postures or {}, nominal)
+    fit = problem.fit(criterion)
+    pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
+    points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
+    criteria, found, distrusted = _assess(problem, fit, points)
+    if silent is not None:
+        found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
+    if found.tool is not None:  # the bias that the touches show counts as a stated one does
+        model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
+    residuals = _residual_evidence(problem, fit, check)
+    return CalibrationResult(
+        pairs=pairs,
+        check=check_pairs,
+        T_base_part=fit.T,
+        T_nominal_part=nominal,
+        T_base_nominal=fit.T @ nominal.inverse(),
+        criterion=criterion,
+        objective_mm=fit.objective_mm,
+        lower_bound_mm=fit.lower_bound_mm,
+        covariance=fit.covariance,
+        sigma=fit.sigma,
+        teaching=model,
+        judgement=judge_fit(
+            VerdictEvidence(
+                fit=fit,
+                names=observed.names,
+                word=problem.word,
+                residuals=residuals,
+                check=check_pairs,
+                issues=found.issues,
+                distrusted=distrusted,
+                teaching=model,
+                tolerance_mm=tolerance_mm,
+                points_part=points,
+                seam_names=tuple(seam_names),
+                largest_mm=float(problem.distances_mm(fit.T)[fit.rows].max()),
+            ),
+            suggest=suggest,
+        ),
+        solver=report,
+        criteria=criteria,
+        issues=(
+            *found.issues,
+            *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm),
+            *bias_advice(problem.teaching),
+        ),
+        tolerance_mm=tolerance_mm,
+        versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
+        distrusted=distrusted,
+        suspect=found.suspect,
+        tool=found.tool,
+        touches=evidence,
+        criterion_advice=advise_criterion(fit, criteria, problem.word),
+    )
+
+
+def _require_usable(observed: PointPairs | Touches, nominal: RigidTransform, tolerance_mm: float) -> None:
+    if (nominal.target, nominal.source) != ("nominal", "part"):
+        raise FrameError(f"expected T_nominal_part, got T_{nominal.target}_{nominal.source}")
+    if not (np.isfinite(tolerance_mm) and tolerance_mm > 0):
+        raise InputError(f"the tolerance is a positive length, got {tolerance_mm} mm")
+    if isinstance(observed, Touches):
+        return
+    if (observed.source, observed.target) != ("part", "base"):
+        raise FrameError(f"expected pairs of part and base, got {observed.source} and {observed.target}")
+    require_spread(observed)
+    require_plausible_units(observed)
+
+
+def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> PointPairs:
+    return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
+
+
+def _residual_evidence(problem: FitProblem, fit: CriterionFit, check: PointPairs | Touches | None) -> ResidualEvidence:
+    return problem.judge_residuals(fit, check)
+
+
+def _assess(
+    problem: FitProblem, fit: CriterionFit, seam_points: FloatArray
+) -> tuple[CriteriaComparison | None, Diagnosis, Distrusted | None]:
+    """Compare the criteria, find what is wrong with the observations, and fit without those that are named."""
+    n = len(problem.names)
+    if n > COMPARED:
+        message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
+        return None, Diagnosis((Issue("not-compared", message),)), None
+    found = problem.diagnose(fit)
+    if found.tool is not None:
+        problem = problem.allowing(max(problem.teaching.tcp_bias_mm, found.tool.bound_mm))
+    comparison = compare_criteria(problem, seam_points=seam_points, issues=found.issues, known=(fit,))
+    wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
+    if not wrong:
+        return comparison, found, None
+    try:
+        without = compare_without(problem, wrong, fit.criterion, seam_points=seam_points, known=(fit,))
+    except GeometryError:  # too few are left: two of four
+        without = None
+    return comparison, found, without

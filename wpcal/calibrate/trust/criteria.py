@@ -1,0 +1,259 @@
+"""The four criteria, what every kind of observation offers for them, and one comparison of what they predict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Protocol, Self
+
+import numpy as np
+
+from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma, TeachingError, error_95, largest_error_95
+from wpcal.calibrate.trust.blame import Diagnosis
+from wpcal.calibrate.trust.residuals import ResidualEvidence
+from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.issue import Issue
+from wpcal.core.transform import RigidTransform
+from wpcal.core.wording import plural
+
+BLUNDER = "blunder"
+"""Code of the issue that names observations which the others contradict."""
+NEIGHBOUR = "neighbour-feature"
+"""Code of the issue that a row was touched on another feature; its ids are the row's name and that feature."""
+
+RIVAL = "rival-placement"
+"""Code of the issue that the touches do not exclude another place of the part."""
+
+SILENT = "silent-search"
+"""Code of the issue that a search found nothing where the fit has a face."""
+
+NOT_NAMED = "blunder-not-named"
+"""Code of the issue that points are wrong and the data cannot tell which."""
+
+
+class Criterion(Enum):
+    """What a fit minimises."""
+
+    MINIMAX = "minimax"
+    """The largest distance: Yin 2003, eq. (4)."""
+
+    LEAST_SQUARES = "least_squares"
+    """The sum of squared distances."""
+
+    WEIGHTED = "weighted"
+    """The sum of squares weighted with a covariance per observation."""
+
+    ROBUST = "robust"
+    """The sum of squares over the observations that agree."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CriterionFit:
+    """The fit by one criterion, and the error it predicts."""
+
+    criterion: Criterion
+    T: RigidTransform  #: ``T_base_part``.
+    objective_mm: float  #: What the criterion minimises: the largest distance, or a root mean square.
+    lower_bound_mm: float  #: No rigid transform has a smaller objective.
+    covariance: FloatArray  #: shape (6, 6). Of ξ about the base's origin, in the order of `wpcal.core.tangent`.
+    sigma: Sigma  #: The teaching error behind the covariance.
+    rows: IntArray  #: shape (m,). Indices of the observations that were fitted.
+    #: Whether the residuals have heavier tails than the criterion's covariance assumes, so that it was widened.
+    has_heavy_tails: bool = False
+    #: Other fits that are exactly as good, or the furthest of them if they are a whole family.
+    equal: tuple[RigidTransform, ...] = ()
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Behind the scale of the covariance. Infinite if the teaching error is not estimated."""
+        return self.sigma.degrees_of_freedom
+
+    def error_95_mm(self, points_part: FloatArray) -> FloatArray:
+        """Predict the 95 % error of points of the part, without the bias of the tool, shape (k,), mm.
+
+        Parameters
+        ----------
+        points_part : shape (k, 3). Part frame, mm.
+        """
+        moved = self.T.apply(points_part)
+        return error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
+
+    def largest_error_95(self, points_part: FloatArray) -> tuple[int, float]:
+        """Return the row of the point with the largest `error_95_mm`, and that error, mm.
+
+        Parameters
+        ----------
+        points_part : shape (k, 3). Part frame, mm.
+        """
+        moved = self.T.apply(points_part)
+        return largest_error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
+
+
+class FitProblem(Protocol):
+    """Observations of one kind (points or touches) with all that is needed to fit them by any criterion."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the observations."""
+
+    @property
+    def word(self) -> str:
+        """What one observation is called in messages."""
+
+    @property
+    def teaching(self) -> TeachingError:
+        """What is known of the error of an observation."""
+
+    @property
+    def has_covariances(self) -> bool:
+        """Whether every observation states its own error."""
+
+    @property
+    def compared(self) -> tuple[Criterion, ...]:
+        """Criteria that are compared on these observations."""
+
+    def fit(self, criterion: Criterion) -> CriterionFit:
+        """Fit by one criterion."""
+
+    def distances_mm(self, T: RigidTransform) -> FloatArray:
+        """Residual lengths at a pose ``T_base_part``, mm, shape (n,)."""
+
+    def select(self, rows: IntArray) -> Self:
+        """Return the problem of some of the observations, indices of shape (m,)."""
+
+    def judge_residuals(self, fit: CriterionFit, check: Any = None) -> ResidualEvidence:
+        """Say how the fitted observations agree, and which of them neither others nor the check ones test."""
+
+    def allowing(self, tcp_bias_mm: float) -> Self:
+        """Return the problem with an allowance for an error of the tool centre point, mm."""
+
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
+        """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
+
+
+@dataclass(frozen=True, slots=True)
+class FitSummary:
+    """How well one fit agrees with its observations, and the error it predicts."""
+
+    points: int  #: Observations.
+    #: `largest_mm`, `rms_mm`: Their residuals.
+    largest_mm: float
+    rms_mm: float
+    seam_error_95_mm: float  #: Largest predicted 95 % error along the seams, with the allowance for a bias of the tool.
+
+    @classmethod
+    def of(cls, problem: FitProblem, fit: CriterionFit, seam_points: FloatArray) -> FitSummary:
+        """Summarise the fit of a problem.
+
+        Parameters
+        ----------
+        seam_points : shape (k, 3). Part frame, mm.
+        """
+        d = problem.distances_mm(fit.T)
+        error = fit.largest_error_95(seam_points)[1] + POSTURE_FACTOR * problem.teaching.tcp_bias_mm
+        return cls(len(d), float(d.max()), float(np.sqrt(np.mean(d**2))), error)
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {
+            "points": self.points,
+            "largest_mm": self.largest_mm,
+            "rms_mm": self.rms_mm,
+            "seam_error_95_mm": self.seam_error_95_mm,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class CriteriaComparison:
+    """Every criterion on the same data."""
+
+    #: ``criterion``, ``objective_mm``, ``largest_mm``, ``rms_mm``, ``seam_error_95_mm``.
+    rows: tuple[dict[str, Any], ...]
+    best: Criterion
+    why: str  #: One sentence.
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for a JSON file."""
+        return {"rows": list(self.rows), "best": self.best.value, "why": self.why}
+
+
+def compare_criteria(
+    problem: FitProblem,
+    *,
+    seam_points: FloatArray,
+    issues: tuple[Issue, ...] = (),
+    known: tuple[CriterionFit, ...] = (),
+) -> CriteriaComparison:
+    """Fit with every criterion and compare the largest error predicted at the seam points.
+
+    Parameters
+    ----------
+    seam_points : shape (k, 3). Part frame, mm.
+    """
+    fits = {fit.criterion: fit for fit in known}
+    rows: list[dict[str, Any]] = []
+    for criterion in problem.compared:
+        if criterion is Criterion.WEIGHTED and not problem.has_covariances:
+            continue
+        fit = fits.get(criterion) or problem.fit(criterion)
+        summary = FitSummary.of(problem, fit, seam_points)
+        rows.append(
+            {
+                "criterion": criterion.value,
+                "objective_mm": fit.objective_mm,
+                "largest_mm": summary.largest_mm,
+                "rms_mm": summary.rms_mm,
+                "seam_error_95_mm": summary.seam_error_95_mm,
+            }
+        )
+    best, why = _best(rows, problem, issues)
+    return CriteriaComparison(tuple(rows), best, why)
+
+
+CLEARLY_LESS = 0.9
+"""Another criterion is worth a line if it predicts less than this share of the seam error."""
+
+
+def advise_criterion(fit: CriterionFit, comparison: CriteriaComparison | None, word: str) -> str | None:
+    """Say in one line that another criterion than minimax predicts clearly less error, or suits the residuals better.
+
+    Returns
+    -------
+    str or None. None if there is nothing to say.
+    """
+    if comparison is None or fit.criterion is not Criterion.MINIMAX:
+        return None
+    error = {row["criterion"]: row["seam_error_95_mm"] for row in comparison.rows}
+    other = Criterion.LEAST_SQUARES if comparison.best is Criterion.MINIMAX else comparison.best
+    mine, theirs = error[Criterion.MINIMAX.value], error.get(other.value)
+    if theirs is None or not (fit.has_heavy_tails or theirs < CLEARLY_LESS * mine):
+        return None
+    why = ""
+    if fit.has_heavy_tails:
+        why = (
+            "the residuals have heavier tails than Gaussian errors (kurtosis test, 5 %), so the predicted errors of "
+            "minimax were widened; "
+        )
+    return (
+        f"{why}--criterion {other.value} predicts {theirs:.3g} mm at worst, minimax {mine:.3g} mm. Minimax makes its "
+        f"largest residuals equal by construction: they do not show which {word} is worst"
+    )
+
+
+def _best(rows: list[dict[str, Any]], problem: FitProblem, issues: tuple[Issue, ...]) -> tuple[Criterion, str]:
+    word = problem.word
+    if any(issue.code == BLUNDER and set(issue.ids) & set(problem.names) for issue in issues):
+        return Criterion.ROBUST, f"a mis-taught {word} was named, and robust leaves it out"
+    if problem.has_covariances:
+        return Criterion.WEIGHTED, f"the errors of the {plural(word)} are stated one by one, and weighted uses them"
+    error = {row["criterion"]: row["seam_error_95_mm"] for row in rows}
+    squares, largest = error[Criterion.LEAST_SQUARES.value], error[Criterion.MINIMAX.value]
+    model = "bounded" if problem.teaching.is_bounded else "Gaussian"
+    if largest < squares:
+        return Criterion.MINIMAX, f"for {model} errors it predicts {largest:.3g} mm, least squares {squares:.3g} mm"
+    ratio = (
+        f"minimax predicts {largest / squares:.2f} times its seam error"
+        if squares > 0
+        else f"all {plural(word)} fit exactly"
+    )
+    return Criterion.LEAST_SQUARES, f"for {model} errors of equal size {ratio}, and no {word} stands out"

@@ -1,0 +1,183 @@
+"""A fit that is insensitive to mis-taught points: least squares on the points that the others do not contradict.
+
+Of up to 40 points, single points, pairs and larger sets are left out in turn (`wpcal.calibrate.trust.left_out`). For
+more points, many three-point fits are made; the one whose nearest points agree best is refined on those points (least
+trimmed squares), and every other point is tested against it.
+
+References
+----------
+Rousseeuw, Leroy (1987), Robust Regression and Outlier Detection, ch. 5 (least trimmed squares, concentration steps).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb, inf
+
+import numpy as np
+from scipy.special import chdtri, fdtri
+
+from wpcal.calibrate.solve.error_rows import ErrorRows
+from wpcal.calibrate.solve.least_squares import distances, fit_least_squares, require_spread
+from wpcal.calibrate.trust.left_out import NOTHING, Contradiction, find_wrong, weigh_one
+from wpcal.calibrate.trust.residuals import FALSE_ALARM, FLOOR_MM
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.pairs import PointPairs
+from wpcal.core.tangent import point_jacobian
+from wpcal.core.transform import RigidTransform
+
+MOST_TRIPLES = 600
+"""Up to 16 points every triple is tried (560). Beyond, 600 random ones meet three good points with a probability
+above 1 - 1e-12 when a third of the points is wrong."""
+
+MOST_COMPARED = 40
+"""Up to this many points, sets of points are left out in turn: 780 pairs. Beyond, a third of wrong points is found by
+three-point fits."""
+
+CLOUD = 200
+"""Larger sets are tested at once against one fit, found on this many of their points."""
+
+CONCENTRATION_STEPS = 20
+"""Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobustSolution:
+    """A fit and the points it rests on."""
+
+    T: RigidTransform
+    inlier: BoolArray  #: shape (n,). Points that pass the test.
+    deviation_mm: FloatArray  #: shape (n,). Distance of every point from the fit.
+
+
+def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> RobustSolution:
+    """Fit with least squares on the points that agree.
+
+    Parameters
+    ----------
+    pairs : At least three, mm. Covariances, if present, say how far each point may be off.
+
+    Returns
+    -------
+    RobustSolution. With three points, or if no test separates a point, this is the least-squares fit of all points.
+
+    Raises
+    ------
+    GeometryError : When the points do not fix a rotation.
+
+    Notes
+    -----
+    With four corners of a plate it cannot be decided which is off the plane: every three of them fit. See
+    `diagnose.find_issues`.
+    """
+    require_spread(pairs)
+    keep = np.ones(len(pairs), dtype=bool)
+    keep[list(contradicted_points(pairs, sigma_mm=sigma_mm, seed=seed).named)] = False
+    T = fit_least_squares(pairs.select(np.flatnonzero(keep)))
+    return RobustSolution(T, keep, distances(pairs.p_source, pairs.p_target, T.R, T.t_mm))
+
+
+def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
+    """Find the points that the others contradict. Without sets for three points.
+
+    Parameters
+    ----------
+    pairs : At least three, mm.
+    """
+    n = len(pairs)
+    if n < 4:
+        return NOTHING
+    rows = ErrorRows.of(pairs, sigma_mm)
+    if n <= MOST_COMPARED:
+        return find_wrong(rows)
+    wrong = tuple(int(i) for i in np.flatnonzero(~_consistent(rows, seed)))
+    if not wrong or not rows.select(np.setdiff1d(np.arange(n), wrong)).fixes_rotation():
+        return NOTHING
+    if n > CLOUD:
+        return Contradiction((wrong,), (1.0,), len(wrong), remains=False)
+    return weigh_one(rows, wrong)
+
+
+def _consistent(rows: ErrorRows, seed: int) -> BoolArray:
+    n = len(rows)
+    if n > CLOUD:
+        return _consistent_cloud(rows, seed)
+    keep = np.zeros(n, dtype=bool)
+    keep[_trimmed_set(rows, seed)] = True
+    while not keep.all():  # take in the nearest point as long as it passes the test
+        inside = rows.select(keep)
+        outside = np.flatnonzero(~keep)
+        nearest = outside[np.argmin(rows.select(outside).squares(*inside.fit()))]
+        if _is_blunder(inside, rows.select(nearest), points=n):
+            break
+        keep[nearest] = True
+    return keep
+
+
+def _consistent_cloud(rows: ErrorRows, seed: int) -> BoolArray:
+    """Points of a large cloud within the limit of one fit; their number makes the fit's own error small."""
+    n = len(rows)
+    sample = np.random.default_rng(seed).choice(n, CLOUD, replace=False)
+    trimmed = sample[_trimmed_set(rows.select(sample), seed)]
+    keep = np.zeros(n, dtype=bool)
+    keep[trimmed] = True
+    for _ in range(CONCENTRATION_STEPS):
+        R, t = rows.select(keep).fit()
+        squares = rows.squares(R, t)
+        # the median of χ² with three degrees of freedom makes the median square a scale
+        scale = 1.0 if rows.scaled else float(np.median(squares) / chdtri(3, 0.5))
+        near = distances(rows.p, rows.q, R, t) <= FLOOR_MM
+        before, keep = keep, near | (squares <= float(chdtri(3, FALSE_ALARM / n)) * scale)
+        if keep.sum() < len(trimmed) or np.array_equal(before, keep):
+            return before
+    return keep
+
+
+def _is_blunder(inside: ErrorRows, new: ErrorRows, *, points: int) -> bool:
+    """Test one further pair against the weighted fit of n others.
+
+    Its deviation from their prediction has the covariance C + J M⁻¹ Jᵀ with M = Σ Jᵢᵀ Λᵢ Jᵢ; its normalised square is
+    χ² with three degrees of freedom, or 3 F(3, 3 n - 6) with the scale from the residuals. The false alarm is shared
+    among `points` tests.
+    """
+    R, t = inside.fit()
+    moved = inside.p @ R.T + t
+    centre = moved.mean(axis=0)
+    deviation = new.q - R @ new.p - t
+    J, J_new = point_jacobian(moved - centre), point_jacobian((new.q - deviation - centre)[None])[0]
+    spread = np.linalg.pinv(np.einsum("nik,nij,njl->kl", J, inside.information, J), hermitian=True)
+    square = float(deviation @ np.linalg.solve(new.covariances + J_new @ spread @ J_new.T, deviation))
+    freedom, level = 3 * len(inside) - 6, FALSE_ALARM / points
+    if inside.scaled:
+        limit = float(chdtri(3, level))
+    elif freedom > 0:
+        limit = 3.0 * float(fdtri(3, freedom, 1.0 - level)) * float(inside.squares(R, t).sum()) / freedom
+    else:
+        limit = inf
+    return square > limit and float(np.linalg.norm(deviation)) > FLOOR_MM
+
+
+def _trimmed_set(rows: ErrorRows, seed: int) -> IntArray:
+    """The points of the least trimmed sum of squares; a bare majority, at least three."""
+    n = len(rows)
+    size = max(3, (n + 4) // 2) if n > 4 else 3
+    R, t = rows.select(_triples(n, seed)).fit()
+    kept = np.empty((len(R), size), dtype=np.int64)
+    before = np.full(len(R), np.inf)
+    for _ in range(CONCENTRATION_STEPS):
+        squares = rows.squares(R, t)
+        kept = np.argpartition(squares, size - 1, axis=1)[:, :size]
+        sums = np.sum(np.take_along_axis(squares, kept, axis=1), axis=1)
+        if np.array_equal(sums, before):
+            break
+        R, t = rows.select(kept).fit()
+        before = sums
+    return np.asarray(kept[int(np.argmin(before))])
+
+
+def _triples(n: int, seed: int) -> IntArray:
+    if comb(n, 3) <= MOST_TRIPLES:
+        return np.array(list(combinations(range(n), 3)))
+    rng = np.random.default_rng(seed)
+    return np.stack([rng.choice(n, 3, replace=False) for _ in range(MOST_TRIPLES)])
