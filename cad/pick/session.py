@@ -22,7 +22,7 @@ from cad.workpiece.moved_bodies import fit_weldment
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion
-from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.prediction import Sigma
 from wpcal.controllers.taught_program import is_program, parse_program
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
@@ -189,7 +189,7 @@ class PickSession:
         features = self.part.workpiece.features
         have, others = _named_in(rows, features)
         taken = {feature.name for feature in (*have, *others)}
-        sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
+        sigma_mm = Sigma.expected(self.options.teaching.per_axis_mm).mm
         if choice is not None:
             with self._busy:
                 part, weldment = self.part, self._with_sections()
@@ -226,7 +226,7 @@ class PickSession:
 
         If bodies may have moved, no error is predicted: that of the part as one piece is too small.
         """
-        sigma_mm = self.options.teaching.per_axis_mm or USUAL_SIGMA_MM
+        sigma_mm = Sigma.expected(self.options.teaching.per_axis_mm).mm
         found = predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
         return {**found, "error_95_mm": None, "seam": ""} if self.moving.is_on else found
 

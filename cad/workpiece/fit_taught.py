@@ -16,7 +16,7 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
-from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.prediction import Sigma
 from wpcal.calibrate.trust.silent import SilentSearches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import WpcalError, blamed_on
@@ -155,7 +155,7 @@ def next_point(
             free,
             [seam for seam in seams if seam.accepted],
             points=len(have) + 1,
-            sigma_mm=sigma_mm or USUAL_SIGMA_MM,
+            sigma_mm=Sigma.expected(sigma_mm).mm,
             criterion=Criterion.LEAST_SQUARES,
             have=have,
         )

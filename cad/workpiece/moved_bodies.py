@@ -13,15 +13,16 @@ from cad.workpiece.touched_bodies import bodies_of, on_two_bodies
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
-from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, USUAL_SIGMA_MM, Sigma, SigmaSource
+from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.bodies import Contacts
 from wpcal.calibrate.observe.contacts import find_contacts
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import SolverReport
-from wpcal.calibrate.trust.bodies_verdict import TWO_BODIES, BodiesEvidence, judge_bodies
-from wpcal.calibrate.trust.criteria import RIVAL, SILENT, Criterion
+from wpcal.calibrate.trust.bodies import BodiesEvidence
+from wpcal.calibrate.trust.criteria import RIVAL, SILENT, TWO_BODIES, Criterion
+from wpcal.calibrate.trust.verdict import judge
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
@@ -202,17 +203,18 @@ def fit_weldment(
     )
     motions = found.fit.motions
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, motions))
-    errors = _errors_of_each(found, moved)
+    errors = _errors_of_each(found, moved, POSTURE_FACTOR * rigid.teaching.tcp_bias_mm)
     observed_on = [(each, bodies_of(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None]
     result = _judged(rigid, found, moved, sigma, observed_on)
     return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm, choice.source)
 
 
-def _errors_of_each(found: MovedBodies, moved: Sequence[MovedSeam]) -> tuple[MeetingErrors, ...]:
-    """Return the errors at the frames of each seam, found for all seams at once."""
+def _errors_of_each(found: MovedBodies, moved: Sequence[MovedSeam], bias_mm: float) -> tuple[MeetingErrors, ...]:
+    """Return the errors at the frames of each seam, found for all seams at once, with the allowance for the tool."""
     if not moved:
         return ()
     every = meeting_errors(found.fit, MeetingPoints.joined([meeting_points(seam) for seam in moved]))
+    every = replace(every, total_mm=every.total_mm + bias_mm)
     ends = np.cumsum([len(seam.seam.frames) for seam in moved])[:-1]
     columns = (np.split(getattr(every, field.name), ends) for field in fields(every))
     return tuple(MeetingErrors(*each) for each in zip(*columns, strict=True))
@@ -244,10 +246,7 @@ def meeting_points(moved: MovedSeam) -> MeetingPoints:
 
 def _sigma(rigid: CalibrationResult, touches: Touches, options: CalibrateOptions) -> Sigma:
     """Error of the touches: their own, stated or usual. Residuals of the part as one body hold its motions, too."""
-    if touches.covariances is not None:
-        return rigid.sigma
-    stated = options.teaching.per_axis_mm
-    return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated is None else Sigma.stated(stated)
+    return rigid.sigma if touches.covariances is not None else Sigma.expected(options.teaching.per_axis_mm)
 
 
 def _judged(
@@ -287,13 +286,13 @@ def _judged(
         solver=_then_bodies(rigid.solver),
         sigma=sigma,
         covariance=fit.covariance[:6, :6],
-        judgement=judge_bodies(evidence),
+        judgement=judge(evidence),
         criteria=None,
         issues=tuple(issue for issue in rigid.issues if issue.code in STILL_TRUE),
         distrusted=None,
         suspect=None,
         criterion_advice=None,
-        known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm,
+        known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm + evidence.bias_mm,
     )
     return replace(result, objective_mm=result.residuals.rms_mm)
 

@@ -12,7 +12,7 @@ from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.trust.bodies_verdict import TWO_BODIES
+from wpcal.calibrate.trust.criteria import TWO_BODIES
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.wording import listed

@@ -98,6 +98,11 @@ def test_rough_touches_without_a_stated_error_do_not_pass():
 def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():
     few = judged(BOX[[0, 3, 5, 6]], noise(4, 0.3), teaching=TeachingError(sigma_mm=0.3), suggest=lambda: "H4")
     assert (few.verdict, few.judgement.next_point, few.judgement.seam) == (VerdictKind.UNSURE, "H4", "W1")
+    assert few.judgement.to_record()["seam"] == "W1"
+    own = few.predict_error_mm(SEAM).max()
+    assert f"seam W1 may be off by {own:.3g} mm, all seams together by {few.judgement.error_95_mm:.3g} mm" in str(
+        few.judgement
+    )
     assert "touch H4 as well" in few.judgement.sentence
 
     def unasked() -> str:

@@ -18,9 +18,7 @@ import numpy as np
 from wpcal.calibrate.errors.prediction import (
     EXCESS_GOAL,
     EXCESS_SAMPLES,
-    USUAL_SIGMA_MM,
     Sigma,
-    SigmaSource,
     TeachingError,
 )
 from wpcal.calibrate.observe.touches import Touches
@@ -89,7 +87,7 @@ def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> Sigma:
         return Sigma.stated(teaching.per_axis_mm)
     freedom = int(pose.at.rank.sum()) - 6
     if freedom <= 0:  # no residual tells how well they were made
-        return Sigma(USUAL_SIGMA_MM, SigmaSource.ASSUMED)
+        return Sigma.expected(None)
     squares = fit_squares(touches, pose).at.d
     return Sigma.estimated(float(np.sqrt(np.sum(squares**2) / freedom)), freedom)
 

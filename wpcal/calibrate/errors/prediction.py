@@ -136,6 +136,11 @@ class Sigma:
         return cls(mm, SigmaSource.STATED)
 
     @classmethod
+    def expected(cls, stated_mm: float | None) -> Sigma:
+        """Take a stated error per axis, mm, or `USUAL_SIGMA_MM` where nothing is stated and no residual tells."""
+        return cls(USUAL_SIGMA_MM, SigmaSource.ASSUMED) if stated_mm is None else cls.stated(stated_mm)
+
+    @classmethod
     def of_each(cls, covariances: FloatArray) -> Sigma:
         """Summarise observations that each state their error, shape (n, 3, 3), mm²."""
         return cls(float(np.sqrt(np.mean(np.trace(covariances, axis1=1, axis2=2)) / 3.0)), SigmaSource.STATED)

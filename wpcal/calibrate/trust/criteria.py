@@ -27,6 +27,9 @@ RIVAL = "rival-placement"
 SILENT = "silent-search"
 """Code of the issue that a search found nothing where the fit has a face."""
 
+TWO_BODIES = "touch-on-two-bodies"
+"""Code of the issue that touches lie where corners or edges of two bodies coincide in the model."""
+
 NOT_NAMED = "blunder-not-named"
 """Code of the issue that points are wrong and the data cannot tell which."""
 

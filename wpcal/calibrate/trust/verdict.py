@@ -1,16 +1,18 @@
-"""The verdict on a fit of points or of touches: whether the seams are shown to be within the tolerance.
+"""Whether the seams are shown to be within the tolerance: the one verdict, on points, touches and bodies that moved.
 
-The verdict judges the error that is predicted for the seams, not the residuals: a fit of three points has small
-residuals and a large error, a fit of many points has large residuals and a small error. The residuals are compared with
-the teaching error instead.
+The verdict is about the error of the seams, not about the residuals: a fit of three points has small residuals and a
+large error, a fit of many points large residuals and a small error. Residuals are compared with the teaching error.
+
+`judge` holds the order of the rules and all rules that are the same for every kind of observation. What only points and
+touches know is in `VerdictEvidence`, what only moved bodies know in `wpcal.calibrate.trust.bodies.BodiesEvidence`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum, StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -18,12 +20,21 @@ from wpcal.calibrate.errors.prediction import (
     COVERAGE,
     POSTURE_FACTOR,
     USUAL_SIGMA_MM,
+    Sigma,
     SigmaSource,
     TeachingError,
     joint_errors,
     length_quantile,
 )
-from wpcal.calibrate.trust.criteria import BLUNDER, NEIGHBOUR, NOT_NAMED, RIVAL, SILENT, CriterionFit
+from wpcal.calibrate.trust.criteria import (
+    BLUNDER,
+    NEIGHBOUR,
+    NOT_NAMED,
+    RIVAL,
+    SILENT,
+    TWO_BODIES,
+    CriterionFit,
+)
 from wpcal.calibrate.trust.residuals import FALSE_ALARM, ResidualEvidence
 from wpcal.calibrate.trust.tool_offset import TOOL_OFFSET
 from wpcal.calibrate.trust.without import Distrusted
@@ -33,6 +44,11 @@ from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import plural
+
+if TYPE_CHECKING:
+    from wpcal.calibrate.trust.bodies import BodiesEvidence
+
+    Evidence: TypeAlias = "VerdictEvidence | BodiesEvidence"
 
 MOST_NAMED = 6
 """Most observations that the sentence names."""
@@ -78,6 +94,14 @@ class VerdictReason(Enum):
     """A seam is off by more than the tolerance, with 95 % confidence."""
 
 
+DOUBTS = {
+    TWO_BODIES: VerdictReason.UNCHECKED,
+    RIVAL: VerdictReason.RIVAL,
+    SILENT: VerdictReason.SILENT_SEARCH,
+}
+"""Issues with these codes leave open whether the fit has the part in the right place."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """The verdict, as every command and page states it."""
@@ -103,9 +127,120 @@ class Verdict:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Why a verdict is not `PASS`, and what to do; without a remedy a further observation is asked for."""
+
+    reason: VerdictReason
+    sentence: str
+    remedy: str = ""
+
+    @classmethod
+    def told(cls, reason: VerdictReason, message: str) -> Finding:
+        """Take a message apart that says what is wrong, a colon, and what to do."""
+        what, _, remedy = message.partition(": ")
+        return cls(reason, what, remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class Predicted:
+    """The predicted error of the points that count, with the allowance for a bias of the tool."""
+
+    seam: str  #: The seam with the largest error of its own; empty without seams.
+    own_mm: float  #: That error: what tables and pages say of this seam.
+    error_mm: float  #: No point of all seams is off by more, with 95 % probability.
+    least_mm: float  #: Some point is off by as much, with 95 % probability.
+    told: str  #: What the prediction rests on.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckPoints:
+    """Observations that were not fitted."""
+
+    names: Sequence[str]
+    off_mm: FloatArray  #: shape (n,). How far each is from its place in the fit.
+    limit_mm: FloatArray  #: shape (n,). What the errors of the fit and of the observation explain.
+
+    @classmethod
+    def of(cls, pairs: PointPairs, moved: FloatArray, by_fit: FloatArray, sigma: Sigma, bias_mm: float) -> CheckPoints:
+        """Compare points with their places in the fit.
+
+        Parameters
+        ----------
+        moved : shape (n, 3). Their places in `base`, mm.
+        by_fit : shape (n, 3, 3). Covariances of these places.
+        """
+        own = sigma.mm**2 * np.eye(3) if pairs.covariances is None else pairs.covariances
+        level, freedom = 1.0 - FALSE_ALARM / len(pairs), sigma.degrees_of_freedom
+        limits = length_quantile(by_fit + own, level, degrees_of_freedom=freedom) + bias_mm
+        return cls(pairs.names, np.linalg.norm(pairs.p_target - moved, axis=1), limits)
+
+
+def judge(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
+    """Decide whether the seams are shown to be within the tolerance.
+
+    Parameters
+    ----------
+    suggest : Returns the name of the feature to touch next. It is called if the verdict is `UNSURE`.
+
+    Notes
+    -----
+    The tests of the residuals against a stated teaching error and of the check points each raise a false alarm in one
+    fit of a hundred. With a true teaching error, a `PASS` with a seam outside and a `FAIL` for its error with all seams
+    inside each happen in at most 5 of 100 calibrations.
+    """
+    shown, check = evidence.predicted(), evidence.checked()
+    for found in _failures(evidence, shown, check):
+        sentence = f"{found.sentence}: {found.remedy}" if found.remedy else found.sentence
+        return Verdict(VerdictKind.FAIL, sentence, shown.seam, found.reason, shown.error_mm)
+    for found in _doubts(evidence, shown, check):
+        name = suggest() if suggest is not None and not found.remedy else None
+        advice = found.remedy or (f"touch {name} as well" if name else f"one more {evidence.word} would help")
+        sentence = f"{found.sentence}: {advice}"
+        return Verdict(VerdictKind.UNSURE, sentence, shown.seam, found.reason, shown.error_mm, name)
+    return Verdict(VerdictKind.PASS, evidence.passed(shown), shown.seam, VerdictReason.WITHIN, shown.error_mm)
+
+
+def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Finding]:
+    """Say why the fit is shown to be wrong; the first finding counts."""
+    yield from evidence.contradictions(shown)
+    if shown.least_mm > evidence.tolerance_mm:
+        where = f"seam {shown.seam} is" if shown.seam else f"a fitted {evidence.word} is"
+        what = f"{where} off by {shown.least_mm:.3g} mm or more with 95 % confidence ({shown.told})"
+        yield Finding(VerdictReason.BEYOND, f"{what}; the tolerance is {evidence.tolerance_mm:g} mm")
+    if check is not None:
+        worst = int(np.argmax(check.off_mm / np.maximum(check.limit_mm, np.finfo(float).tiny)))
+        off, limit = float(check.off_mm[worst]), float(check.limit_mm[worst])
+        if off > max(limit, evidence.tolerance_mm):
+            what = (
+                f"check {evidence.word} {check.names[worst]} is off by {off:.3g} mm; the errors of the fit and of the "
+                f"touch explain at most {limit:.3g} mm ({evidence.sigma.describe()})"
+            )
+            yield Finding(VerdictReason.CHECK_CONTRADICTS, what)
+
+
+def _doubts(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Finding]:
+    """Say why the seams are not shown to be within the tolerance; the first finding counts."""
+    for issue in evidence.issues:
+        if issue.code in DOUBTS:
+            yield Finding.told(DOUBTS[issue.code], issue.message)
+    tolerance, all_mm = evidence.tolerance_mm, f"{shown.error_mm:.3g} mm"
+    if shown.error_mm > tolerance:
+        off = f"a fitted {evidence.word} may be off by {all_mm}"
+        if shown.seam:
+            off = f"seam {shown.seam} may be off by {shown.own_mm:.3g} mm, all seams together by {all_mm}"
+        what = f"{off} (95 %; {shown.told}), which is more than the tolerance of {tolerance:g} mm"
+        yield Finding(VerdictReason.ERROR, what, evidence.remedy)
+    yield from evidence.doubts(shown)
+    if check is not None and float(check.off_mm.max()) > tolerance:
+        worst = int(np.argmax(check.off_mm))
+        what = f"check {evidence.word} {check.names[worst]} is off by {check.off_mm[worst]:.3g} mm"
+        yield Finding(VerdictReason.CHECK, f"{what}, which its own error may explain", "touch it again")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class VerdictEvidence:
-    """Everything that decides on the verdict of one fit."""
+    """Everything that decides on the verdict of a fit of points or touches on a part that is one body."""
 
     fit: CriterionFit
     names: tuple[str, ...]  #: Of all observations.
@@ -120,174 +255,104 @@ class VerdictEvidence:
     points_part: FloatArray
     seam_names: tuple[str, ...]  #: length k or 0. The seam of each point.
     largest_mm: float  #: Largest residual of a fitted observation.
+    remedy: str = ""
 
+    @property
+    def sigma(self) -> Sigma:
+        """The teaching error behind the fit."""
+        return self.fit.sigma
 
-def judge_fit(evidence: VerdictEvidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
-    """Decide whether the seams are shown to be within the tolerance.
+    @property
+    def _bias_mm(self) -> float:
+        return POSTURE_FACTOR * self.teaching.tcp_bias_mm
 
-    Notes
-    -----
-    The tests of the residuals against a stated teaching error and of the check points each raise a false alarm in one
-    fit of a hundred. With a true teaching error, a `PASS` with a seam outside and a `FAIL` for its error with all seams
-    inside each happen in at most 5 of 100 calibrations.
-    """
-    fit = evidence.fit
-    errors = joint_errors(
-        fit.T.apply(evidence.points_part), fit.covariance, degrees_of_freedom=fit.sigma.degrees_of_freedom
-    )
-    bias_mm = POSTURE_FACTOR * evidence.teaching.tcp_bias_mm
-    error_mm = float(np.quantile(errors, COVERAGE)) + bias_mm
-    least_mm = float(np.quantile(errors, 1.0 - COVERAGE)) - bias_mm
-    seam = ""
-    if evidence.seam_names:
-        seam = evidence.seam_names[fit.largest_error_95(evidence.points_part)[0]]
-    failed = _failure(evidence, seam, least_mm, error_mm)
-    if failed is not None:
-        return Verdict(VerdictKind.FAIL, failed[1], seam, failed[0], error_mm)
-    unsure = _rival_place(evidence) or _doubt(evidence, seam, error_mm)
-    if unsure is None:
-        what = (
-            f"the {len(set(evidence.seam_names))} accepted seams are"
-            if seam
-            else f"the fitted {plural(evidence.word)} are"
+    def predicted(self) -> Predicted:
+        """Return the predicted error of the seams."""
+        fit, freedom = self.fit, self.fit.degrees_of_freedom
+        errors = joint_errors(fit.T.apply(self.points_part), fit.covariance, degrees_of_freedom=freedom)
+        row, own_mm = fit.largest_error_95(self.points_part)
+        return Predicted(
+            self.seam_names[row] if self.seam_names else "",
+            own_mm + self._bias_mm,
+            float(np.quantile(errors, COVERAGE)) + self._bias_mm,
+            float(np.quantile(errors, 1.0 - COVERAGE)) - self._bias_mm,
+            fit.sigma.describe(),
         )
-        if len(set(evidence.seam_names)) == 1:
-            what = f"seam {seam} is"
-        sentence = (
-            f"{what} within {error_mm:.3g} mm with 95 % confidence ({fit.sigma.describe()}); the tolerance is "
-            f"{evidence.tolerance_mm:g} mm"
+
+    def contradictions(self, shown: Predicted) -> Iterator[Finding]:
+        """Name observations that the others contradict, then residuals that the stated error does not explain."""
+        for issue in self.issues:
+            if issue.code in CONTRADICTIONS and self._matters(issue, shown.error_mm):
+                yield Finding(VerdictReason.CONTRADICTION, issue.message)
+        explained = any(issue.code == TOOL_OFFSET for issue in self.issues)  # the predicted error has an allowance
+        if self.residuals.contradicts_stated and not explained:
+            sentence = (
+                f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are larger than the stated teaching error of "
+                f"{self.sigma.mm:.3g} mm per axis explains: a {self.word} is wrong, the part differs from its model, "
+                "or the stated error is too small"
+            )
+            yield Finding(VerdictReason.STATED_ERROR, sentence)
+
+    def _matters(self, issue: Issue, error_mm: float) -> bool:
+        """Whether contradicted observations were fitted, or a wrong tool may carry a seam out of the tolerance."""
+        if issue.code == TOOL_OFFSET:
+            return error_mm > self.tolerance_mm
+        if issue.ids and {self.names[row] for row in self.fit.rows}.isdisjoint(issue.ids):
+            return False
+        if issue.code in (NEIGHBOUR, NOT_NAMED) and self.distrusted is None:
+            return self.largest_mm > self.tolerance_mm
+        if issue.code not in (BLUNDER, NEIGHBOUR) or self.distrusted is None:
+            return True
+        return self.distrusted.shift_mm > self.tolerance_mm
+
+    def doubts(self, shown: Predicted) -> Iterator[Finding]:
+        """Name what nothing tests, what the others contradict, and residuals that are larger than usual."""
+        if self.residuals.unchecked:
+            what = f"nothing tests {named(self.residuals.unchecked)}; if one is wrong, no residual shows it"
+            yield Finding(VerdictReason.UNCHECKED, what)
+        found = self.distrusted
+        if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > self.tolerance_mm:
+            those = "it" if len(found.names) == 1 else "them"
+            what = (
+                f"the others contradict {named(found.names)}; the seams move by {found.shift_mm:.3g} mm if the fit "
+                f"leaves {those} out"
+            )
+            yield Finding(VerdictReason.CONTRADICTION, what, f"touch {those} again")
+        for issue in self.issues:
+            if issue.code in (NEIGHBOUR, NOT_NAMED) and found is None:
+                yield Finding(VerdictReason.CONTRADICTION, issue.message, "no seam is shown to be outside")
+        is_stated = self.sigma.source is SigmaSource.STATED
+        if not is_stated and self.largest_mm > self.tolerance_mm and self.residuals.contradicts(USUAL_SIGMA_MM):
+            what = (
+                f"the largest residual is {self.largest_mm:.3g} mm, and careful touches ({USUAL_SIGMA_MM:g} mm per "
+                "axis) do not explain the residuals"
+            )
+            remedy = "look for a bent part or a wrong model, or state the teaching error if the touches were that rough"
+            yield Finding(VerdictReason.LARGE_RESIDUALS, what, remedy)
+
+    def checked(self) -> CheckPoints | None:
+        """Return the points that test the fit."""
+        if self.check is None:
+            return None
+        moved = self.fit.T.apply(self.check.p_source)
+        J = point_jacobian(moved)
+        by_fit = J @ self.fit.covariance @ J.transpose(0, 2, 1)
+        return CheckPoints.of(self.check, moved, by_fit, self.sigma, self._bias_mm)
+
+    def passed(self, shown: Predicted) -> str:
+        """Say within what the seams are."""
+        seams = len(set(self.seam_names))
+        what = f"the {seams} accepted seams are" if shown.seam else f"the fitted {plural(self.word)} are"
+        if seams == 1:
+            what = f"seam {shown.seam} is"
+        return (
+            f"{what} within {shown.error_mm:.3g} mm with 95 % confidence ({shown.told}); the tolerance is "
+            f"{self.tolerance_mm:g} mm"
         )
-        return Verdict(VerdictKind.PASS, sentence, seam, VerdictReason.WITHIN, error_mm)
-    reason, sentence, remedy = unsure
-    found = suggest() if suggest is not None and not remedy else None
-    advice = remedy or (f"touch {found} as well" if found else f"one more {evidence.word} would help")
-    return Verdict(VerdictKind.UNSURE, f"{sentence}: {advice}", seam, reason, error_mm, found)
 
 
-def _failure(
-    evidence: VerdictEvidence, seam: str, least_mm: float, error_mm: float
-) -> tuple[VerdictReason, str] | None:
-    """Return why the fit is shown to be wrong, or None."""
-    fit, tolerance = evidence.fit, evidence.tolerance_mm
-    for issue in evidence.issues:
-        if issue.code in CONTRADICTIONS and _matters(evidence, issue, error_mm):
-            return VerdictReason.CONTRADICTION, issue.message
-    explained = any(issue.code == TOOL_OFFSET for issue in evidence.issues)  # the predicted error has an allowance
-    if evidence.residuals.contradicts_stated and not explained:
-        sentence = (
-            f"the residuals (RMS {evidence.residuals.rms_mm:.3g} mm) are larger than the stated teaching error of "
-            f"{fit.sigma.mm:.3g} mm per axis explains: a {evidence.word} is wrong, the part differs from its model, or "
-            "the stated error is too small"
-        )
-        return VerdictReason.STATED_ERROR, sentence
-    if least_mm > tolerance:
-        where = f"seam {seam} is" if seam else f"a fitted {evidence.word} is"
-        sentence = (
-            f"{where} off by {least_mm:.3g} mm or more with 95 % confidence ({fit.sigma.describe()}); the tolerance is "
-            f"{tolerance:g} mm"
-        )
-        return VerdictReason.BEYOND, sentence
-    return _contradicting_check(evidence)
-
-
-def _matters(evidence: VerdictEvidence, issue: Issue, error_mm: float) -> bool:
-    """Whether contradicted observations were fitted, or a wrong tool may carry a seam out of the tolerance."""
-    if issue.code == TOOL_OFFSET:
-        return error_mm > evidence.tolerance_mm
-    fitted = {evidence.names[row] for row in evidence.fit.rows}
-    if issue.ids and fitted.isdisjoint(issue.ids):
-        return False
-    found = evidence.distrusted
-    if issue.code in (NEIGHBOUR, NOT_NAMED) and found is None:
-        return evidence.largest_mm > evidence.tolerance_mm
-    if issue.code not in (BLUNDER, NEIGHBOUR) or found is None:
-        return True
-    return found.shift_mm > evidence.tolerance_mm
-
-
-def _contradicting_check(evidence: VerdictEvidence) -> tuple[VerdictReason, str] | None:
-    """Compare the residuals of the check points with the error of the fit there and that of a touch."""
-    fit, check = evidence.fit, evidence.check
-    if check is None:
-        return None
-    moved = fit.T.apply(check.p_source)
-    J = point_jacobian(moved)
-    own = fit.sigma.mm**2 * np.eye(3) if check.covariances is None else check.covariances
-    limits = length_quantile(
-        J @ fit.covariance @ J.transpose(0, 2, 1) + own,
-        1.0 - FALSE_ALARM / len(check),
-        degrees_of_freedom=fit.sigma.degrees_of_freedom,
-    )
-    limits = limits + POSTURE_FACTOR * evidence.teaching.tcp_bias_mm
-    off = np.linalg.norm(check.p_target - moved, axis=1)
-    worst = int(np.argmax(off / np.maximum(limits, np.finfo(float).tiny)))
-    if off[worst] <= max(limits[worst], evidence.tolerance_mm):
-        return None
-    sentence = (
-        f"check {evidence.word} {check.names[worst]} is off by {off[worst]:.3g} mm; the errors of the fit and of the "
-        f"touch explain at most {limits[worst]:.3g} mm ({fit.sigma.describe()})"
-    )
-    return VerdictReason.CHECK_CONTRADICTS, sentence
-
-
-def _rival_place(evidence: VerdictEvidence) -> tuple[VerdictReason, str, str] | None:
-    """Return that the touches do not exclude another place of the part, and what to do; or None."""
-    for issue in evidence.issues:
-        if issue.code in (RIVAL, SILENT):
-            what, _, remedy = issue.message.partition(": ")
-            return VerdictReason.RIVAL if issue.code == RIVAL else VerdictReason.SILENT_SEARCH, what, remedy
-    return None
-
-
-def _doubt(evidence: VerdictEvidence, seam: str, error_mm: float) -> tuple[VerdictReason, str, str] | None:
-    """Return why the seams are not shown to be within the tolerance, and what to do if not more points; or None."""
-    fit, tolerance, word = evidence.fit, evidence.tolerance_mm, evidence.word
-    if error_mm > tolerance:
-        where = f"seam {seam}" if seam else f"a fitted {word}"
-        sentence = (
-            f"{where} may be off by {error_mm:.3g} mm (95 %; {fit.sigma.describe()}), which is more than the tolerance "
-            f"of {tolerance:g} mm"
-        )
-        return VerdictReason.ERROR, sentence, ""
-    if evidence.residuals.unchecked:
-        sentence = f"nothing tests {_listed(evidence.residuals.unchecked)}; if one is wrong, no residual shows it"
-        return VerdictReason.UNCHECKED, sentence, ""
-    doubted = _doubted_observations(evidence)
-    if doubted is not None:
-        return doubted
-    is_stated = fit.sigma.source is SigmaSource.STATED
-    if not is_stated and evidence.largest_mm > tolerance and evidence.residuals.contradicts(USUAL_SIGMA_MM):
-        sentence = (
-            f"the largest residual is {evidence.largest_mm:.3g} mm, and careful touches ({USUAL_SIGMA_MM:g} mm per "
-            "axis) do not explain the residuals"
-        )
-        remedy = "look for a bent part or a wrong model, or state the teaching error if the touches were that rough"
-        return VerdictReason.LARGE_RESIDUALS, sentence, remedy
-    if evidence.check is not None:
-        off = Residuals.of(evidence.check, fit.T)
-        if off.largest_mm > tolerance:
-            sentence = f"check {word} {off.worst} is off by {off.largest_mm:.3g} mm, which its own error may explain"
-            return VerdictReason.CHECK, sentence, "touch it again"
-    return None
-
-
-def _doubted_observations(evidence: VerdictEvidence) -> tuple[VerdictReason, str, str] | None:
-    """Return which observations the others contradict, if that may carry a seam out of the tolerance, or None."""
-    found = evidence.distrusted
-    if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > evidence.tolerance_mm:
-        those = "it" if len(found.names) == 1 else "them"
-        sentence = (
-            f"the others contradict {_listed(found.names)}; the seams move by {found.shift_mm:.3g} mm if the fit "
-            f"leaves {those} out"
-        )
-        return VerdictReason.CONTRADICTION, sentence, f"touch {those} again"
-    unnamed = [issue.message for issue in evidence.issues if issue.code in (NEIGHBOUR, NOT_NAMED)]
-    if unnamed and found is None:
-        return VerdictReason.CONTRADICTION, unnamed[0], "no seam is shown to be outside"
-    return None
-
-
-def _listed(names: Sequence[str]) -> str:
+def named(names: Sequence[str]) -> str:
+    """Return the first `MOST_NAMED` names, and how many more there are."""
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return ", ".join(names[:MOST_NAMED]) + more
 
