@@ -8,7 +8,7 @@ PYTEST := $(BIN)/python -m pytest
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: demo test check js other-pythons lowest attack deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test near check js other-pythons lowest attack deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -16,6 +16,9 @@ demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 
 test: $(VENV)/ready ## the tests, without the slow ones; in CI no test may be skipped for a new reason
 	$(PYTEST) -n 2 --dist loadfile -m "not deep" $(if $(CI),--assert-skips)
+
+near: $(VENV)/ready ## the tests that your change can reach, with lint and types: about a minute
+	$(BIN)/python -m tests.near
 
 check: lint js docs test ## what CI runs
 
@@ -38,8 +41,10 @@ other-pythons: ## the demo and the tests without the kernel on the other support
 lowest: ## every command at the lowest versions that pyproject.toml allows
 	sh .ci/lowest
 
-deep: $(VENV)/ready ## the slow tests
+deep: $(VENV)/ready ## the slow tests, breaks of the changed lines, and the README's commands on a bare Debian
 	$(PYTEST) -n 2 --dist loadfile -m deep
+	$(BIN)/python -m tests.mutate
+	sh .ci/bare
 
 attack: $(VENV)/ready ## kills, signals, full and read-only disks and two writers against a calibration and the picker; some minutes
 	$(BIN)/python -m tests.attack
