@@ -18,18 +18,11 @@ MOST_BYTES = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class EarlierJobs:
-    """Files of a folder that a new export does not write.
+    """Files of a folder that a new export does not write."""
 
-    Parameters
-    ----------
-    ours : tuple of str
-        Jobs that the program of an earlier export calls: it is replaced, and nothing calls them any more.
-    others : tuple of str
-        Other files of the same kinds. Whose they are is not known.
-    """
-
+    #: Jobs that the program of an earlier export calls: it is replaced, and nothing calls them any more.
     ours: tuple[str, ...]
-    others: tuple[str, ...]
+    others: tuple[str, ...]  #: Other files of the same kinds. Whose they are is not known.
 
 
 def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
@@ -37,10 +30,8 @@ def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
 
     Parameters
     ----------
-    folder : Path
-        Of the export; it may not exist.
-    written : collection of str
-        Names of the files of the new export.
+    folder : Of the export; it may not exist.
+    written : Names of the files of the new export.
     """
     if not folder.is_dir():
         return EarlierJobs((), ())

@@ -42,64 +42,33 @@ class Controller:
     Functions are given as ``package.module:name`` and imported when they are first used: the record of a controller
     costs nothing until a program is written or read.
 
-    Parameters
-    ----------
-    name : str
-        The format's name in `wpcal export`; the same as the name of the entry point.
-    title : str
-        One line for people: the controller, and the files that are written.
-    writer : str
-        A function from `WeldProgram` to file names and contents (text is written as UTF-8). It checks every limit of
-        the language and raises `InputError` before it returns.
-    suffixes : tuple of str
-        Suffixes of the files that `reader` reads: lower case, with the dot.
-    reader : str, optional
-        A `wpcal.taught.programs.ProgramReader`.
-    sync_writer : str, optional
-        A function from `SyncProgram` to file names and contents.
-    coordinated_writer : str, optional
-        A function from `CoordinatedProgram` to file names and contents.
-    touch_writer : str, optional
-        A function from `TouchProgram` to file names and contents.
-    touch_results_reader : str, optional
-        A `wpcal.touch.searches.TouchResultsReader`.
-    touch_results : tuple of str
-        Names of the files that it reads together, as patterns, lower case: ``posreg.va``, ``*.mod``.
-    holder_on_line : bool
-        How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
-    coordinates_arcs : bool
-        Whether the torch may move on arcs in `coordinated_writer`.
-    brands : tuple of str
-        What people also call it, lower case: the maker. Taken wherever `name` is.
-    reads_back : bool
-        Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
-    takes_arcs : bool
-        Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
-    takes_plans : bool
-        Whether `writer` writes plans: joint moves between seams, and external axes.
-
     Raises
     ------
-    InputError
-        When there are suffixes without a reader, a reader without suffixes, or a suffix is not ``.lowercase``.
+    InputError : When there are suffixes without a reader, a reader without suffixes, or a suffix is not ``.lowercase``.
     """
 
-    name: str
-    title: str
+    name: str  #: The format's name in `wpcal export`; the same as the name of the entry point.
+    title: str  #: One line for people: the controller, and the files that are written.
+    #: A function from `WeldProgram` to file names and contents (text is written as UTF-8). It checks every limit of the
+    #: language and raises `InputError` before it returns.
     writer: str
-    suffixes: tuple[str, ...] = ()
-    reader: str | None = None
-    sync_writer: str | None = None
-    coordinated_writer: str | None = None
-    touch_writer: str | None = None
-    touch_results_reader: str | None = None
+    suffixes: tuple[str, ...] = ()  #: Suffixes of the files that `reader` reads: lower case, with the dot.
+    reader: str | None = None  #: A `wpcal.taught.programs.ProgramReader`.
+    sync_writer: str | None = None  #: A function from `SyncProgram` to file names and contents.
+    coordinated_writer: str | None = None  #: A function from `CoordinatedProgram` to file names and contents.
+    touch_writer: str | None = None  #: A function from `TouchProgram` to file names and contents.
+    touch_results_reader: str | None = None  #: A `wpcal.touch.searches.TouchResultsReader`.
+    #: Names of the files that it reads together, as patterns, lower case: ``posreg.va``, ``*.mod``.
     touch_results: tuple[str, ...] = ()
+    #: How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
     holder_on_line: bool = False
-    coordinates_arcs: bool = True
-    brands: tuple[str, ...] = ()
+    coordinates_arcs: bool = True  #: Whether the torch may move on arcs in `coordinated_writer`.
+    brands: tuple[str, ...] = ()  #: What people also call it, lower case: the maker. Taken wherever `name` is.
+    #: Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
     reads_back: bool = False
+    #: Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
     takes_arcs: bool = False
-    takes_plans: bool = False
+    takes_plans: bool = False  #: Whether `writer` writes plans: joint moves between seams, and external axes.
 
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):
@@ -113,8 +82,7 @@ class Controller:
 
         Raises
         ------
-        InputError
-            When the language cannot hold the program.
+        InputError : When the language cannot hold the program.
         """
         planned = program.planned
         if planned is not None and planned.follows and planned.is_carried != self.coordinates_arcs:
@@ -128,8 +96,7 @@ class Controller:
 
         Raises
         ------
-        InputError
-            When the controller has no such programs, or cannot hold this one.
+        InputError : When the controller has no such programs, or cannot hold this one.
         """
         if self.sync_writer is None:
             raise InputError(f"{self.name} has no programs of two robots")
@@ -141,8 +108,7 @@ class Controller:
 
         Raises
         ------
-        InputError
-            When the controller has no such programs, or cannot hold this one.
+        InputError : When the controller has no such programs, or cannot hold this one.
         """
         if self.coordinated_writer is None:
             raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
@@ -154,8 +120,7 @@ class Controller:
 
         Raises
         ------
-        InputError
-            When the controller has no such programs, or cannot hold this one.
+        InputError : When the controller has no such programs, or cannot hold this one.
         """
         if self.touch_writer is None:
             raise InputError(f"{self.name} has no programs of touches")
@@ -167,8 +132,7 @@ class Controller:
 
         Raises
         ------
-        InputError
-            When the controller has no reader of them, or the files cannot be used.
+        InputError : When the controller has no reader of them, or the files cannot be used.
         """
         if self.touch_results_reader is None:
             raise InputError(f"{self.name}: results of touch programs cannot be read from files of this controller")
@@ -180,8 +144,7 @@ class Controller:
 
         Raises
         ------
-        InputError
-            When the controller has no reader.
+        InputError : When the controller has no reader.
         """
         if self.reader is None:
             raise InputError(f"{self.name}: taught points cannot be read from files of this controller")
@@ -221,8 +184,7 @@ def controllers() -> tuple[Controller, ...]:
 
     Raises
     ------
-    InputError
-        When an entry point is not a `Controller` of that name.
+    InputError : When an entry point is not a `Controller` of that name.
     """
     return tuple(_record(entry) for entry in sorted(installed(CONTROLLERS), key=lambda entry: entry.name))
 
@@ -232,8 +194,7 @@ def controller_named(name: str) -> Controller:
 
     Raises
     ------
-    InputError
-        When no controller has this name, with the known names.
+    InputError : When no controller has this name, with the known names.
     """
     found = find_controller(name)
     if found is None:
@@ -267,8 +228,7 @@ def controller_of_file(path: Path) -> Controller | None:
 
     Raises
     ------
-    InputError
-        When two controllers claim the suffix.
+    InputError : When two controllers claim the suffix.
     """
     suffix = path.suffix.lower()
     claims = [controller for controller in controllers() if suffix in controller.suffixes]

@@ -26,8 +26,7 @@ def require_program(path: Path) -> Controller:
 
     Raises
     ------
-    InputError
-        When no controller reads files of this suffix, with the known suffixes.
+    InputError : When no controller reads files of this suffix, with the known suffixes.
     """
     controller = controller_of_file(path)
     if controller is None:
@@ -41,18 +40,15 @@ def read_taught_program(path: Path, reading: ProgramReading | None = None) -> Ta
 
     Parameters
     ----------
-    path : Path
-        A file with a suffix that a controller reads, for example RAPID ``.mod`` or KRL ``.dat``.
+    path : A file with a suffix that a controller reads, for example RAPID ``.mod`` or KRL ``.dat``.
 
     Returns
     -------
-    TaughtPoints
-        Each point's name is also its feature. All points have use ``yes``.
+    TaughtPoints. Each point's name is also its feature. All points have use ``yes``.
 
     Raises
     ------
-    InputError
-        When the file cannot be opened, its suffix is unknown, or `reading` cannot be used.
+    InputError : When the file cannot be opened, its suffix is unknown, or `reading` cannot be used.
     FormatError
         When the file breaks its format, holds no points or not the points asked for, or does not say the user frame.
     """
@@ -66,15 +62,12 @@ def parse_program(raw: bytes, path: Path) -> TaughtProgram:
 
     Parameters
     ----------
-    path : Path
-        Its suffix tells the controller. Messages name it.
+    path : Its suffix tells the controller. Messages name it.
 
     Raises
     ------
-    InputError
-        When the suffix is unknown.
-    FormatError
-        When the program breaks its format.
+    InputError : When the suffix is unknown.
+    FormatError : When the program breaks its format.
     """
     reader = require_program(path).load_reader()
     return TaughtProgram(str(path), reader, reader.read(raw.decode(ENCODING), str(path)))

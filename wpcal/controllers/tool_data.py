@@ -38,26 +38,17 @@ MM_PER_M = 1000.0
 
 
 def read_tool_data(path: Path, name: str | None = None) -> RigidTransform:
-    """Read the tool centre point from a program.
+    """Read the tool centre point from a program. ``T_flange_tool``.
 
     Parameters
     ----------
-    path : Path
-        RAPID, KRL (``.src``, ``.dat``) or URScript.
-    name : str, optional
-        Which tool: the name of a tooldata, ``TOOL_DATA[3]`` or ``3``. Needed if the file has several.
-
-    Returns
-    -------
-    RigidTransform
-        ``T_flange_tool``.
+    path : RAPID, KRL (``.src``, ``.dat``) or URScript.
+    name : Which tool: the name of a tooldata, ``TOOL_DATA[3]`` or ``3``. Needed if the file has several.
 
     Raises
     ------
-    InputError
-        When the file cannot be opened, has no tool, or `name` is not one of several.
-    FormatError
-        When the numbers are not a pose.
+    InputError : When the file cannot be opened, has no tool, or `name` is not one of several.
+    FormatError : When the numbers are not a pose.
     """
     text = read_bytes(path).decode("latin-1")
     try:

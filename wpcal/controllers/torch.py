@@ -34,29 +34,20 @@ class ToolAxis(Enum):
 class TorchSettings:
     """How the torch is held.
 
-    Parameters
-    ----------
-    work_rad : float
-        Rotates the wire about x of the seam, positive towards its y.
-    travel_rad : float
-        Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
-    standoff_mm : float
-        Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
-    spin_range_rad : float
-        How far the tool may turn about the wire, either way, from the direction of travel. Within it the tool turns as
-        little as possible along a seam; 0 keeps its x (or -z) along the travel. Half a turn allows every orientation of
-        a round torch and no winding of its cables beyond that.
-
     Raises
     ------
-    InputError
-        When an angle is outside its range or the standoff is negative or not finite.
+    InputError : When an angle is outside its range or the standoff is negative or not finite.
     """
 
-    work_rad: float = 0.0
+    work_rad: float = 0.0  #: Rotates the wire about x of the seam, positive towards its y.
+    #: Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
     travel_rad: float = 0.0
+    #: Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
     standoff_mm: float = 0.0
     tool_axis: ToolAxis = ToolAxis.Z
+    #: How far the tool may turn about the wire, either way, from the direction of travel. Within it the tool turns as
+    #: little as possible along a seam; 0 keeps its x (or -z) along the travel. Half a turn allows every orientation of
+    #: a round torch and no winding of its cables beyond that.
     spin_range_rad: float = math.pi
 
     def __post_init__(self) -> None:
@@ -83,8 +74,7 @@ def tool_rotations(
 
     Parameters
     ----------
-    R_seam : array_like, shape (n, 3, 3)
-        Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
+    R_seam : shape (n, 3, 3). Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
     lean_rad : ndarray, shape (n, 2), optional
         Work and travel angle at every frame (`Seam.lean_rad`). They replace those of `torch` where they are not zero:
         there a straight torch meets the part. NaN: unknown.
@@ -111,17 +101,11 @@ def tool_rotations(
 
 
 def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
-    """Return the unit vectors along which the wire leaves the tip.
+    """Return the unit vectors along which the wire leaves the tip, shape (..., 3). In the same frame.
 
     Parameters
     ----------
-    R_tool : array_like, shape (..., 3, 3)
-        Columns are the tool's axes, in any frame.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        In the same frame.
+    R_tool : shape (..., 3, 3). Columns are the tool's axes, in any frame.
     """
     R = np.asarray(R_tool, dtype=np.float64)
     return R[..., 2] if tool_axis is ToolAxis.Z else R[..., 0]
@@ -132,13 +116,11 @@ def neck_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
 
     Parameters
     ----------
-    R_tool : array_like, shape (..., 3, 3)
-        Columns are the tool's axes, in any frame.
+    R_tool : shape (..., 3, 3). Columns are the tool's axes, in any frame.
 
     Returns
     -------
-    ndarray, shape (..., 3)
-        In the same frame.
+    ndarray, shape (..., 3). In the same frame.
     """
     R = np.asarray(R_tool, dtype=np.float64)
     return np.asarray(-R[..., 0] if tool_axis is ToolAxis.Z else R[..., 2], dtype=np.float64)
@@ -149,10 +131,8 @@ def measure_torch(R_seam: ArrayLike, wire: ArrayLike) -> tuple[FloatArray, Float
 
     Parameters
     ----------
-    R_seam : array_like, shape (n, 3, 3)
-        Columns are x, y and z of the seam frames, in any frame.
-    wire : array_like, shape (n, 3)
-        Unit wire directions in the frame of `R_seam`.
+    R_seam : shape (n, 3, 3). Columns are x, y and z of the seam frames, in any frame.
+    wire : shape (n, 3). Unit wire directions in the frame of `R_seam`.
 
     Returns
     -------

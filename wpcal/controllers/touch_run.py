@@ -20,23 +20,13 @@ OTHER_PART = "other-part"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchRun:
-    """Touches of a run, and what the record of a calibration says about it.
-
-    Parameters
-    ----------
-    T_nominal_part : RigidTransform
-        Where the plan has the part.
-    record : dict
-        `searches` of ``calibration.json``.
-    silent : SilentRows or None
-        Searches that found nothing.
-    """
+    """Touches of a run, and what the record of a calibration says about it."""
 
     taught: TaughtPoints
-    T_nominal_part: RigidTransform
-    record: dict[str, Any]
+    T_nominal_part: RigidTransform  #: Where the plan has the part.
+    record: dict[str, Any]  #: `searches` of ``calibration.json``.
     issues: tuple[Issue, ...]
-    silent: SilentRows | None
+    silent: SilentRows | None  #: Searches that found nothing.
 
 
 def read_touch_run(
@@ -46,19 +36,14 @@ def read_touch_run(
 
     Parameters
     ----------
-    plan_file : Path
-        ``touches.json``, or a folder with it.
-    results_path : Path
-        As in `wpcal.controllers.touch_results.read_touch_results`.
-    setup_file : Path, optional
-        The touch setup of the cell.
-    part : str, optional
-        File name of the part that is calibrated; an issue tells if the plan is for another one.
+    plan_file : ``touches.json``, or a folder with it.
+    results_path : As in `wpcal.controllers.touch_results.read_touch_results`.
+    setup_file : The touch setup of the cell.
+    part : File name of the part that is calibrated; an issue tells if the plan is for another one.
 
     Raises
     ------
-    InputError
-        When a file cannot be used, or the results are not those of the plan.
+    InputError : When a file cannot be used, or the results are not those of the plan.
     """
     plan = read_touch_plan(plan_file)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)

@@ -24,13 +24,7 @@ SCHEMA = "wpcal/compas/1"
 
 
 def write_compas(program: WeldProgram) -> dict[str, str]:
-    """Write one JSON file with all seams.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.compas.json``.
-    """
+    """Write one JSON file with all seams. ``NAME.compas.json``."""
     record = {
         "schema": SCHEMA,
         "about": describe(program),

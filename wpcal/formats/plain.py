@@ -34,13 +34,7 @@ ALL_DIGITS = "%.17g"
 
 
 def write_program_json(program: WeldProgram) -> dict[str, str]:
-    """Write one JSON file with all seams.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.program.json`` and its schema.
-    """
+    """Write one JSON file with all seams. ``NAME.program.json`` and its schema."""
     torch, motion = program.torch, program.motion
     record = {
         "schema": PROGRAM_SCHEMA,

@@ -22,21 +22,12 @@ EXPORTERS = "wpcal.exporters"
 
 @dataclass(frozen=True, slots=True)
 class Exporter:
-    """One open format.
+    """One open format."""
 
-    Parameters
-    ----------
-    name : str
-        The format's name in `wpcal export`.
-    title : str
-        One line for people: the format, and the files that are written.
-    write : callable
-        From a `WeldProgram` to file names and contents (text is written as UTF-8). It checks every limit of the format
-        and raises `InputError` before it returns.
-    """
-
-    name: str
-    title: str
+    name: str  #: The format's name in `wpcal export`.
+    title: str  #: One line for people: the format, and the files that are written.
+    #: From a `WeldProgram` to file names and contents (text is written as UTF-8). It checks every limit of the format
+    #: and raises `InputError` before it returns.
     write: Callable[[WeldProgram], Mapping[str, str | bytes]]
 
 

@@ -30,13 +30,7 @@ LONGEST_COMMENT = 100
 
 
 def write_ros(program: WeldProgram) -> dict[str, str]:
-    """Write one PoseArray per seam, and the sidecar.
-
-    Returns
-    -------
-    dict of str to str
-        ``SEAM.pose_array.yaml`` and ``NAME.sidecar.yaml``.
-    """
+    """Write one PoseArray per seam, and the sidecar. ``SEAM.pose_array.yaml`` and ``NAME.sidecar.yaml``."""
     names = safe_names([path.seam.name for path in program.paths], NAMES)
     files = {f"{names[path.seam.name]}.pose_array.yaml": _pose_array(path) for path in program.paths}
     sidecar = [

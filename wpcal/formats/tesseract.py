@@ -54,13 +54,7 @@ def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT
 
 
 def write_tesseract(program: WeldProgram) -> dict[str, str]:
-    """Write one Python module with all seams.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME_tesseract.py``.
-    """
+    """Write one Python module with all seams. ``NAME_tesseract.py``."""
     head = [
         *describe(program),
         "poses of the tool in the base: x y z in m, then the quaternion w x y z",

@@ -37,17 +37,11 @@ def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT
 
 
 def joint_trajectory(sequence: WeldSequence, line: Timeline) -> str:
-    """Return the trajectory of a sequence.
+    """Return the trajectory of a sequence. ``trajectory.yaml``: angles in rad, a rail in m; points as in ``plan.csv``.
 
     Parameters
     ----------
-    line : Timeline
-        Of the sequence.
-
-    Returns
-    -------
-    str
-        ``trajectory.yaml``: angles in rad, a rail in m; points as in ``plan.csv``.
+    line : Of the sequence.
     """
     names, rows = _states(sequence, line)
     points = []
@@ -65,8 +59,7 @@ def tesseract_states(sequence: WeldSequence, line: Timeline) -> str:
 
     Parameters
     ----------
-    line : Timeline
-        Of the sequence.
+    line : Of the sequence.
 
     Returns
     -------

@@ -29,22 +29,13 @@ GAS_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ArcData:
-    """The data of one seam.
+    """The data of one seam."""
 
-    Parameters
-    ----------
-    seam, weld : str
-        Names.
-    weave : str
-        Name; empty without a weave.
-    declared : tuple of str
-        Lines that declare those which the controller does not have.
-    """
-
+    #: `seam`, `weld`: Names.
     seam: str
     weld: str
-    weave: str
-    declared: tuple[str, ...]
+    weave: str  #: Name; empty without a weave.
+    declared: tuple[str, ...]  #: Lines that declare those which the controller does not have.
 
     @property
     def text(self) -> str:
@@ -58,17 +49,13 @@ def arc_data(path: WeldPath, stem: str, speed_mm_s: float, rules: NameRules) -> 
 
     Parameters
     ----------
-    stem : str
-        The name of the seam in the module.
-    speed_mm_s : float
-        Along the seam.
-    rules : NameRules
-        Of RAPID.
+    stem : The name of the seam in the module.
+    speed_mm_s : Along the seam.
+    rules : Of RAPID.
 
     Raises
     ------
-    InputError
-        When RAPID does not allow the name of data that the user gave.
+    InputError : When RAPID does not allow the name of data that the user gave.
     """
     values, lines = path.values, list[str]()
     seam = _named(values.seam_data, "seam_data", rules)

@@ -44,17 +44,11 @@ START, HELD = "start", "held"
 
 
 def write_coordinated_rapid(program: CoordinatedProgram) -> dict[str, str]:
-    """Write one RAPID module per robot.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME_R1.mod`` and ``NAME_R2.mod``, with lines ended by CR LF.
+    """Write one RAPID module per robot. ``NAME_R1.mod`` and ``NAME_R2.mod``, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When RAPID does not allow the name of the tool or of weld data.
+    InputError : When RAPID does not allow the name of the tool or of weld data.
     """
     name, width = program.controller.program_name, program.label_width
     module = safe_names([name], NAMES, room=len("_R1"))[name]

@@ -67,8 +67,7 @@ def read_rapid(text: str, path: str) -> ProgramPoints:
 
     Raises
     ------
-    FormatError
-        When a value breaks the syntax or a quaternion is not of unit length.
+    FormatError : When a value breaks the syntax or a quaternion is not of unit length.
     """
     plain = COMMENT_OR_STRING.sub(_blank, text)
     targets: list[tuple[str, int, _Target]] = []

@@ -35,13 +35,7 @@ NO_TOOL = "tool0"
 
 
 def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
-    """Write one RAPID module per robot.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME_R1.mod`` and ``NAME_R2.mod``, with lines ended by CR LF.
-    """
+    """Write one RAPID module per robot. ``NAME_R1.mod`` and ``NAME_R2.mod``, with lines ended by CR LF."""
     stem = safe_names([program.controller.program_name], NAMES, room=len("_R1"))[program.controller.program_name]
     return {f"{stem}_R{robot}.mod": "\r\n".join(_module(program, f"{stem}_R{robot}", robot)) for robot in ROBOTS}
 
@@ -84,10 +78,8 @@ def jointtargets(labels: list[str], joints: FloatArray) -> list[str]:
 
     Parameters
     ----------
-    labels : list of str
-        n names.
-    joints : ndarray, shape (n, 6)
-        Shown angles, rad.
+    labels : n names.
+    joints : shape (n, 6). Shown angles, rad.
     """
     rows = rounded(np.degrees(joints), DEG_DECIMALS).tolist()
     return [

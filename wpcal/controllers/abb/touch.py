@@ -64,13 +64,11 @@ def write_touch_rapid(program: TouchProgram) -> dict[str, str]:
 
     Returns
     -------
-    dict of str to str
-        ``NAME_touch.mod`` and ``NAME_touch_res.mod``, with lines ended by CR LF.
+    dict of str to str. ``NAME_touch.mod`` and ``NAME_touch_res.mod``, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When RAPID does not allow the name of the tool, of a signal or of the folder.
+    InputError : When RAPID does not allow the name of the tool, of a signal or of the folder.
     """
     module = program.name(NAMES)
     frame, T_base_frame = frame_as_written(program.plan.T_base_part)

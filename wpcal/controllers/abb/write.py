@@ -74,17 +74,11 @@ TURN_DEG_S = 500
 
 
 def write_rapid(program: WeldProgram) -> dict[str, str]:
-    """Write a RAPID module.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.mod``, with lines ended by CR LF.
+    """Write a RAPID module. ``NAME.mod``, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When RAPID does not allow the tool's name.
+    InputError : When RAPID does not allow the tool's name.
     """
     width = program.label_width
     module = safe_name(program.controller.program_name, NAMES)
@@ -179,8 +173,7 @@ def pose_texts(p: FloatArray, R: FloatArray) -> list[str]:
 
     Parameters
     ----------
-    p, R : ndarray, shapes (n, 3) and (n, 3, 3)
-        In any one frame, mm.
+    p, R : shapes (n, 3) and (n, 3, 3). In any one frame, mm.
     """
     return _texts(p, quaternion_from_rotation(R))
 

@@ -35,21 +35,13 @@ class _Event(Enum):
 
 @dataclass(frozen=True, slots=True)
 class _Language:
-    """How the lines of one language are recognised; the first pattern that fits decides.
+    """How the lines of one language are recognised; the first pattern that fits decides."""
 
-    Parameters
-    ----------
-    patterns : tuple of (pattern, event)
-        Some events are two: a last arc move of RAPID is a move and ends the arc.
-    stated : str
-        How a header states the number of the output that switches the arc; empty for a language without one.
-    output : str
-        The instruction that sets an output: its number, and its state as the group ``state``.
-    """
-
+    #: Some events are two: a last arc move of RAPID is a move and ends the arc.
     patterns: tuple[tuple[re.Pattern[str], tuple[_Event, ...]], ...]
+    #: How a header states the number of the output that switches the arc; empty for a language without one.
     stated: str = ""
-    output: str = ""
+    output: str = ""  #: The instruction that sets an output: its number, and its state as the group ``state``.
 
     def with_output(self, number: int | None) -> _Language:
         """Return the language with the output of this number as a switch of the arc."""
@@ -140,12 +132,9 @@ def arc_faults(raw: bytes, path: Path, output: int | None = None) -> list[Fault]
 
     Parameters
     ----------
-    raw : bytes
-        Of the file.
-    path : Path
-        Its suffix tells the language.
-    output : int, optional
-        Number of the digital output that switches the arc; by default that which the file's header states.
+    raw : Of the file.
+    path : Its suffix tells the language.
+    output : Number of the digital output that switches the arc; by default that which the file's header states.
     """
     events = _events_of(raw, path, output)
     kinds = {event for _, event in events}
@@ -165,15 +154,12 @@ def count_switches(raw: bytes, path: Path, output: int | None = None) -> Counter
 
     Parameters
     ----------
-    raw : bytes
-        Of the file.
-    output : int, optional
-        As for `arc_faults`.
+    raw : Of the file.
+    output : As for `arc_faults`.
 
     Returns
     -------
-    Counter
-        By ``begin seam``, ``end seam``, ``start arc`` and ``end arc``.
+    Counter. By ``begin seam``, ``end seam``, ``start arc`` and ``end arc``.
     """
     names = {
         _Event.START: "begin seam",

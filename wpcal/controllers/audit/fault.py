@@ -12,30 +12,14 @@ AUDIT_SCHEMA = "wpcal/audit/1"
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault of a file.
+    """One fault of a file."""
 
-    Parameters
-    ----------
-    message : str
-        What is wrong and what was expected.
-    line : int or None
-        Line in the file, counted from 1.
-    column : str or int or None
-        Name of the column, or its place counted from 1.
-    field : str or None
-        Place in a record, for example ``seam W1: point 3: p_mm[1]``, or a point of a program.
-    code : str
-        The cause, for programs: an `ErrorCode`.
-    repair : str or None
-        What a repair writes instead; None if a person must decide.
-    """
-
-    message: str
-    line: int | None = None
-    column: str | int | None = None
-    field: str | None = None
-    code: str = ErrorCode.FORMAT
-    repair: str | None = None
+    message: str  #: What is wrong and what was expected.
+    line: int | None = None  #: Line in the file, counted from 1.
+    column: str | int | None = None  #: Name of the column, or its place counted from 1.
+    field: str | None = None  #: Place in a record, for example ``seam W1: point 3: p_mm[1]``, or a point of a program.
+    code: str = ErrorCode.FORMAT  #: The cause, for programs: an `ErrorCode`.
+    repair: str | None = None  #: What a repair writes instead; None if a person must decide.
 
     def __post_init__(self) -> None:
         for name in ("message", "field", "column"):
@@ -71,22 +55,12 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class FileAudit:
-    """What an audit says of one file.
+    """What an audit says of one file."""
 
-    Parameters
-    ----------
-    path : str
-        As the user named it, or in the folder that the user named.
-    kind : str
-        What the file is, in words.
-    checked : str
-        What was checked, where that is not clear from the kind.
-    """
-
-    path: str
-    kind: str
+    path: str  #: As the user named it, or in the folder that the user named.
+    kind: str  #: What the file is, in words.
     faults: tuple[Fault, ...] = ()
-    checked: str = ""
+    checked: str = ""  #: What was checked, where that is not clear from the kind.
 
     def to_record(self) -> dict[str, Any]:
         """Return the entry of the record of an audit."""
@@ -96,18 +70,10 @@ class FileAudit:
 
 @dataclass(frozen=True, slots=True)
 class AuditReport:
-    """The audit of a file or of a folder.
+    """The audit of a file or of a folder."""
 
-    Parameters
-    ----------
-    files : tuple of FileAudit
-        The files of known kinds.
-    not_audited : tuple of str
-        Files of other kinds.
-    """
-
-    files: tuple[FileAudit, ...]
-    not_audited: tuple[str, ...] = ()
+    files: tuple[FileAudit, ...]  #: The files of known kinds.
+    not_audited: tuple[str, ...] = ()  #: Files of other kinds.
 
     @property
     def fault_count(self) -> int:

@@ -48,8 +48,7 @@ def audit_path(path: Path, around: Surroundings | None = None, *, progress: Prog
 
     Raises
     ------
-    InputError
-        When there is no such file, or no file of a kind that wpcal knows.
+    InputError : When there is no such file, or no file of a kind that wpcal knows.
     """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")

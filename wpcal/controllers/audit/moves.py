@@ -56,8 +56,7 @@ def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
 
     Parameters
     ----------
-    raw : bytes
-        Of the file that holds the poses.
+    raw : Of the file that holds the poses.
     path : Path
         Its suffix tells the language. The moves of KRL and VAL3 are in another file beside it, if there is one. Loops
         over the points of an array are not followed.
@@ -147,17 +146,13 @@ def places_between(
 
     Parameters
     ----------
-    poses : sequence of ReadPose
-        Sound ones, in `base`.
-    chains : sequence of (sequence of Step)
-        As `read_moves` returns them; steps that name other poses are left out.
+    poses : Sound ones, in `base`.
+    chains : As `read_moves` returns them; steps that name other poses are left out.
 
     Returns
     -------
-    p, R : ndarray, shapes (m, 3) and (m, 3, 3)
-        In `base`.
-    to : list of ReadPose
-        The end of the move of each place.
+    p, R : ndarray, shapes (m, 3) and (m, 3, 3). In `base`.
+    to : list of ReadPose. The end of the move of each place.
     """
     named = {pose.name.lower(): pose for pose in poses}
     by_name: Mapping[str, ReadPose] = {**{f"x{name}": pose for name, pose in named.items()}, **named}  # folds of KRL

@@ -53,31 +53,17 @@ class WrittenWrongError(WpcalError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """What the poses of a program are compared with.
+    """What the poses of a program are compared with."""
 
-    Parameters
-    ----------
-    T_base_part : RigidTransform or None
-        The user frame of poses whose frame is not in the file.
-    part : TriangleMaterial or None
-        In `base`.
-    T_flange_tool : RigidTransform or None
-        With `arm`.
-    torch : TorchShape
-    start_mm : float
-        From where on the wire is felt: farther on seams that are modelled as beads.
-    arc_output : int or None
-        Digital output that switches the arc; None for that which the header of a program states.
-    """
-
-    T_base_part: RigidTransform | None = None
-    part: TriangleMaterial | None = None
+    T_base_part: RigidTransform | None = None  #: The user frame of poses whose frame is not in the file.
+    part: TriangleMaterial | None = None  #: In `base`.
     arm: Arm | None = None
-    T_flange_tool: RigidTransform | None = None
+    T_flange_tool: RigidTransform | None = None  #: With `arm`.
     torch: TorchShape = USUAL_TORCH
     tool_axis: ToolAxis = ToolAxis.Z
     standoff_mm: float = 0.0
-    start_mm: float = START_MM
+    start_mm: float = START_MM  #: From where on the wire is felt: farther on seams that are modelled as beads.
+    #: Digital output that switches the arc; None for that which the header of a program states.
     arc_output: int | None = None
 
     def __str__(self) -> str:
@@ -95,8 +81,7 @@ def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
 
     Parameters
     ----------
-    path : Path
-        Its suffix tells the language.
+    path : Its suffix tells the language.
     """
     try:
         poses = read_poses_back(raw, path, around.T_base_part)
@@ -186,25 +171,20 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
 
     Parameters
     ----------
-    files : mapping of str to (str or bytes)
-        Names and contents.
-    program : WeldProgram
-        What was asked for.
-    name : str
-        Of the format, for the message.
+    files : Names and contents.
+    program : What was asked for.
+    name : Of the format, for the message.
 
     Returns
     -------
-    int
-        Number of poses that were read back; 0 for a format that wpcal cannot read.
+    int. Number of poses that were read back; 0 for a format that wpcal cannot read.
 
     Raises
     ------
     WrittenWrongError
         When a file cannot be read, a pose is missing, or there is a pose that was not asked for, and no template of
         the user made the files.
-    InputError
-        The same with templates of the user.
+    InputError : The same with templates of the user.
     """
     try:
         return _check_written(files, program, name)
@@ -268,10 +248,8 @@ def unjudged_arcs(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
 
     Parameters
     ----------
-    files : mapping of str to (str or bytes)
-        Names and contents.
-    name : str
-        Of the format.
+    files : Names and contents.
+    name : Of the format.
     """
     folder = program.controller.templates
     if folder is None:
@@ -296,8 +274,7 @@ def first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other
 
     Parameters
     ----------
-    p, other_p : ndarray, shapes (n, 3) and (m, 3)
-        In `base`, mm.
+    p, other_p : shapes (n, 3) and (m, 3). In `base`, mm.
     R, other_R : ndarray, shapes (n, 3, 3) and (m, 3, 3)
     """
     if not np.isfinite(other_p).all() or not np.isfinite(p).all():

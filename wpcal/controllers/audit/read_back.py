@@ -34,24 +34,13 @@ UR_MOVE = re.compile(r"(?:move[jlpc]\(|\bwpt_goal\s*+=|(?<=\))\s*+,)\s*+(?:pose_
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReadPose:
-    """One pose of a program as a controller would take it.
+    """One pose of a program as a controller would take it."""
 
-    Parameters
-    ----------
-    name : str
-        Of the point, or its number.
-    p_base : ndarray, shape (3,)
-        Tool centre point in `base`, mm.
-    R_base : ndarray, shape (3, 3)
-        Axes of the tool in `base`.
-    in_base : bool
-        False if the file does not say where its user frame is: position and axes are then in that frame.
-    """
-
-    name: str
+    name: str  #: Of the point, or its number.
     line: int | None
-    p_base: FloatArray
-    R_base: FloatArray
+    p_base: FloatArray  #: shape (3,). Tool centre point in `base`, mm.
+    R_base: FloatArray  #: shape (3, 3). Axes of the tool in `base`.
+    #: False if the file does not say where its user frame is: position and axes are then in that frame.
     in_base: bool = True
 
 
@@ -68,19 +57,14 @@ def read_poses_back(
 
     Parameters
     ----------
-    raw : bytes
-        Of the file.
-    path : Path
-        Its suffix tells the language. Messages name it.
-    T_base_part : RigidTransform, optional
-        The user frame of points whose own frame is not in the file: the part as calibrated.
-    is_carried : bool
-        Whether points in a frame that another unit carries are taken as points in the part.
+    raw : Of the file.
+    path : Its suffix tells the language. Messages name it.
+    T_base_part : The user frame of points whose own frame is not in the file: the part as calibrated.
+    is_carried : Whether points in a frame that another unit carries are taken as points in the part.
 
     Raises
     ------
-    InputError
-        When no reader knows the suffix.
+    InputError : When no reader knows the suffix.
     FormatError
         When the file breaks its format, or a point of a weld program cannot be used. Joint values are left out, and so
         are points of other programs that have no coordinates.

@@ -35,10 +35,8 @@ def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
 
     Parameters
     ----------
-    raw : bytes
-        Of the file.
-    path : Path
-        Files that the record names are looked up beside it.
+    raw : Of the file.
+    path : Files that the record names are looked up beside it.
     """
     expected = RECORD_SCHEMAS.get(path.name)
     try:

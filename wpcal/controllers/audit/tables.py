@@ -55,12 +55,9 @@ def audit_table(raw: bytes, path: Path, *, is_named: bool) -> tuple[str, list[Fa
 
     Parameters
     ----------
-    raw : bytes
-        Of the file.
-    path : Path
-        The file; its name goes into messages.
-    is_named : bool
-        Whether a person named this file: if its columns tell no kind, it should hold taught points.
+    raw : Of the file.
+    path : The file; its name goes into messages.
+    is_named : Whether a person named this file: if its columns tell no kind, it should hold taught points.
     """
     found = _kind_of(raw) or (TAUGHT if is_named else None)
     if found is not None and found.may_have_no_rows and len(raw.split()) == 1:  # only the header: a part without seams
@@ -95,12 +92,9 @@ def faults_by_line(raw: bytes, path: Path, read: Callable[[Path], object]) -> li
 
     Parameters
     ----------
-    raw : bytes
-        Of the file.
-    path : Path
-        The file; its name goes into messages.
-    read : callable
-        A reader of files. It raises `FormatError` with a line.
+    raw : Of the file.
+    path : The file; its name goes into messages.
+    read : A reader of files. It raises `FormatError` with a line.
 
     Returns
     -------

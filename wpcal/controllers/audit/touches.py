@@ -47,8 +47,7 @@ def touch_faults(raw: bytes, path: Path) -> list[Fault]:
 
     Parameters
     ----------
-    path : Path
-        Its suffix tells the language. The plan is looked for in its folder and the one above.
+    path : Its suffix tells the language. The plan is looked for in its folder and the one above.
     """
     plan = _plan_near(path)
     if plan is not None:
@@ -87,24 +86,19 @@ def check_touches_written(files: Mapping[str, str], program: TouchProgram, *, na
 
     Parameters
     ----------
-    files : mapping of str to str
-        Names and contents.
-    program : TouchProgram
-        What was asked for.
-    name : str
-        Of the format, for the message.
+    files : Names and contents.
+    program : What was asked for.
+    name : Of the format, for the message.
 
     Returns
     -------
-    int
-        Number of poses that were read back.
+    int. Number of poses that were read back.
 
     Raises
     ------
     WrittenWrongError
         When a file cannot be read, or has not the poses of the plan, and no template of the user made the files.
-    InputError
-        The same with templates of the user.
+    InputError : The same with templates of the user.
     """
     try:
         return _check(files, program, name)

@@ -54,8 +54,7 @@ def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
     ----------
     path : Path
         Its suffix tells the language. The program of the other robot, ``…_R2`` for ``…_R1``, is read if it is beside.
-    output : int or None
-        Digital output that switches the arc, as in `wpcal.controllers.audit.arc.arc_faults`.
+    output : Digital output that switches the arc, as in `wpcal.controllers.audit.arc.arc_faults`.
     """
     suffix = path.suffix.lower()
     if suffix != ".src":

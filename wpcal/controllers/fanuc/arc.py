@@ -26,13 +26,11 @@ def start_lines(path: WeldPath, speed_mm_s: float) -> list[str]:
 
     Parameters
     ----------
-    speed_mm_s : float
-        Along the seam.
+    speed_mm_s : Along the seam.
 
     Raises
     ------
-    InputError
-        When the weld data states no schedule (job), or a weave that TP does not have.
+    InputError : When the weld data states no schedule (job), or a weave that TP does not have.
     """
     return [f"  Weld Start[{PROCEDURE},{_schedule(path)}]", *_weave(path, speed_mm_s)]
 

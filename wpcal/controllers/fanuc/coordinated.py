@@ -40,22 +40,15 @@ HOLDER_TOOL = 1
 
 
 def write_coordinated_fanuc(program: CoordinatedProgram) -> dict[str, str]:
-    """Write a TP program of two groups.
+    """Write a TP program of two groups. ``NAME.ls``, with lines ended by CR LF.
 
     Parameters
     ----------
-    program : CoordinatedProgram
-        With lines only.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.ls``, with lines ended by CR LF.
+    program : With lines only.
 
     Raises
     ------
-    InputError
-        When TP cannot write the speed, the weld data or a CONFIG, or the program is too long.
+    InputError : When TP cannot write the speed, the weld data or a CONFIG, or the program is too long.
     """
     name = safe_name(program.controller.program_name, NAMES).upper()
     lines = [*_remarks(program), *_frames(program), *_moves(program)]

@@ -42,8 +42,7 @@ def read_fanuc(text: str, path: str) -> ProgramPoints:
 
     Raises
     ------
-    FormatError
-        When a position lacks a coordinate, or a coordinate is not a number.
+    FormatError : When a position lacks a coordinate, or a coordinate is not a number.
     """
     start = re.search(r"^/POS\b", text, re.MULTILINE)
     if start is None:

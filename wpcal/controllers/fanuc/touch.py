@@ -63,12 +63,7 @@ PARALLEL = 1e-3
 
 
 def write_touch_fanuc(program: TouchProgram) -> dict[str, str]:
-    """Write a TP program of searches.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME_TOUCH.ls``, with lines ended by CR LF.
+    """Write a TP program of searches. ``NAME_TOUCH.ls``, with lines ended by CR LF.
 
     Raises
     ------

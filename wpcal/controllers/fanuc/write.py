@@ -66,12 +66,7 @@ LANGUAGE = JobLanguage(
 
 
 def write_fanuc(program: WeldProgram) -> dict[str, str]:
-    """Write TP programs.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.ls`` and one file per seam, with lines ended by CR LF.
+    """Write TP programs. ``NAME.ls`` and one file per seam, with lines ended by CR LF.
 
     Raises
     ------
@@ -119,17 +114,13 @@ def tp_file(name: str, instructions: list[str], positions: list[str], *, groups:
 
     Parameters
     ----------
-    name : str
-        Upper case.
-    instructions, positions : list of str
-        Lines.
-    groups : str
-        Which groups the program moves.
+    name : Upper case.
+    instructions, positions : Lines.
+    groups : Which groups the program moves.
 
     Raises
     ------
-    InputError
-        When it has too many lines.
+    InputError : When it has too many lines.
     """
     if len(instructions) > MOST_LINES:
         raise InputError(f"FANUC: {name} needs {len(instructions)} lines, a program has at most {MOST_LINES}")
@@ -273,10 +264,8 @@ def coordinates(p: FloatArray, angles: FloatArray) -> list[tuple[str, str]]:
 
     Parameters
     ----------
-    p : ndarray, shape (n, 3)
-        In any one frame, mm.
-    angles : ndarray, shape (n, 3)
-        About x, y and z, deg.
+    p : shape (n, 3). In any one frame, mm.
+    angles : shape (n, 3). About x, y and z, deg.
     """
     k = DECIMALS
     return [

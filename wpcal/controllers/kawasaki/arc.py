@@ -33,21 +33,11 @@ CM_PER_MIN = 6.0
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """The weld and crater conditions of one seam.
+    """The weld and crater conditions of one seam."""
 
-    Parameters
-    ----------
-    weld : int
-        Number of the weld condition.
-    crater : int or None
-        Number of the crater condition; None for a seam without crater filling.
-    lines : tuple of str
-        The instructions that set them; empty if the controller has them.
-    """
-
-    weld: int
-    crater: int | None
-    lines: tuple[str, ...]
+    weld: int  #: Number of the weld condition.
+    crater: int | None  #: Number of the crater condition; None for a seam without crater filling.
+    lines: tuple[str, ...]  #: The instructions that set them; empty if the controller has them.
 
 
 @dataclass(slots=True)
@@ -129,12 +119,9 @@ def weld_moves(path: WeldPath, along: Sequence[str], stops: Sequence[bool], own:
 
     Parameters
     ----------
-    along : sequence of str
-        Names of the points of the seam.
-    stops : sequence of bool
-        For each move, whether the tool stops at its end.
-    own : Conditions or None
-        None for a dry run.
+    along : Names of the points of the seam.
+    stops : For each move, whether the tool stops at its end.
+    own : None for a dry run.
     """
     lines, moves = [], list(zip(path.weld_moves, stops, strict=True))
     for number, (move, stop) in enumerate(moves, 1):

@@ -69,8 +69,7 @@ def read_as(text: str, path: str) -> ProgramPoints:
 
     Raises
     ------
-    FormatError
-        When it has neither a section ``.TRANS`` nor ``.JOINTS`` nor a program, or a value is not six numbers.
+    FormatError : When it has neither a section ``.TRANS`` nor ``.JOINTS`` nor a program, or a value is not six numbers.
     """
     found = _parsed(text)
     if not re.search(r"^\.(?:PROGRAM|TRANS|JOINTS)\b", text, re.MULTILINE | re.IGNORECASE):
@@ -152,8 +151,7 @@ def frame_from_oat(values: Sequence[float]) -> RigidTransform:
 
     Raises
     ------
-    InputError
-        When these are not six numbers.
+    InputError : When these are not six numbers.
     """
     if len(values) != len(AXES):
         raise InputError(f"expected 6 numbers, got {len(values)}")

@@ -49,17 +49,11 @@ PART, HOME = "wpt_part", "#wpt_home"
 
 
 def write_touch_as(program: TouchProgram) -> dict[str, str]:
-    """Write an AS file of searches.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME_touch.as``, with lines ended by CR LF.
+    """Write an AS file of searches. ``NAME_touch.as``, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When AS does not allow the tool's name, or has no such input or output.
+    InputError : When AS does not allow the tool's name, or has no such input or output.
     """
     refuse_package(program, "AS")
     name = program.name(NAMES)

@@ -54,12 +54,7 @@ JOINTS = "#wpj"
 
 
 def write_as(program: WeldProgram) -> dict[str, str]:
-    """Write an AS file.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.as``, with lines ended by CR LF.
+    """Write an AS file. ``NAME.as``, with lines ended by CR LF.
 
     Raises
     ------

@@ -49,8 +49,7 @@ def plain_start(path: WeldPath, arc: ArcSettings) -> list[str]:
 
     Raises
     ------
-    InputError
-        When the weld data states a weave, which plain KRL does not have.
+    InputError : When the weld data states a weave, which plain KRL does not have.
     """
     if path.values.weave is not None or path.values.weave_data is not None:
         raise refuse(
@@ -88,12 +87,9 @@ def fold_moves(path: WeldPath, along: Sequence[str], program: WeldProgram, stops
 
     Parameters
     ----------
-    path : WeldPath
-        With weld data that name a data set.
-    along : sequence of str
-        Names of the points, without the X of a fold.
-    stops : sequence of bool
-        For each move, whether the tool stops at its end.
+    path : With weld data that name a data set.
+    along : Names of the points, without the X of a fold.
+    stops : For each move, whether the tool stops at its end.
     """
     data, air = str(path.values.weld_data), program.motion.air_speed_mm_s / 1000.0
     tool, base = program.controller.tool_number, program.controller.frame_number

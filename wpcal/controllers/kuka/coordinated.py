@@ -48,13 +48,11 @@ def write_coordinated_krl(program: CoordinatedProgram) -> dict[str, str]:
 
     Returns
     -------
-    dict of str to str
-        ``NAME_R1.src``, ``NAME_R1.dat``, and the same of robot 2, with lines ended by CR LF.
+    dict of str to str. ``NAME_R1.src``, ``NAME_R1.dat``, and the same of robot 2, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When plain KRL cannot hold the weld data.
+    InputError : When plain KRL cannot hold the weld data.
     """
     name = program.controller.program_name
     module = safe_names([name], NAMES, room=len("_R1"))[name]

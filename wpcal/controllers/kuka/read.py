@@ -44,8 +44,7 @@ def read_krl(text: str, path: str) -> ProgramPoints:
 
     Raises
     ------
-    FormatError
-        When a position lacks a coordinate.
+    FormatError : When a position lacks a coordinate.
     """
     positions: list[tuple[str, int, RigidTransform | JointValues | None]] = []
     frames: dict[str, RigidTransform] = {}

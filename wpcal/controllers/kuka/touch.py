@@ -62,13 +62,11 @@ def write_touch_krl(program: TouchProgram) -> dict[str, str]:
 
     Returns
     -------
-    dict of str to str
-        ``NAME_touch.src`` and ``NAME_touch.dat``, with lines ended by CR LF.
+    dict of str to str. ``NAME_touch.src`` and ``NAME_touch.dat``, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When KRL has no such input, output or interrupt.
+    InputError : When KRL has no such input, output or interrupt.
     """
     name = program.name(NAMES)
     T_base_frame = rounded_frame(program.plan.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)

@@ -31,10 +31,8 @@ def sense_data(program: TouchProgram, steps: TouchSteps, T_base_frame: RigidTran
 
     Parameters
     ----------
-    T_base_frame : RigidTransform
-        Of the frame that `steps` are relative to.
-    start : str
-        Name of the point at the start, without the X of a fold.
+    T_base_frame : Of the frame that `steps` are relative to.
+    start : Name of the point at the start, without the X of a fold.
     """
     setup, mark = program.setup, middle_label(steps)
     first, last = steps.p[steps.way_count + 1 : steps.way_count + 3]

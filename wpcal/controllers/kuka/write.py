@@ -62,13 +62,7 @@ BLEND_MM = 1.0
 
 
 def write_krl(program: WeldProgram) -> dict[str, str]:
-    """Write a KRL program and its data list.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.src`` and ``NAME.dat``, with lines ended by CR LF.
-    """
+    """Write a KRL program and its data list. ``NAME.src`` and ``NAME.dat``, with lines ended by CR LF."""
     width = program.label_width
     name = safe_name(program.controller.program_name, NAMES)
     folds = any(has_folds(path, program) for path in program.paths)
@@ -190,10 +184,8 @@ def aggregates(p: FloatArray, angles: FloatArray) -> list[str]:
 
     Parameters
     ----------
-    p : ndarray, shape (n, 3)
-        In any one frame, mm.
-    angles : ndarray, shape (n, 3)
-        About x, y and z, deg.
+    p : shape (n, 3). In any one frame, mm.
+    angles : shape (n, 3). About x, y and z, deg.
     """
     m, k = MM_DECIMALS, DEG_DECIMALS
     return [

@@ -29,13 +29,11 @@ def refuse_first(is_unknown: BoolArray, why: str) -> None:
 
     Parameters
     ----------
-    is_unknown : ndarray of bool, shape (n,)
-        For every pose.
+    is_unknown : shape (n,). For every pose.
 
     Raises
     ------
-    InputError
-        With the number of the first such pose, counted from 1.
+    InputError : With the number of the first such pose, counted from 1.
     """
     if is_unknown.any():
         raise InputError(f"pose {int(np.argmax(is_unknown)) + 1} of {len(is_unknown)}: {why}")
@@ -43,30 +41,16 @@ def refuse_first(is_unknown: BoolArray, why: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationRule:
-    """How a language writes the arm's configuration.
+    """How a language writes the arm's configuration."""
 
-    Parameters
-    ----------
-    format_name : str
-        The format in `wpcal export`, and the key in `ControllerSettings.configurations`.
-    word : str
-        What the language calls it.
-    pattern : re.Pattern
-        What a user may give.
-    expected : str
-        The same for messages.
-    compute : callable, optional
-        From postures to one configuration each, without the user's.
-    complete : callable, optional
-        From postures and the user's configuration to one configuration each, where only a part can be computed.
-    """
-
-    format_name: str
-    word: str
-    pattern: re.Pattern[str]
-    expected: str
+    format_name: str  #: The format in `wpcal export`, and the key in `ControllerSettings.configurations`.
+    word: str  #: What the language calls it.
+    pattern: re.Pattern[str]  #: What a user may give.
+    expected: str  #: The same for messages.
     example: str
+    #: From postures to one configuration each, without the user's.
     compute: Callable[[Posture], list[str]] | None = None
+    #: From postures and the user's configuration to one configuration each, where only a part can be computed.
     complete: Callable[[Posture, str], list[str]] | None = None
 
     def texts(self, program: WeldProgram, poses: WeldPath | SafePoint) -> list[str]:
@@ -89,14 +73,10 @@ class ConfigurationRule:
 
         Parameters
         ----------
-        postures : Posture or None
-            Of the arm at the poses; None if it is not known.
-        count : int
-            Number of poses.
-        where : str
-            Whose poses, for the message.
-        has_arm : bool
-            Whether the program has an arm.
+        postures : Of the arm at the poses; None if it is not known.
+        count : Number of poses.
+        where : Whose poses, for the message.
+        has_arm : Whether the program has an arm.
         """
         given = self.given(controller, is_needed=not has_arm or self.compute is None or postures is None)
         if postures is None or (given is not None and self.complete is None):
@@ -121,8 +101,7 @@ class ConfigurationRule:
 
         Raises
         ------
-        InputError
-            When it is needed and not given, or is not one of this language.
+        InputError : When it is needed and not given, or is not one of this language.
         """
         given = controller.configurations.get(self.format_name, controller.configurations.get(""))
         option = f'--config {self.format_name}="{self.example}"'
@@ -144,40 +123,21 @@ class ConfigurationRule:
 
 @dataclass(frozen=True, slots=True)
 class JobLanguage:
-    """What a language of such jobs has of its own.
+    """What a language of such jobs has of its own."""
 
-    Parameters
-    ----------
-    names : NameRules
-        Of jobs; they are written in upper case.
-    suffix : str
-        Of files, with the dot.
-    job_word : str
-        What the language calls a job.
-    mm_decimals, deg_decimals : int
-        Decimals that the pendant takes.
-    frame_word : str
-        What the language calls a user frame.
-    frame_keys : tuple of str
-        The six numbers of a user frame in the order x, y, z, and about x, y, z.
-    rotation : str
-        How the three angles are multiplied, for the comment.
-    plans_in_joints : bool
-        Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
-    coordinated : str
-        What the controller needs where the positioner turns along a seam, for the comment.
-    """
-
-    names: NameRules
-    suffix: str
-    job_word: str
+    names: NameRules  #: Of jobs; they are written in upper case.
+    suffix: str  #: Of files, with the dot.
+    job_word: str  #: What the language calls a job.
+    #: `mm_decimals`, `deg_decimals`: Decimals that the pendant takes.
     mm_decimals: int
     deg_decimals: int
-    frame_word: str
+    frame_word: str  #: What the language calls a user frame.
+    #: The six numbers of a user frame in the order x, y, z, and about x, y, z.
     frame_keys: tuple[str, str, str, str, str, str]
-    rotation: str
+    rotation: str  #: How the three angles are multiplied, for the comment.
     configuration: ConfigurationRule
-    coordinated: str
+    coordinated: str  #: What the controller needs where the positioner turns along a seam, for the comment.
+    #: Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
     plans_in_joints: bool = False
 
     def is_in_joints(self, program: WeldProgram) -> bool:
@@ -192,25 +152,18 @@ def write_jobs(
     main_job: Callable[[str, list[str], Sequence[str], RigidTransform], str],
     seam_job: Callable[[str, WeldPath, RigidTransform], str],
 ) -> dict[str, str]:
-    """Write a job per seam and the job that calls them.
+    """Write a job per seam and the job that calls them. File names and contents.
 
     Parameters
     ----------
     main_job : callable
         From the job's name, the text of its comments, the names of the jobs to call and ``T_base_frame`` as rounded, to
         the contents of the file.
-    seam_job : callable
-        From the job's name, the path and ``T_base_frame`` as rounded, to the contents of the file.
-
-    Returns
-    -------
-    dict of str to str
-        File names and contents.
+    seam_job : From the job's name, the path and ``T_base_frame`` as rounded, to the contents of the file.
 
     Raises
     ------
-    InputError
-        When the configuration is not one of this language, or a job cannot be written.
+    InputError : When the configuration is not one of this language, or a job cannot be written.
     """
     for poses in () if language.is_in_joints(program) else program.groups:
         language.configuration.texts(program, poses)  # refused before anything else
@@ -262,10 +215,8 @@ def frame_in_words(language: JobLanguage, number: int, T_base_frame: RigidTransf
 
     Parameters
     ----------
-    number : int
-        Of the user frame.
-    T_base_frame : RigidTransform
-        With the digits of the language.
+    number : Of the user frame.
+    T_base_frame : With the digits of the language.
     """
     mm, deg = language.mm_decimals, language.deg_decimals
     numbers = [f"{v:.{mm}f}" for v in T_base_frame.t_mm]

@@ -16,21 +16,11 @@ SHORTEST_STEM = 2
 
 @dataclass(frozen=True, slots=True)
 class NameRules:
-    """The names that a language allows: a letter, then letters, digits and underscores; case does not matter.
+    """The names that a language allows: a letter, then letters, digits and underscores; case does not matter."""
 
-    Parameters
-    ----------
-    language : str
-        For messages.
-    longest : int
-        Characters.
-    keywords : str
-        Reserved words, lower case, with spaces between them.
-    """
-
-    language: str
-    longest: int
-    keywords: str = ""
+    language: str  #: For messages.
+    longest: int  #: Characters.
+    keywords: str = ""  #: Reserved words, lower case, with spaces between them.
 
 
 def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict[str, str]:
@@ -38,10 +28,8 @@ def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict
 
     Parameters
     ----------
-    names : sequence of str
-        As in the part, any text.
-    room : int
-        Characters to keep free for a suffix.
+    names : As in the part, any text.
+    room : Characters to keep free for a suffix.
 
     Returns
     -------
@@ -50,8 +38,7 @@ def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict
 
     Raises
     ------
-    InputError
-        When an original name appears twice or the suffix leaves no room.
+    InputError : When an original name appears twice or the suffix leaves no room.
     """
     if len(set(names)) < len(names):
         raise InputError(f"names must be unique: {', '.join(sorted({n for n in names if names.count(n) > 1}))}")
@@ -82,8 +69,7 @@ def own_name(name: str, rules: NameRules, *, what: str) -> str:
 
     Raises
     ------
-    InputError
-        When the language does not allow it. A changed name would mean something else on the controller.
+    InputError : When the language does not allow it. A changed name would mean something else on the controller.
     """
     if safe_name(name, rules) != name:
         raise InputError(

@@ -53,8 +53,7 @@ def shipped_templates(language: str) -> dict[str, str]:
 
     Raises
     ------
-    InputError
-        When the format has no templates.
+    InputError : When the format has no templates.
     """
     if language not in FOLDERS:
         raise InputError(f"{language} has no templates; formats with templates: {', '.join(FOLDERS)}")
@@ -78,15 +77,9 @@ class Programmed(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The templates of one language that every program uses.
+    """The templates of one language that every program uses."""
 
-    Parameters
-    ----------
-    language : str
-        The name of the format.
-    """
-
-    language: str
+    language: str  #: The name of the format.
     program: Programmed
 
     def header(self, about: Sequence[str]) -> list[str]:
@@ -102,12 +95,9 @@ class Blocks:
 
         Parameters
         ----------
-        point : str
-            As the language writes it.
-        speed : str
-            The same.
-        joint : bool
-            Whether it is a joint move.
+        point : As the language writes it.
+        speed : The same.
+        joint : Whether it is a joint move.
         """
         return self.lines("air_move", needs=point, point=point, speed=speed, joint=joint)
 
@@ -144,10 +134,8 @@ class Post(Blocks):
 
         Parameters
         ----------
-        instructions : callable
-            Gives the arc instructions of wpcal; called only by templates that use them.
-        **names : object
-            More names of the language.
+        instructions : Gives the arc instructions of wpcal; called only by templates that use them.
+        **names : More names of the language.
         """
         needs = "" if names.get("folds") else str(names.get("point", ""))
         return self.lines("weld_start", needs=needs, **self._of_seam(path, instructions, 0), **names)
@@ -218,8 +206,7 @@ def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
 
     Parameters
     ----------
-    language : str
-        The name of the format; one without templates has none.
+    language : The name of the format; one without templates has none.
     """
     if language not in FOLDERS:
         return ()
@@ -234,8 +221,7 @@ def _refuse_unknown_files(folder: Path, language: str) -> None:
 
     Raises
     ------
-    InputError
-        If it is so.
+    InputError : If it is so.
     """
     expected = [f"{block}{ENDING}" for block in blocks_of(language)]
     if not folder.is_dir():

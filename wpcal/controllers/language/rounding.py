@@ -11,17 +11,7 @@ from wpcal.core.transform import RigidTransform
 
 
 def rounded(values: ArrayLike, decimals: int) -> FloatArray:
-    """Round numbers to decimals; a zero gets no sign.
-
-    Parameters
-    ----------
-    values : array_like, any shape
-
-    Returns
-    -------
-    ndarray
-        Of the same shape.
-    """
+    """Round numbers to decimals; a zero gets no sign. Of the same shape."""
     return np.asarray(np.round(np.asarray(values, dtype=np.float64), decimals) + 0.0, dtype=np.float64)
 
 
@@ -39,8 +29,7 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (..., 3)
-        α, β, γ about x, y, z, degrees. If β is rounded to ±90°, only γ ∓ α matters, and α is 0.
+    ndarray, shape (..., 3). α, β, γ about x, y, z, degrees. If β is rounded to ±90°, only γ ∓ α matters, and α is 0.
     """
     angles = np.degrees(zyx_angles(R))
     alpha, beta, gamma = (angles[..., i] for i in range(3))
@@ -65,8 +54,7 @@ def zyz_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (..., 3)
-        o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
+    ndarray, shape (..., 3). o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
     """
     angles = np.degrees(zyz_angles(R))
     o, a, t = (angles[..., i] for i in range(3))

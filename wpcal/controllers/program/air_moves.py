@@ -45,21 +45,15 @@ NO_LENGTH_MM = 1e-6
 class AirSettings:
     """How the torch goes from one seam to the next.
 
-    Parameters
-    ----------
-    clearance_mm : float or None
-        Height of the tool centre point above the part on the way across. None: the lowest point of the torch is
-        `ABOVE_MM` above the part, in every orientation that it has there.
-    up_base : tuple of float
-        The direction away from the part's support, in `base`: against gravity if the base stands on the floor.
-
     Raises
     ------
-    InputError
-        When the clearance is not positive, or the direction is not three numbers that differ from zero.
+    InputError : When the clearance is not positive, or the direction is not three numbers that differ from zero.
     """
 
+    #: Height of the tool centre point above the part on the way across. None: the lowest point of the torch is
+    #: `ABOVE_MM` above the part, in every orientation that it has there.
     clearance_mm: float | None = None
+    #: The direction away from the part's support, in `base`: against gravity if the base stands on the floor.
     up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
@@ -78,21 +72,11 @@ class AirSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ends:
-    """The first and the last pose of the torch at a seam: its approach and its retract.
+    """The first and the last pose of the torch at a seam: its approach and its retract."""
 
-    Parameters
-    ----------
-    name : str
-        Of the seam.
-    p : ndarray, shape (2, 3)
-        Tool centre points in `base`, mm.
-    R : ndarray, shape (2, 3, 3)
-        Axes of the tool in `base`.
-    """
-
-    name: str
-    p: FloatArray
-    R: FloatArray
+    name: str  #: Of the seam.
+    p: FloatArray  #: shape (2, 3). Tool centre points in `base`, mm.
+    R: FloatArray  #: shape (2, 3, 3). Axes of the tool in `base`.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,38 +92,23 @@ class Way:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AirPlan:
-    """The checked ways of a program.
+    """The checked ways of a program."""
 
-    Parameters
-    ----------
-    safe : Way
-        One pose above the part, at which the program starts and ends.
-    to_seam, from_seam : tuple of Way
-        Per seam: from the end of the way before to the approach (without it), and from the retract (without it) up.
-    clearance_mm : float
-        Height of the tool centre point above the part on the way across.
-    """
-
-    safe: Way
+    safe: Way  #: One pose above the part, at which the program starts and ends.
+    #: `to_seam`, `from_seam`: Per seam: from the end of the way before to the approach (without it), and from the
+    #: retract (without it) up.
     to_seam: tuple[Way, ...]
     from_seam: tuple[Way, ...]
-    clearance_mm: float
+    clearance_mm: float  #: Height of the tool centre point above the part on the way across.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TorchAtTool:
-    """Where the torch is when the tool is at a pose.
-
-    Parameters
-    ----------
-    shape : TorchShape
-    standoff_mm : float
-        From the tool centre point to the tip of the wire.
-    """
+    """Where the torch is when the tool is at a pose."""
 
     shape: TorchShape
     axis: ToolAxis
-    standoff_mm: float
+    standoff_mm: float  #: From the tool centre point to the tip of the wire.
 
     def segments(self, p: FloatArray, R: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, float]]:
         """Yield the ends, shapes (n, 3), and the radius of every straight piece of the torch, from the tip on, mm.
@@ -177,13 +146,11 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
 
     Parameters
     ----------
-    ends : sequence of Ends
-        Per seam, in the order of welding.
+    ends : Per seam, in the order of welding.
 
     Raises
     ------
-    GeometryError
-        When no checked way leads from a seam to the next; the message names both.
+    GeometryError : When no checked way leads from a seam to the next; the message names both.
     """
     up = air.up
     turns = [_turn_between(a.R[1], b.R[0], torch.axis) for a, b in pairwise(ends)]

@@ -13,34 +13,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ArcSwitch:
-    """How one language switches the arc.
+    """How one language switches the arc."""
 
-    Parameters
-    ----------
-    language : str
-        For messages.
-    start, end : str
-        Calls of the functions; ``{job}`` is the job.
-    on, off : str
-        Instructions that set the output ``{output}``.
-    wait : str
-        Instruction that waits for ``{seconds}``.
-    """
-
-    language: str
+    language: str  #: For messages.
+    #: `start`, `end`: Calls of the functions; ``{job}`` is the job.
     start: str
     end: str
+    #: `on`, `off`: Instructions that set the output ``{output}``.
     on: str
     off: str
-    wait: str
+    wait: str  #: Instruction that waits for ``{seconds}``.
 
     def start_lines(self, path: WeldPath, arc: ArcSettings) -> list[str]:
         """Return the lines that start the arc.
 
         Raises
         ------
-        InputError
-            When the weld data states a weave, which the language cannot carry out.
+        InputError : When the weld data states a weave, which the language cannot carry out.
         """
         require_no_weave(path, language=self.language)
         call = self.start if arc.output is None else self.on
@@ -64,15 +53,12 @@ def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
 
     Parameters
     ----------
-    name : str
-        Of the value.
-    language, why : str
-        For the message.
+    name : Of the value.
+    language, why : For the message.
 
     Raises
     ------
-    InputError
-        With the command that states it, if it is missing.
+    InputError : With the command that states it, if it is missing.
     """
     value = getattr(path.values, name)
     if value is None:
@@ -86,10 +72,8 @@ def refuse(path: WeldPath, name: str, *, language: str, why: str) -> InputError:
 
     Parameters
     ----------
-    name : str
-        Of the value.
-    language, why : str
-        For the message.
+    name : Of the value.
+    language, why : For the message.
     """
     seam = path.seam.name if path.run is None else path.run.weld.name
     return InputError(f"{language}: weld {seam}: {name}: {why}")
@@ -100,13 +84,11 @@ def require_no_weave(path: WeldPath, *, language: str) -> None:
 
     Parameters
     ----------
-    language : str
-        For the message.
+    language : For the message.
 
     Raises
     ------
-    InputError
-        When a weave is stated, with values or by the name of its data.
+    InputError : When a weave is stated, with values or by the name of its data.
     """
     if path.values.weave is not None or path.values.weave_data is not None:
         raise refuse(path, "weave", language=language, why=NO_WEAVE)
@@ -128,18 +110,13 @@ DRY_MARKS = ("ARC ON", "ARC OFF")
 class ArcSettings:
     """How a program switches the arc.
 
-    Parameters
-    ----------
-    output : int or None
-        Digital output that switches the arc, for languages without arc instructions. None: named functions of the
-        user, which get the job.
-
     Raises
     ------
-    InputError
-        When the output is negative.
+    InputError : When the output is negative.
     """
 
+    #: Digital output that switches the arc, for languages without arc instructions. None: named functions of the user,
+    #: which get the job.
     output: int | None = None
 
     def __post_init__(self) -> None:

@@ -42,19 +42,12 @@ def find_weld_pose_in_material(
 
     Parameters
     ----------
-    part : Material
-        In `base`.
-    seam : Seam
-        For the message, and for how its root was found.
-    tips : ndarray, shape (n, 3)
-        Tips of the wire in `base`, mm.
-    back : ndarray, shape (n, 3)
-        Unit vectors from the tips along the wire towards the torch.
-    torch : TorchShape
-        With its usual wire; `Seam.more_wire_mm` comes to it.
-    back_mm : tuple of float
-        How far the torch comes from along the wire at the first point, and goes at the last, mm.
-
+    part : In `base`.
+    seam : For the message, and for how its root was found.
+    tips : shape (n, 3). Tips of the wire in `base`, mm.
+    back : shape (n, 3). Unit vectors from the tips along the wire towards the torch.
+    torch : With its usual wire; `Seam.more_wire_mm` comes to it.
+    back_mm : How far the torch comes from along the wire at the first point, and goes at the last, mm.
     frame : ndarray, shape (n,), optional
         Numbers of the seam's frames at the tips, with fractions between them. None: the tips are those of the frames.
     bend : ndarray, shape (n, 3), optional
@@ -104,11 +97,8 @@ def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -
 
     Parameters
     ----------
-    found : mapping of str to str
-        What is inside material, by the name of the seam; at least one.
-    names : sequence of str
-        All seams of the program.
-    torch : TorchShape
+    found : What is inside material, by the name of the seam; at least one.
+    names : All seams of the program.
     """
     told = [*found.values()][:MOST_TOLD]
     more = [*found][MOST_TOLD:]
@@ -130,21 +120,16 @@ def check_program(
 
     Parameters
     ----------
-    program : WeldProgram
-        As `build_program` made it, with the part's triangles.
-    torch : TorchShape, optional
+    program : As `build_program` made it, with the part's triangles.
 
     Returns
     -------
-    WeldProgram
-        With a safe point, at which it starts and ends, and with linear moves only.
+    WeldProgram. With a safe point, at which it starts and ends, and with linear moves only.
 
     Raises
     ------
-    InputError
-        When the program has no triangles of the part.
-    GeometryError
-        When the torch would be inside material, or no checked way leads from a seam to the next.
+    InputError : When the program has no triangles of the part.
+    GeometryError : When the torch would be inside material, or no checked way leads from a seam to the next.
     """
     torch, air = torch or USUAL_TORCH, air or AirSettings()
     if program.part_glb is None:

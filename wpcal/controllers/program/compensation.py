@@ -40,18 +40,15 @@ def compensate_program(program: WeldProgram, arm: ArmAtTool) -> WeldProgram:
     program : WeldProgram
         With poses computed with the identified model of the robot, and their joints
         (`wpcal.controllers.program.followed_program.follow_program`).
-    arm : ArmAtTool
-        With an identified arm. A nominal one needs no compensation: the program is returned as it is.
+    arm : With an identified arm. A nominal one needs no compensation: the program is returned as it is.
 
     Returns
     -------
-    WeldProgram
-        With the poses to send to the controller, which computes with its nominal model.
+    WeldProgram. With the poses to send to the controller, which computes with its nominal model.
 
     Raises
     ------
-    InputError
-        When the poses have no joints.
+    InputError : When the poses have no joints.
     """
     if arm.arm.nominal is None:
         return program

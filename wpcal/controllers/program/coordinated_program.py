@@ -36,36 +36,20 @@ ROBOTS = (1, 2)
 class SyncProgram:
     """Joint targets of two robots with marks 1 to N.
 
-    Parameters
-    ----------
-    seam : str
-        As in the part, any text.
-    arms : tuple of Arm
-        Of robots 1 and 2.
-    joints : tuple of ndarray, each of shape (N, 6)
-        Shown angles at the marks, rad, unwrapped.
-    seconds : ndarray, shape (N - 1,)
-        From each mark to the next.
-    arc_on, arc_off : int
-        Rows (from 0) at which the arc starts and stops.
-    notes : tuple of str
-        For a person to read first: speed, clearance, what was checked.
-    controller : ControllerSettings
-        Names and numbers; the tool is that of robot 1.
-
     Raises
     ------
-    InputError
-        When shapes differ, there are fewer than two targets, or a time is not positive.
+    InputError : When shapes differ, there are fewer than two targets, or a time is not positive.
     """
 
-    seam: str
-    arms: tuple[Arm, Arm]
-    joints: tuple[FloatArray, FloatArray]
-    seconds: FloatArray
+    seam: str  #: As in the part, any text.
+    arms: tuple[Arm, Arm]  #: Of robots 1 and 2.
+    joints: tuple[FloatArray, FloatArray]  #: shape (N, 6). Shown angles at the marks, rad, unwrapped.
+    seconds: FloatArray  #: shape (N - 1,). From each mark to the next.
+    #: `arc_on`, `arc_off`: Rows (from 0) at which the arc starts and stops.
     arc_on: int
     arc_off: int
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: For a person to read first: speed, clearance, what was checked.
+    #: Names and numbers; the tool is that of robot 1.
     controller: ControllerSettings = field(default_factory=ControllerSettings)
 
     def __post_init__(self) -> None:
@@ -104,16 +88,11 @@ class CoordinatedStep(NamedTuple):
 
     Parameters
     ----------
-    to : int
-        Row of the targets at its end.
-    via : int or None
-        Row of the target in the middle of an arc.
-    on_seam : bool
-        Whether the torch welds.
-    stops : bool
-        Whether both robots stop at the end.
-    mark : int
-        The number of the mark at its end, the same for both robots.
+    to : Row of the targets at its end.
+    via : Row of the target in the middle of an arc.
+    on_seam : Whether the torch welds.
+    stops : Whether both robots stop at the end.
+    mark : The number of the mark at its end, the same for both robots.
     """
 
     to: int
@@ -127,37 +106,21 @@ class CoordinatedStep(NamedTuple):
 class CoordinatedProgram:
     """Targets of both robots and their common moves.
 
-    Parameters
-    ----------
-    cell : RobotCell
-        Arms, bases, the tool of robot 1, and the place of the part on the flange of robot 2.
-    path : WeldPath
-        Of robot 1, with m poses in `part` (not in `base`) and its angles there.
-    joints2 : ndarray, shape (m, 6)
-        Shown angles of robot 2 at the same poses, rad.
-    speed_mm_s, air_speed_mm_s : float
-        Of the torch in the part: along the seam, and to and from it.
-    notes : tuple of str
-        For a person to read first.
-    controller : ControllerSettings
-        The tool is that of robot 1. `frame_number` is the frame of the held part, where a language has one.
-    arc : ArcSettings or None
-        None for a dry run.
-
     Raises
     ------
-    InputError
-        When the path has no lines and arcs, or the arrays do not have one row for every pose.
+    InputError : When the path has no lines and arcs, or the arrays do not have one row for every pose.
     """
 
-    cell: RobotCell
-    path: WeldPath
-    joints2: FloatArray
+    cell: RobotCell  #: Arms, bases, the tool of robot 1, and the place of the part on the flange of robot 2.
+    path: WeldPath  #: Of robot 1, with m poses in `part` (not in `base`) and its angles there.
+    joints2: FloatArray  #: shape (m, 6). Shown angles of robot 2 at the same poses, rad.
+    #: `speed_mm_s`, `air_speed_mm_s`: Of the torch in the part: along the seam, and to and from it.
     speed_mm_s: float
     air_speed_mm_s: float
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  #: For a person to read first.
+    #: The tool is that of robot 1. `frame_number` is the frame of the held part, where a language has one.
     controller: ControllerSettings = field(default_factory=ControllerSettings)
-    arc: ArcSettings | None = None
+    arc: ArcSettings | None = None  #: None for a dry run.
 
     def __post_init__(self) -> None:
         count = len(self.path)
@@ -196,8 +159,7 @@ class CoordinatedProgram:
 
         Parameters
         ----------
-        blend_mm : float
-            As in `WeldPath.stops`.
+        blend_mm : As in `WeldPath.stops`.
         """
         first, rows = self.path.weld_rows.start, self.path.weld_rows
         found = [CoordinatedStep(first, None, False, True, 0)]  # without length if there is no approach
@@ -243,19 +205,14 @@ def build_coordinated_program(
 
     Parameters
     ----------
-    seam : Seam
-        The seam of the plan, in `part`.
-    controller : ControllerSettings, optional
-        By default the program is named after the seam.
-    weld : SeamWeld, optional
-        Its weld data.
-    arc : ArcSettings, optional
-        How the arc is switched; None for a dry run.
+    seam : The seam of the plan, in `part`.
+    controller : By default the program is named after the seam.
+    weld : Its weld data.
+    arc : How the arc is switched; None for a dry run.
 
     Raises
     ------
-    InputError
-        When the weld data has more than one bead or stretch: a plan is one bead along the whole seam.
+    InputError : When the weld data has more than one bead or stretch: a plan is one bead along the whole seam.
     """
     run, cell = found.run, found.cell
     ends = [q for q in (found.approach, found.retract) if q is not None]

@@ -26,24 +26,14 @@ OFF_RAD = float(np.radians(0.5))
 
 @dataclass(frozen=True, slots=True)
 class TurnedCorner:
-    """One corner of a run.
+    """One corner of a run."""
 
-    Parameters
-    ----------
-    at_mm : float
-        Length from the start of the seam.
-    turn_rad : float
-        By how much the seam turns there.
-    low_mm, high_mm : float
-        Between these lengths the torch turns round the corner.
-    off_rad : float
-        Largest angle between the x of the seam's frame, which the torch keeps to, and the direction of travel.
-    """
-
-    at_mm: float
-    turn_rad: float
+    at_mm: float  #: Length from the start of the seam.
+    turn_rad: float  #: By how much the seam turns there.
+    #: `low_mm`, `high_mm`: Between these lengths the torch turns round the corner.
     low_mm: float
     high_mm: float
+    #: Largest angle between the x of the seam's frame, which the torch keeps to, and the direction of travel.
     off_rad: float
 
     def __str__(self) -> str:
@@ -60,8 +50,7 @@ def find_turned_corners(frames: SeamFrames) -> tuple[TurnedCorner, ...]:
 
     Parameters
     ----------
-    frames : SeamFrames
-        With n frames; between them the seam is straight.
+    frames : With n frames; between them the seam is straight.
 
     Examples
     --------

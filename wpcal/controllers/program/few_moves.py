@@ -27,8 +27,7 @@ def fit_program(
 
     Parameters
     ----------
-    program : WeldProgram
-        With a pose for every frame of the seams.
+    program : With a pose for every frame of the seams.
     spin_is_free : bool
         Whether the moves choose the turn about the wire, within the range of the torch. False: the tool keeps to the
         turn that it has at every frame.
@@ -68,14 +67,10 @@ def fit_seam(
 
     Parameters
     ----------
-    seam : Seam
-        With n frames.
-    p : ndarray, shape (n, 3)
-        Tool centre points at its frames, in `base`, mm.
-    R : ndarray, shape (n, 3, 3)
-        Axes of the tool there.
-    spin_is_free : bool
-        As in `wpcal.robot.moves.fit_moves`.
+    seam : With n frames.
+    p : shape (n, 3). Tool centre points at its frames, in `base`, mm.
+    R : shape (n, 3, 3). Axes of the tool there.
+    spin_is_free : As in `wpcal.robot.moves.fit_moves`.
     """
     return fit_moves(
         p,
@@ -112,10 +107,8 @@ def with_moves(path: WeldPath, moves: MovePath) -> WeldPath:
 
     Parameters
     ----------
-    path : WeldPath
-        With an approach and a retract only.
-    moves : MovePath
-        In `base`.
+    path : With an approach and a retract only.
+    moves : In `base`.
     """
     rows = path.weld_rows
     p = np.concatenate([path.p_base[: rows.start], moves.p, path.p_base[rows.stop :]])
@@ -128,8 +121,7 @@ def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (n,)
-        At every frame of the seam, rad, within half a turn.
+    ndarray, shape (n,). At every frame of the seam, rad, within half a turn.
     """
     _, R, frame, _ = path.stations()
     R = R[np.searchsorted(frame, np.arange(len(path.seam.frames)))]

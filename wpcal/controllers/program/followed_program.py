@@ -53,17 +53,13 @@ def program_for_arm(
 
     Parameters
     ----------
-    program : WeldProgram
-        As `wpcal.controllers.program.build_program` made it.
-    check : callable
-        Adds the ways between the seams, as `wpcal.controllers.program.checked_program.check_program` does.
-    tolerance : PathTolerance, optional
-        Of lines and arcs; None keeps a pose for every frame of the seams.
+    program : As `wpcal.controllers.program.build_program` made it.
+    check : Adds the ways between the seams, as `wpcal.controllers.program.checked_program.check_program` does.
+    tolerance : Of lines and arcs; None keeps a pose for every frame of the seams.
 
     Raises
     ------
-    GeometryError
-        When the arm cannot follow it in any branch (code ``joint-path``), or `check` refuses it.
+    GeometryError : When the arm cannot follow it in any branch (code ``joint-path``), or `check` refuses it.
     """
 
     def fit_and_check(spun: WeldProgram) -> WeldProgram:
@@ -98,19 +94,13 @@ def _first_branch(
 
 
 def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldProgram:
-    """Give every pose of a program the joints of the arm.
+    """Give every pose of a program the joints of the arm. With `joints` at every pose.
 
     Parameters
     ----------
     program : WeldProgram
         With the spin of `wpcal.controllers.program.reachable_spin`, and with or without the ways between the seams.
-    branch : int
-        As in `wpcal.robot.kinematics.opw.solve_opw`.
-
-    Returns
-    -------
-    WeldProgram
-        With `joints` at every pose.
+    branch : As in `wpcal.robot.kinematics.opw.solve_opw`.
 
     Raises
     ------

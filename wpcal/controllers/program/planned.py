@@ -18,18 +18,10 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMoves:
-    """Joint moves, one after the other.
+    """Joint moves, one after the other."""
 
-    Parameters
-    ----------
-    joints : ndarray, shape (n, 6)
-        Where they lead: shown angles of the arm, rad.
-    external : ndarray, shape (n, e)
-        External axes there, rad, a rail in mm.
-    """
-
-    joints: FloatArray
-    external: FloatArray
+    joints: FloatArray  #: shape (n, 6). Where they lead: shown angles of the arm, rad.
+    external: FloatArray  #: shape (n, e). External axes there, rad, a rail in mm.
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -41,37 +33,19 @@ class JointMoves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedMoves:
-    """The moves off the seams, and what a plan says about itself.
+    """The moves off the seams, and what a plan says about itself."""
 
-    Parameters
-    ----------
-    air : tuple of JointMoves
-        Before each path, from home on, and after the last, to home: one more than paths. Those before a path end at its
-        approach.
-    rail : str or None
-        The name of the rail; its values are the first column of the external axes.
-    turning : tuple of str
-        The names of the positioner's axes: the other columns.
-    T_flange_tool : RigidTransform
-        z is the wire.
-    joint_percent : float
-        Of the largest joint speeds, in joint moves.
-    about : tuple of str
-        For a person to read in the header.
-    follows : bool
-        Whether the positioner turns along a seam.
-    is_carried : bool
-        Whether positions are then in the part that it carries: what a program calls the base is the flange of the
-        positioner. Otherwise they are in the base of the robot, and the moves along such a seam are lines.
-    """
-
+    #: Before each path, from home on, and after the last, to home: one more than paths. Those before a path end at its
+    #: approach.
     air: tuple[JointMoves, ...]
-    rail: str | None
-    turning: tuple[str, ...]
-    T_flange_tool: RigidTransform
-    joint_percent: float
-    about: tuple[str, ...]
-    follows: bool = False
+    rail: str | None  #: The name of the rail; its values are the first column of the external axes.
+    turning: tuple[str, ...]  #: The names of the positioner's axes: the other columns.
+    T_flange_tool: RigidTransform  #: z is the wire.
+    joint_percent: float  #: Of the largest joint speeds, in joint moves.
+    about: tuple[str, ...]  #: For a person to read in the header.
+    follows: bool = False  #: Whether the positioner turns along a seam.
+    #: Whether positions are then in the part that it carries: what a program calls the base is the flange of the
+    #: positioner. Otherwise they are in the base of the robot, and the moves along such a seam are lines.
     is_carried: bool = True
 
     @property
@@ -91,8 +65,7 @@ class PlannedMoves:
 
         Raises
         ------
-        InputError
-            When one of them moves.
+        InputError : When one of them moves.
         """
         names = [name for name in (self.rail, *self.turning) if name]
         if not names:

@@ -36,28 +36,17 @@ WITHOUT_FRAME = 0
 
 @dataclass(frozen=True, slots=True)
 class PlanOutput:
-    """How a plan becomes programs.
+    """How a plan becomes programs."""
 
-    Parameters
-    ----------
-    tolerance : PathTolerance or None
-        Of lines and arcs; None for a line to every point of the seams.
-    arc : ArcSettings or None
-        How the arc is switched; None for a dry run.
-    calibration : mapping
-        The record of ``calibration.json``; empty without a calibration.
-    has_part : bool
-        Whether the moves were compared with the part.
-    is_carried : bool
-        Where the positioner turns along a seam: whether positions are in the part that it carries, and moves may be
-        arcs (`PlannedMoves.is_carried`).
-    """
-
+    #: Of lines and arcs; None for a line to every point of the seams.
     tolerance: PathTolerance | None = USUAL_TOLERANCE
     controller: ControllerSettings = field(default_factory=ControllerSettings)
-    arc: ArcSettings | None = None
+    arc: ArcSettings | None = None  #: How the arc is switched; None for a dry run.
+    #: The record of ``calibration.json``; empty without a calibration.
     calibration: Mapping[str, Any] = field(default_factory=dict)
-    has_part: bool = True
+    has_part: bool = True  #: Whether the moves were compared with the part.
+    #: Where the positioner turns along a seam: whether positions are in the part that it carries, and moves may be arcs
+    #: (`PlannedMoves.is_carried`).
     is_carried: bool = True
 
 
@@ -68,13 +57,11 @@ def build_planned_program(
 
     Parameters
     ----------
-    seams : mapping
-        What was planned, by name.
+    seams : What was planned, by name.
 
     Raises
     ------
-    InputError
-        When a move is not free.
+    InputError : When a move is not free.
     """
     if not sequence.is_free:
         raise InputError("no program is written for a plan that is not free of collision")

@@ -38,17 +38,11 @@ class Begin(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmAtTool:
-    """An arm with the tool as set in the controller, and where it starts.
-
-    Parameters
-    ----------
-    near : ndarray, shape (6,)
-        Shown joint angles near the seams, rad.
-    """
+    """An arm with the tool as set in the controller, and where it starts."""
 
     arm: Arm
     T_flange_tool: RigidTransform
-    near: FloatArray
+    near: FloatArray  #: shape (6,). Shown joint angles near the seams, rad.
 
     def within_one_turn(self) -> ArmAtTool:
         """Return the arm with limits of at most ±180°: cables wind less, and every language can state such joints."""
@@ -74,16 +68,10 @@ WHOLE_TURNS = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpunProgram:
-    """A program whose torch an arm can hold along every seam, in one branch.
-
-    Parameters
-    ----------
-    branch : int
-        As in `wpcal.robot.kinematics.opw.solve_opw`.
-    """
+    """A program whose torch an arm can hold along every seam, in one branch."""
 
     program: WeldProgram
-    branch: int
+    branch: int  #: As in `wpcal.robot.kinematics.opw.solve_opw`.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,17 +90,13 @@ def choose_reachable_spin(
 
     Parameters
     ----------
-    program : WeldProgram
-        As `build_program` made it.
-    near : array_like, shape (n,)
-        Shown joint angles near the seams, rad. The branch that is nearest to them is taken first.
-    T_flange_tool : RigidTransform
-        The tool as set in the controller.
+    program : As `build_program` made it.
+    near : shape (n,). Shown joint angles near the seams, rad. The branch that is nearest to them is taken first.
+    T_flange_tool : The tool as set in the controller.
 
     Raises
     ------
-    GeometryError
-        When no branch leads along every seam; it names the seam, the point, its place in mm and the reason.
+    GeometryError : When no branch leads along every seam; it names the seam, the point, its place in mm and the reason.
     """
     return next(spun_programs(program, ArmAtTool(arm, T_flange_tool, np.asarray(near, dtype=np.float64)))).program
 
@@ -122,10 +106,8 @@ def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False
 
     Parameters
     ----------
-    program : WeldProgram
-        As `build_program` made it.
-    as_near : bool
-        Only branches with shoulder and elbow as at the joints that the user states.
+    program : As `build_program` made it.
+    as_near : Only branches with shoulder and elbow as at the joints that the user states.
 
     Raises
     ------

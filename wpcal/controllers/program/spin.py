@@ -32,15 +32,12 @@ def swing_and_twist(R: FloatArray, axis: ToolAxis) -> tuple[FloatArray, FloatArr
 
     Parameters
     ----------
-    R : ndarray, shape (n, 3, 3)
-        Axes of the tool, in any frame.
-    axis : ToolAxis
-        Along the wire.
+    R : shape (n, 3, 3). Axes of the tool, in any frame.
+    axis : Along the wire.
 
     Returns
     -------
-    swing, twist : ndarray, shape (n - 1,)
-        Angle between the wires, and turn about the wire, rad.
+    swing, twist : ndarray, shape (n - 1,). Angle between the wires, and turn about the wire, rad.
     """
     q = quaternion_from_rotation(np.swapaxes(R[:-1], -1, -2) @ R[1:])
     about = q[:, 2] if axis is ToolAxis.Z else q[:, 0]
@@ -50,36 +47,24 @@ def swing_and_twist(R: FloatArray, axis: ToolAxis) -> tuple[FloatArray, FloatArr
 
 
 def spun(R: FloatArray, spin_rad: FloatArray, axis: ToolAxis) -> FloatArray:
-    """Turn tools about their wires.
+    """Turn tools about their wires, shape (..., 3, 3).
 
     Parameters
     ----------
     R : ndarray, shape (..., 3, 3)
-    spin_rad : ndarray, shape (...)
-        rad.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
+    spin_rad : shape (...). rad.
     """
     unit = np.array([0.0, 0.0, 1.0] if axis is ToolAxis.Z else [1.0, 0.0, 0.0])
     return np.asarray(R @ exp_rotation(np.asarray(spin_rad)[..., None] * unit), dtype=np.float64)
 
 
 def unwinding_spin(R: FloatArray, axis: ToolAxis, range_rad: float) -> FloatArray:
-    """Return the spin with which a tool turns least along a seam.
+    """Return the spin with which a tool turns least along a seam, shape (n,), rad.
 
     Parameters
     ----------
-    R : ndarray, shape (n, 3, 3)
-        Axes of the tool that follows the direction of travel.
-    range_rad : float
-        Largest spin either way, rad; 0 keeps the direction of travel.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        rad.
+    R : shape (n, 3, 3). Axes of the tool that follows the direction of travel.
+    range_rad : Largest spin either way, rad; 0 keeps the direction of travel.
     """
     swing, twist = swing_and_twist(R, axis)
     free = -np.concatenate([[0.0], np.cumsum(twist)])
@@ -96,8 +81,7 @@ def possible_offsets(free: FloatArray, range_rad: float) -> FloatArray:
 
     Parameters
     ----------
-    free : ndarray, shape (n,)
-        The spin that takes the whole twist away, rad.
+    free : shape (n,). The spin that takes the whole twist away, rad.
     """
     low = math.floor((-range_rad - float(free.max())) / STEP_RAD)
     high = math.ceil((range_rad - float(free.min())) / STEP_RAD)
@@ -106,25 +90,17 @@ def possible_offsets(free: FloatArray, range_rad: float) -> FloatArray:
 
 
 def least_turn(swing: FloatArray, e: FloatArray, allowed: BoolArray) -> IntArray:
-    """Choose an e per point with the least sum of turns.
+    """Choose an e per point with the least sum of turns, shape (n,). Columns of `e`.
 
     Parameters
     ----------
-    swing : ndarray, shape (n - 1,)
-        rad.
-    e : ndarray, shape (n, k)
-        rad.
+    swing : shape (n - 1,). rad.
+    e : shape (n, k). rad.
     allowed : ndarray of bool, shape (n, k)
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
-        Columns of `e`.
 
     Raises
     ------
-    GeometryError
-        When at some point no e is allowed; the message names the point.
+    GeometryError : When at some point no e is allowed; the message names the point.
     """
     if not allowed.any(axis=1).all():
         raise GeometryError(f"point {int(np.argmin(allowed.any(axis=1)))}: no turn about the wire is possible")

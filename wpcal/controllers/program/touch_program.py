@@ -39,20 +39,13 @@ OFF_STROKE_MM = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TouchSteps:
-    """The poses of one search, in the frame that the program makes its work object.
-
-    Parameters
-    ----------
-    p, R : ndarray, shapes (k + 4, 3) and (k + 4, 3, 3)
-        The k points on the way, approach, start, end, retract; mm.
-    postures : Posture or None
-        Of the arm there; None if it is not known.
-    """
+    """The poses of one search, in the frame that the program makes its work object."""
 
     search: Search
+    #: `p`, `R`: shapes (k + 4, 3) and (k + 4, 3, 3). The k points on the way, approach, start, end, retract; mm.
     p: FloatArray
     R: FloatArray
-    postures: Posture | None
+    postures: Posture | None  #: Of the arm there; None if it is not known.
 
     @property
     def name(self) -> str:
@@ -74,23 +67,16 @@ class TouchSteps:
 class TouchProgram:
     """What a writer of touch programs gets.
 
-    Parameters
-    ----------
-    controller : ControllerSettings
-        Its `frame_number` is not used: touch programs use that of `setup`.
-    arm : Arm or None
-        The arm that the joints of the plan belong to; the configuration is computed with it.
-
     Raises
     ------
-    InputError
-        When the plan has no searches, or a search would not move onto its own face: files are edited by hand.
+    InputError : When the plan has no searches, or a search would not move onto its own face: files are edited by hand.
     """
 
     plan: TouchPlan
     setup: TouchSetup = field(default_factory=TouchSetup)
+    #: Its `frame_number` is not used: touch programs use that of `setup`.
     controller: ControllerSettings = field(default_factory=ControllerSettings)
-    arm: Arm | None = None
+    arm: Arm | None = None  #: The arm that the joints of the plan belong to; the configuration is computed with it.
 
     def __post_init__(self) -> None:
         if not self.plan.searches:
@@ -177,8 +163,7 @@ class TouchPost(Blocks):
 
         Parameters
         ----------
-        signal, enable : str
-            The input and the output as the language writes them; no output: empty.
+        signal, enable : The input and the output as the language writes them; no output: empty.
         """
         hold_s = self.program.setup.hold_s
         return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable, hold_s=hold_s)
@@ -189,10 +174,8 @@ def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[st
 
     Parameters
     ----------
-    signal : str
-        The touch input as the language writes it.
-    results : sequence of str
-        Where the results are.
+    signal : The touch input as the language writes it.
+    results : Where the results are.
     """
     plan, setup = program.plan, program.setup
     longest = max(search.stroke_mm for search in plan.searches)
@@ -232,8 +215,7 @@ def refuse_package(program: TouchProgram, language: str) -> None:
 
     Raises
     ------
-    InputError
-        For `with_package`.
+    InputError : For `with_package`.
     """
     if program.setup.with_package:
         what = f"{language}: wpcal writes no searches of a touch-sensing package"
@@ -242,25 +224,14 @@ def refuse_package(program: TouchProgram, language: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """Registers or variables of a controller.
+    """Registers or variables of a controller."""
 
-    Parameters
-    ----------
-    what : str
-        One of them; the keys ``first_…`` and ``last_…`` of the touch setup have its name.
-    first, last : int
-        As in the touch setup.
-    needed : int
-        How many the searches need.
-    least : int
-        The first one that the controller has.
-    """
-
-    what: str
+    what: str  #: One of them; the keys ``first_…`` and ``last_…`` of the touch setup have its name.
+    #: `first`, `last`: As in the touch setup.
     first: int
     last: int
-    needed: int
-    least: int = 0
+    needed: int  #: How many the searches need.
+    least: int = 0  #: The first one that the controller has.
 
 
 def require_room(program: TouchProgram, room: Room, *, language: str) -> None:
@@ -268,8 +239,7 @@ def require_room(program: TouchProgram, room: Room, *, language: str) -> None:
 
     Raises
     ------
-    InputError
-        If it is so.
+    InputError : If it is so.
     """
     if room.first < room.least or room.first + room.needed - 1 > room.last:
         key = room.what.replace(" ", "_")
@@ -284,8 +254,7 @@ def require_frame(program: TouchProgram, *, language: str, most: int) -> None:
 
     Raises
     ------
-    InputError
-        If it is so.
+    InputError : If it is so.
     """
     number = program.setup.frame_number
     if not 1 <= number <= most:
@@ -297,19 +266,14 @@ def number_of(text: str, *, default: int, what: str, language: str, most: int, l
 
     Parameters
     ----------
-    text : str
-        As in the touch setup.
-    default : int
-        For an empty text.
-    what : str
-        The key, for the message.
-    most, least : int
-        The largest and the smallest number.
+    text : As in the touch setup.
+    default : For an empty text.
+    what : The key, for the message.
+    most, least : The largest and the smallest number.
 
     Raises
     ------
-    InputError
-        When it is not a number of this language.
+    InputError : When it is not a number of this language.
     """
     if not text.strip():
         return default

@@ -35,8 +35,7 @@ def build_sync_program(run: CellRun, cell: RobotCell, *, controller: ControllerS
 
     Raises
     ------
-    InputError
-        When the run was checked and is not free: wpcal never writes a program that is known to collide.
+    InputError : When the run was checked and is not free: wpcal never writes a program that is known to collide.
     """
     verdict = run.verdict
     if verdict is CollisionVerdict.NOT_FREE and run.check is not None:
@@ -71,13 +70,11 @@ def write_programs(program: SyncProgram, languages: Sequence[str] | None = None)
 
     Parameters
     ----------
-    languages : sequence of str, optional
-        Names of controllers; all of `sync_languages` if not given.
+    languages : Names of controllers; all of `sync_languages` if not given.
 
     Raises
     ------
-    InputError
-        When a language is not known, or cannot hold the program.
+    InputError : When a language is not known, or cannot hold the program.
     """
     known = sync_languages()
     chosen = known if languages is None else languages
@@ -92,8 +89,7 @@ def possible_programs(program: SyncProgram, languages: Sequence[str] | None = No
 
     Parameters
     ----------
-    languages : sequence of str, optional
-        Names of controllers; all of `sync_languages` if not given.
+    languages : Names of controllers; all of `sync_languages` if not given.
     """
     files: dict[str, str] = {}
     refusals: list[str] = []
@@ -107,24 +103,12 @@ def possible_programs(program: SyncProgram, languages: Sequence[str] | None = No
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldWeld:
-    """What is welded on the part that robot 2 holds, and how its program is written.
+    """What is welded on the part that robot 2 holds, and how its program is written."""
 
-    Parameters
-    ----------
-    seam : Seam
-        In `part`.
-    tolerance : PathTolerance
-        Of the lines and arcs.
-    weld : SeamWeld or None
-        Its weld data.
-    arc : ArcSettings or None
-        None for a dry run.
-    """
-
-    seam: Seam
-    tolerance: PathTolerance = USUAL_TOLERANCE
-    weld: SeamWeld | None = None
-    arc: ArcSettings | None = None
+    seam: Seam  #: In `part`.
+    tolerance: PathTolerance = USUAL_TOLERANCE  #: Of the lines and arcs.
+    weld: SeamWeld | None = None  #: Its weld data.
+    arc: ArcSettings | None = None  #: None for a dry run.
 
 
 def possible_coordinated(
@@ -139,15 +123,12 @@ def possible_coordinated(
 
     Parameters
     ----------
-    languages : sequence of str, optional
-        Names of controllers; by default all that have such programs.
+    languages : Names of controllers; by default all that have such programs.
 
     Returns
     -------
-    files : dict of str to str
-        Names and contents.
-    refusals : list of str
-        Why the other languages cannot hold it.
+    files : dict of str to str. Names and contents.
+    refusals : list of str. Why the other languages cannot hold it.
     motions : dict of str to CoordinatedRun
         By language, the motion in its files: languages differ in how they move robot 2.
     """

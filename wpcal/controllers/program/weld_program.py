@@ -31,25 +31,16 @@ from wpcal.weld.values import WeldValues
 class MotionSettings:
     """How the torch approaches, welds and retracts.
 
-    Parameters
-    ----------
-    approach_mm, retract_mm : float
-        Distance from the seam, back along the wire. 50 mm clears a nozzle of common size.
-    speed_mm_s : float
-        Along the seam. 8 mm/s is common for a MAG fillet with a throat of 4 to 5 mm.
-    air_speed_mm_s : float
-        Of approach and retract.
-
     Raises
     ------
-    InputError
-        When a speed is not positive, a distance is negative, or a number is not finite.
+    InputError : When a speed is not positive, a distance is negative, or a number is not finite.
     """
 
+    #: `approach_mm`, `retract_mm`: Distance from the seam, back along the wire. 50 mm clears a nozzle of common size.
     approach_mm: float = 50.0
     retract_mm: float = 50.0
-    speed_mm_s: float = 8.0
-    air_speed_mm_s: float = 100.0
+    speed_mm_s: float = 8.0  #: Along the seam. 8 mm/s is common for a MAG fillet with a throat of 4 to 5 mm.
+    air_speed_mm_s: float = 100.0  #: Of approach and retract.
 
     def __post_init__(self) -> None:
         for name in ("approach_mm", "retract_mm", "speed_mm_s", "air_speed_mm_s"):
@@ -63,29 +54,20 @@ class MotionSettings:
 class ControllerSettings:
     """Names and numbers that only the controller knows.
 
-    Parameters
-    ----------
-    tool_name : str
-        For languages that name tools.
-    tool_number, frame_number : int
-        For languages that number tools and frames.
-    configurations : mapping of str to str
-        The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
-        the name "" is used for every other format. Never guessed.
-    templates : Path or None
-        A folder of the user with templates, in a folder per format (`language.post`); None for those of wpcal.
-
     Raises
     ------
-    InputError
-        When a name is empty or a number is negative.
+    InputError : When a name is empty or a number is negative.
     """
 
     program_name: str = "WPCAL"
-    tool_name: str = "tTorch"
+    tool_name: str = "tTorch"  #: For languages that name tools.
+    #: `tool_number`, `frame_number`: For languages that number tools and frames.
     tool_number: int = 1
     frame_number: int = 1
+    #: The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
+    #: the name "" is used for every other format. Never guessed.
     configurations: Mapping[str, str] = field(default_factory=dict)
+    #: A folder of the user with templates, in a folder per format (`language.post`); None for those of wpcal.
     templates: Path | None = None
 
     def __post_init__(self) -> None:
@@ -97,43 +79,24 @@ class ControllerSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldPath:
-    """The tool along one seam: the way to it, k poses along the seam, the way from it.
+    """The tool along one seam: the way to it, k poses along the seam, the way from it."""
 
-    Parameters
-    ----------
-    seam : Seam
-        With n frames in `base`.
-    p_base : ndarray, shape (a + k + b, 3)
-        Tool centre points in `base`, mm.
-    R_base : ndarray, shape (a + k + b, 3, 3)
-        Columns are the axes of the tool in `base`.
-    u95_mm : ndarray, shape (n,), or None
-        The 95 % error at the frames of the seam, mm.
-    before, after : int
-        a and b: poses of the way to the seam, the last of them the approach, and of the way from it, the first of them
-        the retract. Where there are more than one, all moves between them are linear.
-    joints : ndarray, shape (a + k + b, 6), or None
-        Shown angles of the arm at the poses, rad; None if no arm is given.
-    moves : MovePath or None
-        The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
-    run : WeldRun or None
-        What is laid along the seam; None if no weld data is given.
-    external : ndarray, shape (a + k + b, e), or None
-        External axes at the poses, rad, a rail in mm; None without a plan.
-    speed_mm_s : float or None
-        Along the seam, as a plan has it; None: that of the weld data, or of the program.
-    """
-
-    seam: Seam
-    p_base: FloatArray
-    R_base: FloatArray
-    u95_mm: FloatArray | None
+    seam: Seam  #: With n frames in `base`.
+    p_base: FloatArray  #: shape (a + k + b, 3). Tool centre points in `base`, mm.
+    R_base: FloatArray  #: shape (a + k + b, 3, 3). Columns are the axes of the tool in `base`.
+    u95_mm: FloatArray | None  #: shape (n,). The 95 % error at the frames of the seam, mm.
+    #: `before`, `after`: a and b: poses of the way to the seam, the last of them the approach, and of the way from it,
+    #: the first of them the retract. Where there are more than one, all moves between them are linear.
     before: int = 1
     after: int = 1
+    #: shape (a + k + b, 6). Shown angles of the arm at the poses, rad; None if no arm is given.
     joints: FloatArray | None = None
+    #: The lines and arcs along the seam, with the poses `weld_rows`. None: a line to every frame of the seam, k = n.
     moves: MovePath | None = None
-    run: WeldRun | None = None
+    run: WeldRun | None = None  #: What is laid along the seam; None if no weld data is given.
+    #: shape (a + k + b, e). External axes at the poses, rad, a rail in mm; None without a plan.
     external: FloatArray | None = None
+    #: Along the seam, as a plan has it; None: that of the weld data, or of the program.
     speed_mm_s: float | None = None
 
     def __len__(self) -> int:
@@ -164,8 +127,7 @@ class WeldPath:
 
         Parameters
         ----------
-        blend_mm : float
-            Size of the zone in which a program lets the tool leave a corner, mm.
+        blend_mm : Size of the zone in which a program lets the tool leave a corner, mm.
         """
         if self.moves is None:
             return (*[False] * (self.weld_count - 2), True)
@@ -176,12 +138,9 @@ class WeldPath:
 
         Returns
         -------
-        p, R : ndarray, shapes (m, 3) and (m, 3, 3)
-            In `base`, as a controller interpolates between the poses.
-        frame : ndarray, shape (m,)
-            Number of the frame of the seam at this place, with a fraction between two frames.
-        is_pose : ndarray of bool, shape (m,)
-            Whether it is one of the poses along the seam.
+        p, R : ndarray, shapes (m, 3) and (m, 3, 3). In `base`, as a controller interpolates between the poses.
+        frame : ndarray, shape (m,). Number of the frame of the seam at this place, with a fraction between two frames.
+        is_pose : ndarray of bool, shape (m,). Whether it is one of the poses along the seam.
         """
         if self.moves is None:
             rows, n = self.weld_rows, self.weld_count
@@ -227,16 +186,12 @@ def poses_in(p_base: FloatArray, R_base: FloatArray, T_base_frame: RigidTransfor
 
     Parameters
     ----------
-    p_base : ndarray, shape (n, 3)
-        In `base`, mm.
-    R_base : ndarray, shape (n, 3, 3)
-        Axes of the tool in `base`.
-    T_base_frame : RigidTransform
+    p_base : shape (n, 3). In `base`, mm.
+    R_base : shape (n, 3, 3). Axes of the tool in `base`.
 
     Returns
     -------
-    p, R : ndarray, shapes (n, 3) and (n, 3, 3)
-        In the frame.
+    p, R : ndarray, shapes (n, 3) and (n, 3, 3). In the frame.
     """
     T = T_base_frame.inverse()
     return T.apply(p_base), T.R @ R_base
@@ -244,21 +199,11 @@ def poses_in(p_base: FloatArray, R_base: FloatArray, T_base_frame: RigidTransfor
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SafePoint:
-    """Where a program starts and ends: a pose above the part.
+    """Where a program starts and ends: a pose above the part."""
 
-    Parameters
-    ----------
-    p_base : ndarray, shape (1, 3)
-        Tool centre point in `base`, mm.
-    R_base : ndarray, shape (1, 3, 3)
-        Axes of the tool in `base`.
-    joints : ndarray, shape (1, 6), or None
-        Shown angles of the arm, rad; None if no arm is given.
-    """
-
-    p_base: FloatArray
-    R_base: FloatArray
-    joints: FloatArray | None = None
+    p_base: FloatArray  #: shape (1, 3). Tool centre point in `base`, mm.
+    R_base: FloatArray  #: shape (1, 3, 3). Axes of the tool in `base`.
+    joints: FloatArray | None = None  #: shape (1, 6). Shown angles of the arm, rad; None if no arm is given.
 
     def poses_in(self, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
         """Return the position (1, 3), mm, and the axes (1, 3, 3) in another frame."""
@@ -267,43 +212,25 @@ class SafePoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldProgram:
-    """All that is needed to write a program in any language.
-
-    Parameters
-    ----------
-    T_base_part : RigidTransform
-        The frame in which positions are written. The base itself in plans whose part turns on a positioner.
-    calibration : dict
-        The record of ``calibration.json``.
-    part_glb : bytes or None
-        The part's triangles as `wpcal.brep.mesh_glb.read_part_glb` reads them, for formats that show the part.
-    safe_point : SafePoint or None
-        Where the program starts and ends. With it, every move between two seams is linear and was checked.
-    checked : tuple of str
-        Lines that say what was compared with the part; empty if nothing was.
-    arm : Arm or None
-        The arm whose joints the poses have.
-    tolerance : PathTolerance or None
-        How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
-    arc : ArcSettings or None
-        How the arc is switched; None for a dry run without arc instructions.
-    planned : PlannedMoves or None
-        The moves off the seams of a plan, of which `arm` is the arm.
-    """
+    """All that is needed to write a program in any language."""
 
     paths: tuple[WeldPath, ...]
+    #: The frame in which positions are written. The base itself in plans whose part turns on a positioner.
     T_base_part: RigidTransform
     torch: TorchSettings = field(default_factory=TorchSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     controller: ControllerSettings = field(default_factory=ControllerSettings)
-    calibration: dict[str, Any] = field(default_factory=dict)
+    calibration: dict[str, Any] = field(default_factory=dict)  #: The record of ``calibration.json``.
+    #: The part's triangles as `wpcal.brep.mesh_glb.read_part_glb` reads them, for formats that show the part.
     part_glb: bytes | None = None
+    #: Where the program starts and ends. With it, every move between two seams is linear and was checked.
     safe_point: SafePoint | None = None
-    checked: tuple[str, ...] = ()
-    arm: Arm | None = None
+    checked: tuple[str, ...] = ()  #: Lines that say what was compared with the part; empty if nothing was.
+    arm: Arm | None = None  #: The arm whose joints the poses have.
+    #: How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
     tolerance: PathTolerance | None = None
-    arc: ArcSettings | None = None
-    planned: PlannedMoves | None = None
+    arc: ArcSettings | None = None  #: How the arc is switched; None for a dry run without arc instructions.
+    planned: PlannedMoves | None = None  #: The moves off the seams of a plan, of which `arm` is the arm.
 
     @property
     def marks(self) -> tuple[str, str]:
@@ -344,21 +271,15 @@ def build_program(
 
     Parameters
     ----------
-    finished : FinishedCalibration
-        With the seams to export.
-    welds : mapping, optional
-        Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
-    arc : ArcSettings, optional
-        How the arc is switched; None for a dry run.
-    choice : RunChoice, optional
-        Which runs the weld data give: tack welds first, and weaves by the controller, if it is not stated.
+    finished : With the seams to export.
+    welds : Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
+    arc : How the arc is switched; None for a dry run.
+    choice : Which runs the weld data give: tack welds first, and weaves by the controller, if it is not stated.
 
     Raises
     ------
-    GeometryError
-        When a seam has fewer than two frames.
-    InputError
-        When only tack welds are wanted and there are none, or a weave cannot be made of points.
+    GeometryError : When a seam has fewer than two frames.
+    InputError : When only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
     if welds is None:

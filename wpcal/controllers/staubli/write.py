@@ -61,17 +61,11 @@ XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
 
 
 def write_val3(program: WeldProgram) -> dict[str, str]:
-    """Write a VAL3 application.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.pjx``, ``NAME.dtx``, ``start.pgx``, ``stop.pgx``.
+    """Write a VAL3 application. ``NAME.pjx``, ``NAME.dtx``, ``start.pgx``, ``stop.pgx``.
 
     Raises
     ------
-    InputError
-        When a seam has too many points, or VAL3 does not allow the tool's name.
+    InputError : When a seam has too many points, or VAL3 does not allow the tool's name.
     """
     for path in program.paths:
         if len(path) > MOST_POINTS:

@@ -51,17 +51,11 @@ RAD_DECIMALS = 9
 
 
 def write_touch_urscript(program: TouchProgram) -> dict[str, str]:
-    """Write a URScript program of searches.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME_touch.script``.
+    """Write a URScript program of searches. ``NAME_touch.script``.
 
     Raises
     ------
-    InputError
-        When the robot has no such input or output, or the results cannot be sent to such a computer.
+    InputError : When the robot has no such input or output, or the results cannot be sent to such a computer.
     """
     refuse_package(program, "URScript")
     name = program.name(NAMES)

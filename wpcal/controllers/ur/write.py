@@ -51,13 +51,7 @@ LONGEST_COMMENT = 100
 
 
 def write_urscript(program: WeldProgram) -> dict[str, str]:
-    """Write a URScript program.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.script``.
-    """
+    """Write a URScript program. ``NAME.script``."""
     name = safe_name(program.controller.program_name, NAMES)
     planned = program.planned
     T_base_frame = frame_as_written(program.T_base_part)

@@ -33,8 +33,7 @@ def rconf(posture: Posture, given: str) -> list[str]:
 
     Raises
     ------
-    InputError
-        When R, T or S is beyond ±180°: which of the two ranges a negative angle belongs to is not stated.
+    InputError : When R, T or S is beyond ±180°: which of the two ranges a negative angle belongs to is not stated.
     """
     beyond = np.abs(posture.degrees[:, [0, 3, 5]]).max(axis=1) > HALF_TURN_DEG
     refuse_first(beyond, "S, R or T is beyond 180 deg, for which the range of RCONF could not be checked")

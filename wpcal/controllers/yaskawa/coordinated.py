@@ -29,17 +29,11 @@ HOLDER_TOOL = 0
 
 
 def write_coordinated_inform(program: CoordinatedProgram) -> dict[str, str]:
-    """Write one INFORM job that moves both robots.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.jbi``, with lines ended by CR LF.
+    """Write one INFORM job that moves both robots. ``NAME.jbi``, with lines ended by CR LF.
 
     Raises
     ------
-    InputError
-        When INFORM cannot write the speed or the weld data, or the job would be too long.
+    InputError : When INFORM cannot write the speed or the weld data, or the job would be too long.
     """
     name = safe_name(program.controller.program_name, NAMES).upper()
     head = comment_lines(

@@ -37,8 +37,7 @@ def read_inform(text: str, path: str) -> ProgramPoints:
 
     Raises
     ------
-    FormatError
-        When it has no section ``//POS`` or a position is not six numbers.
+    FormatError : When it has no section ``//POS`` or a position is not six numbers.
     """
     if not re.search(r"^//POS\b", text, re.MULTILINE):
         raise FormatError("has no section //POS", path=path)

@@ -38,8 +38,7 @@ def write_sync_inform(program: SyncProgram) -> dict[str, str]:
 
     Returns
     -------
-    dict of str to str
-        ``NAME.jbi``, ``NAME_R1.jbi`` and ``NAME_R2.jbi``, with lines ended by CR LF.
+    dict of str to str. ``NAME.jbi``, ``NAME_R1.jbi`` and ``NAME_R2.jbi``, with lines ended by CR LF.
 
     Raises
     ------
@@ -83,10 +82,8 @@ def joint_rows(arm: Arm, joints: FloatArray, kind: str) -> list[str]:
 
     Parameters
     ----------
-    joints : ndarray, shape (n, 6)
-        Shown angles, rad.
-    kind : str
-        As `joint_kind` returns it.
+    joints : shape (n, 6). Shown angles, rad.
+    kind : As `joint_kind` returns it.
     """
     if kind == "PULSE":
         return [",".join(f"{v:.0f}" for v in row) for row in arm.pulses_from_angles(joints)]
@@ -123,13 +120,11 @@ def joint_percents(program: SyncProgram) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (2, N - 1)
-        Percent.
+    ndarray, shape (2, N - 1). Percent.
 
     Raises
     ------
-    InputError
-        When an arm does not state the speeds of its joints, or a percentage is more than 100.
+    InputError : When an arm does not state the speeds of its joints, or a percentage is more than 100.
     """
     share = _shares(program)
     decides = share == share.max(axis=0)

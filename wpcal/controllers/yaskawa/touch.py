@@ -70,8 +70,7 @@ def write_touch_inform(program: TouchProgram) -> dict[str, str]:
 
     Returns
     -------
-    dict of str to str
-        ``NAME_TOUCH.jbi`` and ``NAME_TOUCHH.jbi``, with lines ended by CR LF.
+    dict of str to str. ``NAME_TOUCH.jbi`` and ``NAME_TOUCHH.jbi``, with lines ended by CR LF.
 
     Raises
     ------

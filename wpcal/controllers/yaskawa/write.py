@@ -72,12 +72,7 @@ LANGUAGE = JobLanguage(
 
 
 def write_inform(program: WeldProgram) -> dict[str, str]:
-    """Write INFORM jobs.
-
-    Returns
-    -------
-    dict of str to str
-        ``NAME.jbi`` and one file per seam, with lines ended by CR LF.
+    """Write INFORM jobs. ``NAME.jbi`` and one file per seam, with lines ended by CR LF.
 
     Raises
     ------
@@ -164,8 +159,7 @@ def joint_rows(joints: FloatArray, arm: Arm | None) -> tuple[str, list[list[str]
 
     Parameters
     ----------
-    joints : ndarray, shape (n, 6)
-        Shown angles, rad.
+    joints : shape (n, 6). Shown angles, rad.
     """
     if arm is not None and all(joint.pulses_per_deg is not None for joint in arm.joints):
         return "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(joints)]
@@ -201,23 +195,16 @@ def inform_job(
 
     Parameters
     ----------
-    name : str
-        A name that the language allows, upper case.
-    positions : list of str
-        Lines of the section ``//POS`` after the counts.
-    instructions : list of str
-        Lines between NOP and END.
-    group : str or None
-        The robot that the job moves; None for a job that moves none.
-    user : int or None
-        The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
-    station : str or None
-        The positioner, or the second robot, that the job moves too.
+    name : A name that the language allows, upper case.
+    positions : Lines of the section ``//POS`` after the counts.
+    instructions : Lines between NOP and END.
+    group : The robot that the job moves; None for a job that moves none.
+    user : The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
+    station : The positioner, or the second robot, that the job moves too.
 
     Raises
     ------
-    InputError
-        When the job has too many lines.
+    InputError : When the job has too many lines.
     """
     if len(instructions) + 2 > MOST_LINES:
         raise InputError(f"INFORM: {name} needs {len(instructions) + 2} lines, a job has at most {MOST_LINES}")

@@ -31,31 +31,16 @@ ROUND_OFF_RAD = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """m points along the path, of which some may be ends of moves.
+    """m points along the path, of which some may be ends of moves."""
 
-    Parameters
-    ----------
-    p, tip : ndarray, shape (m, 3)
-        Tool centre points, and tips of the wire, mm.
-    R : ndarray, shape (m, 3, 3)
-        Axes of the tool.
-    s_mm : ndarray, shape (m,)
-        Length along the path.
-    nodes : ndarray of int, shape (n,)
-        Rows at which moves may end.
-    axis : int
-        The axis of the tool along the wire: 0 for x, 2 for z.
-    standoff_mm : float
-        From the tool centre point to the tip.
-    """
-
+    #: `p`, `tip`: shape (m, 3). Tool centre points, and tips of the wire, mm.
     p: FloatArray
     tip: FloatArray
-    R: FloatArray
-    s_mm: FloatArray
-    nodes: IntArray
-    axis: int
-    standoff_mm: float
+    R: FloatArray  #: shape (m, 3, 3). Axes of the tool.
+    s_mm: FloatArray  #: shape (m,). Length along the path.
+    nodes: IntArray  #: shape (n,). Rows at which moves may end.
+    axis: int  #: The axis of the tool along the wire: 0 for x, 2 for z.
+    standoff_mm: float  #: From the tool centre point to the tip.
 
     @property
     def wire(self) -> FloatArray:
@@ -79,22 +64,14 @@ class Course:
 
         Parameters
         ----------
-        p : ndarray, shape (n, 3)
-            Tool centre points, mm.
-        R : ndarray, shape (n, 3, 3)
-            Axes of the tool.
-        s_mm : ndarray, shape (n,)
-            Lengths along the path.
-        headings : ndarray, shape (n, 3), or None
-            Directions of travel of the wire's tip; None: straight between two points.
-        axis : int
-            The axis of the tool along the wire.
-        standoff_mm : float
-            From the tool centre point to the tip.
-        most_mm : float
-            Where the chord of a step misses the path by more than this, moves may also end within the step.
-        step_mm : float
-            Largest distance between two points.
+        p : shape (n, 3). Tool centre points, mm.
+        R : shape (n, 3, 3). Axes of the tool.
+        s_mm : shape (n,). Lengths along the path.
+        headings : shape (n, 3). Directions of travel of the wire's tip; None: straight between two points.
+        axis : The axis of the tool along the wire.
+        standoff_mm : From the tool centre point to the tip.
+        most_mm : Where the chord of a step misses the path by more than this, moves may also end within the step.
+        step_mm : Largest distance between two points.
         """
         tip = p + standoff_mm * R[:, :, axis]
         step = np.diff(tip, axis=0)

@@ -49,23 +49,14 @@ to test them at every point would take n³ / 16 operations."""
 class PathTolerance:
     """How far moves may be from the path.
 
-    Parameters
-    ----------
-    mm : float
-        Of the tip of the wire. 0.05 mm is the repeatability of a welding robot.
-    wire_rad : float
-        Of the direction of the wire.
-    side_rad : float
-        Of the direction across the wire, where it is given. Infinity: the turn about the wire is free.
-
     Raises
     ------
-    InputError
-        When a value is not positive.
+    InputError : When a value is not positive.
     """
 
-    mm: float = 0.05
-    wire_rad: float = math.radians(0.5)
+    mm: float = 0.05  #: Of the tip of the wire. 0.05 mm is the repeatability of a welding robot.
+    wire_rad: float = math.radians(0.5)  #: Of the direction of the wire.
+    #: Of the direction across the wire, where it is given. Infinity: the turn about the wire is free.
     side_rad: float = math.inf
 
     def __post_init__(self) -> None:
@@ -118,25 +109,18 @@ def fit_moves(
 
     Parameters
     ----------
-    p : array_like, shape (n, 3)
-        Tool centre points along the path, in any one frame, mm; at least two.
-    R : array_like, shape (n, 3, 3)
-        Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
-    s_mm : array_like, shape (n,), optional
-        Lengths along the path, increasing; by default those of the chords.
+    p : shape (n, 3). Tool centre points along the path, in any one frame, mm; at least two.
+    R : shape (n, 3, 3). Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
+    s_mm : shape (n,). Lengths along the path, increasing; by default those of the chords.
     headings : array_like, shape (n, 3), optional
         Directions of travel of the wire's tip. Without them the path is straight between two points.
-    axis : int
-        The axis of the tool along the wire: 0 for x, 2 for z.
-    standoff_mm : float
-        From the tool centre point to the tip of the wire, whose path is compared.
+    axis : The axis of the tool along the wire: 0 for x, 2 for z.
+    standoff_mm : From the tool centre point to the tip of the wire, whose path is compared.
     spin_is_free : bool
         Whether only the wire has to keep its direction. The turn about the wire is then as each move makes it, starting
         from the first pose. False: every move begins and ends with the given axes of the tool.
-    arcs : bool
-        Whether a move may be an arc.
-    also : Condition, optional
-        What else a move has to keep, for example the motion of a part that another robot turns meanwhile.
+    arcs : Whether a move may be an arc.
+    also : What else a move has to keep, for example the motion of a part that another robot turns meanwhile.
 
     Returns
     -------
@@ -146,8 +130,7 @@ def fit_moves(
 
     Raises
     ------
-    GeometryError
-        When there are fewer than two points.
+    GeometryError : When there are fewer than two points.
 
     Notes
     -----
@@ -209,8 +192,7 @@ class _Search:
 
         Parameters
         ----------
-        forced : bool
-            Whether a step between neighbours that is not allowed becomes a line.
+        forced : Whether a step between neighbours that is not allowed becomes a line.
         """
         count = len(self.course.nodes)
         arcs, worst = np.full(count, np.inf), np.full(count, np.inf)
@@ -338,15 +320,12 @@ def deviations(course: Course, moves: Moves, at: IntArray) -> tuple[FloatArray, 
 
     Parameters
     ----------
-    moves : Moves
-        k of them.
-    at : ndarray of int, shape (k,)
-        Rows of the course.
+    moves : k of them.
+    at : shape (k,). Rows of the course.
 
     Returns
     -------
-    off_mm, off_rad : ndarray, shape (k,)
-        Distance of the wire's tips, and angle between the wires.
+    off_mm, off_rad : ndarray, shape (k,). Distance of the wire's tips, and angle between the wires.
     """
     share = moves.shares(course.p[at])
     wire = moves.directions(share, course.axis)

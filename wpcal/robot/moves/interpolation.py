@@ -47,32 +47,20 @@ NO_TURN_RAD = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moves:
-    """m moves as arrays: lines, and arcs through a point.
+    """m moves as arrays: lines, and arcs through a point."""
 
-    Parameters
-    ----------
-    p0, chord : ndarray, shape (m, 3)
-        Start, and the way from it to the end, mm.
-    R0 : ndarray, shape (m, 3, 3)
-        Axes of the tool at the start.
-    turn : ndarray, shape (m, 3)
-        Rotation vector from the start to the end, in the frame of the targets, rad.
-    centre, u, v : ndarray, shape (m, 3)
-        Of the arcs: centre, start from the centre, and the same a quarter turn on. Zero for lines.
-    sweep : ndarray, shape (m,)
-        Of the arcs, rad; zero for lines.
-    is_sound : ndarray of bool, shape (m,)
-        False for moves that controllers refuse, or that may turn the tool the other way.
-    """
-
+    #: `p0`, `chord`: shape (m, 3). Start, and the way from it to the end, mm.
     p0: FloatArray
     chord: FloatArray
-    R0: FloatArray
-    turn: FloatArray
+    R0: FloatArray  #: shape (m, 3, 3). Axes of the tool at the start.
+    turn: FloatArray  #: shape (m, 3). Rotation vector from the start to the end, in the frame of the targets, rad.
+    #: `centre`, `u`, `v`: shape (m, 3). Of the arcs: centre, start from the centre, and the same a quarter turn on.
+    #: Zero for lines.
     centre: FloatArray
     u: FloatArray
     v: FloatArray
-    sweep: FloatArray
+    sweep: FloatArray  #: shape (m,). Of the arcs, rad; zero for lines.
+    #: shape (m,). False for moves that controllers refuse, or that may turn the tool the other way.
     is_sound: BoolArray
 
     def __len__(self) -> int:
@@ -84,14 +72,10 @@ class Moves:
 
         Parameters
         ----------
-        p0, p1 : ndarray, shape (m, 3)
-            Starts and ends, mm.
-        R0 : ndarray, shape (m, 3, 3)
-            Axes of the tool at the starts.
-        turn : ndarray, shape (m, 3)
-            Rotation vectors from there to the ends, rad.
-        via : ndarray, shape (m, 3)
-            A point of each arc between its ends; NaN for a line.
+        p0, p1 : shape (m, 3). Starts and ends, mm.
+        R0 : shape (m, 3, 3). Axes of the tool at the starts.
+        turn : shape (m, 3). Rotation vectors from there to the ends, rad.
+        via : shape (m, 3). A point of each arc between its ends; NaN for a line.
         """
         chord = p1 - p0
         is_arc = np.isfinite(via[:, 0])
@@ -122,8 +106,7 @@ class Moves:
 
         Parameters
         ----------
-        points : ndarray, shape (m, 3)
-            One for each move, mm.
+        points : shape (m, 3). One for each move, mm.
         """
         length = np.einsum("ij,ij->i", self.chord, self.chord)
         along = np.einsum("ij,ij->i", points - self.p0, self.chord) / np.where(length > 0.0, length, 1.0)
@@ -170,17 +153,11 @@ def turns_between(R0: FloatArray, R1: FloatArray) -> FloatArray:
 
 
 def swings_between(d0: FloatArray, d1: FloatArray) -> FloatArray:
-    """Return the least rotations from directions to directions.
+    """Return the least rotations from directions to directions, shape (m, 3). Rotation vectors, rad.
 
     Parameters
     ----------
-    d0, d1 : ndarray, shape (m, 3)
-        Unit vectors.
-
-    Returns
-    -------
-    ndarray, shape (m, 3)
-        Rotation vectors, rad.
+    d0, d1 : shape (m, 3). Unit vectors.
     """
     normal = np.cross(d0, d1)
     sine = np.linalg.norm(normal, axis=1)
@@ -193,13 +170,11 @@ def turns_through(d0: FloatArray, middle: FloatArray, d1: FloatArray) -> FloatAr
 
     Parameters
     ----------
-    d0, middle, d1 : ndarray, shape (m, 3)
-        Unit vectors.
+    d0, middle, d1 : shape (m, 3). Unit vectors.
 
     Returns
     -------
-    ndarray, shape (m, 3)
-        Rotation vectors, rad; NaN where the three do not differ.
+    ndarray, shape (m, 3). Rotation vectors, rad; NaN where the three do not differ.
     """
     normal = np.cross(middle - d0, d1 - middle)
     length = np.linalg.norm(normal, axis=1, keepdims=True)

@@ -14,31 +14,17 @@ from wpcal.robot.moves.interpolation import Moves, turns_between
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A straight move.
+    """A straight move."""
 
-    Parameters
-    ----------
-    to : int
-        Row of the pose at its end.
-    """
-
-    to: int
+    to: int  #: Row of the pose at its end.
 
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """A move on a circle.
+    """A move on a circle."""
 
-    Parameters
-    ----------
-    via : int
-        Row of the pose in its middle.
-    to : int
-        Row of the pose at its end.
-    """
-
-    via: int
-    to: int
+    via: int  #: Row of the pose in its middle.
+    to: int  #: Row of the pose at its end.
 
 
 Move = Line | Arc
@@ -46,31 +32,17 @@ Move = Line | Arc
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovePath:
-    """The poses that a program states, and the moves between them.
+    """The poses that a program states, and the moves between them."""
 
-    Parameters
-    ----------
-    p : ndarray, shape (k, 3)
-        Tool centre points in any one frame, mm. The first is the start.
-    R : ndarray, shape (k, 3, 3)
-        Axes of the tool in the same frame.
-    moves : tuple of Line or Arc
-        From the first pose on, in order. Each begins where the one before ends.
-    s_mm : ndarray, shape (k,)
-        Where the poses are on the path that was asked for: the length along it, mm.
-    off_mm, off_rad : float
-        Largest distance of the wire's tip, and largest angle of the wire, from the path that was asked for.
-    most_mm : float
-        Largest distance that is allowed: a zone may leave a corner by so much.
-    """
-
-    p: FloatArray
-    R: FloatArray
-    moves: tuple[Move, ...]
-    s_mm: FloatArray
+    p: FloatArray  #: shape (k, 3). Tool centre points in any one frame, mm. The first is the start.
+    R: FloatArray  #: shape (k, 3, 3). Axes of the tool in the same frame.
+    moves: tuple[Move, ...]  #: From the first pose on, in order. Each begins where the one before ends.
+    s_mm: FloatArray  #: shape (k,). Where the poses are on the path that was asked for: the length along it, mm.
+    #: `off_mm`, `off_rad`: Largest distance of the wire's tip, and largest angle of the wire, from the path that was
+    #: asked for.
     off_mm: float = 0.0
     off_rad: float = 0.0
-    most_mm: float = 0.05
+    most_mm: float = 0.05  #: Largest distance that is allowed: a zone may leave a corner by so much.
     _arrays: list[Moves] = field(default_factory=list, repr=False)
 
     def __len__(self) -> int:
@@ -100,13 +72,11 @@ class MovePath:
 
         Parameters
         ----------
-        s_mm : array_like, shape (m,)
-            Lengths along the path that was asked for, mm; within its two ends.
+        s_mm : shape (m,). Lengths along the path that was asked for, mm; within its two ends.
 
         Returns
         -------
-        p, R : ndarray, shapes (m, 3) and (m, 3, 3)
-            In the frame of the poses.
+        p, R : ndarray, shapes (m, 3) and (m, 3, 3). In the frame of the poses.
         """
         s = np.asarray(s_mm, dtype=np.float64)
         at = self.s_mm[self.ends]
@@ -137,13 +107,11 @@ class MovePath:
 
         Parameters
         ----------
-        blend_mm : float
-            r: as the program states it, mm.
+        blend_mm : r: as the program states it, mm.
 
         Returns
         -------
-        tuple of bool
-            One for each move; the last is true.
+        tuple of bool. One for each move; the last is true.
         """
         cut = blend_mm * np.sin(self.corner_rad / 2.0) / 2.0
         return (*(cut > self.most_mm).tolist(), True)
