@@ -12,20 +12,21 @@ ABB, Technical reference manual: RAPID Instructions, Functions and Data types (r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from wpcal.controllers.abb.arc import ArcData, arc_data
 from wpcal.controllers.abb.configuration import confdata
-from wpcal.controllers.language.naming import NameRules, comment_lines, own_name, safe_name, safe_names
-from wpcal.controllers.language.post import Post
-from wpcal.controllers.language.rounding import rounded
+from wpcal.controllers.language.emit import Around, WeldWriter
+from wpcal.controllers.language.naming import NameRules, own_name, safe_name, safe_names
+from wpcal.controllers.language.rounding import rounded, texts
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, describe_path, part_frame
-from wpcal.controllers.program.planned import PlannedMoves, angle_texts
+from wpcal.controllers.program.describe import describe, part_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.moves import Arc
+from wpcal.robot.kinematics.posture import Posture
 
 KEYWORDS = (
     "alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc "
@@ -39,10 +40,10 @@ MM_DECIMALS = 5
 """A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing."""
 QUATERNION_DECIMALS = 9
 """1e-9 turns a point at 2 m by 4e-6 mm; the controller normalises what it reads."""
+DEG_DECIMALS = 5
+"""Joints: 1.5e-5 degrees at 180 degrees is what a 32-bit number resolves."""
 LONGEST_COMMENT = 72
 """Old controllers cut source lines at 80 characters."""
-DEG_DECIMALS = 5
-"""Of joints: 1.5e-5 degrees at 180 degrees is what a 32-bit number resolves."""
 EXTERNAL_AXES = 6
 NO_AXIS = "9E+09"
 """The robot does not have this external axis."""
@@ -51,238 +52,187 @@ UNIT = "STN1"
 """The usual name of a positioner as a mechanical unit."""
 JOINT_TARGET = "wpJ"
 """The name of a joint target of a plan is this and its number."""
-PLANNED_SPEED = "vJoint"
-"""Of the joint moves of a plan. 500 mm/s is a limit of the tip: the joints limit most of them."""
 PROCEDURE = "weld_"
 """The name of a procedure is this and the name of its seam."""
 SAFE_POINT = "wpSafe"
 """The target above the part at which the program starts and ends."""
-AIR_SPEED = "vAir"
 JOINT_SPEED = "v100"
-"""Of the only joint move, that to the safe point: slow, because the arm can come from anywhere."""
-OFF = ("    ConfJ\\Off;", "    ConfL\\Off;")
-ON = ("    ConfJ\\On;", "    ConfL\\On;")
-"""As a controller starts; a caller of a procedure gets them back."""
-CIRCLE = ("    CirPathMode\\ObjectFrame;",)
-"""On arcs the tool turns about one axis, and not with the tangent."""
-USUAL_CIRCLE = ("    CirPathMode\\PathFrame;",)
-"""As a controller starts."""
+"""The speed of the only joint move, that to the safe point: slow, because the arm can come from anywhere."""
+OFF, ON = (tuple(f"    Conf{kind}\\{state};" for kind in "JL") for state in ("Off", "On"))
+"""On as a controller starts; a caller of a procedure gets it back."""
+CIRCLE, USUAL_CIRCLE = ("    CirPathMode\\ObjectFrame;",), ("    CirPathMode\\PathFrame;",)
+"""On arcs the tool turns about one axis, and not with the tangent, as a controller starts."""
 ZONE_MM = 1.0
-"""Of z1."""
+"""The size of z1."""
 TURN_DEG_S = 500
 """As in the predefined speeds: rotation never limits the speed along a seam."""
 
 
 def write_rapid(program: WeldProgram) -> dict[str, str]:
-    """Write a RAPID module. ``NAME.mod``, with lines ended by CR LF.
-
-    Raises
-    ------
-    InputError : When RAPID does not allow the tool's name.
-    """
-    width = program.label_width
-    module = safe_name(program.controller.program_name, NAMES)
-    frame, T_base_frame = frame_as_written(program.T_base_part)
-    names = safe_names([path.seam.name for path in program.paths], NAMES, room=max(width + 1, len(PROCEDURE)))
-    post = Post("rapid", program)
-    lines = [f"MODULE {module}", *post.header(_about(program, names)), *_data(program, frame)]
-    lines += _joint_targets(program.planned)
-    arcs = {path.seam.name: _arc_data(path, names[path.seam.name], program) for path in program.paths}
-    for path in program.paths:
-        lines += _data_of_seam(path, names[path.seam.name], program, arcs[path.seam.name])
-    if program.safe_point is not None:
-        lines += _targets([SAFE_POINT], program.safe_point, program, T_base_frame)
-    for path in program.paths:
-        targets = _targets(path.labels(names[path.seam.name], width=width), path, program, T_base_frame)
-        lines += targets[0 if program.planned is None else path.before :]  # a plan goes to joints before a seam
-    tool = own_name(program.controller.tool_name, NAMES, what="tool")
-    off, on = ((), ()) if program.arm is not None else (OFF, ON)
-    between = _between(program.planned, post)
-    for number, path in enumerate(program.paths):
-        moves = _moves(path, names[path.seam.name], tool, post, arcs[path.seam.name])
-        moves = [*between[number][1], *moves] if between else moves
-        mode, usual = (CIRCLE, USUAL_CIRCLE) if path.has_arcs else ((), ())
-        name = f"{PROCEDURE}{names[path.seam.name]}"
-        lines += ["", f"  PROC {name}()", *off, *mode, *moves, *usual, *on, "  ENDPROC"]
-    calls = [f"    {PROCEDURE}{stem};" for stem in names.values()]
-    if between:
-        calls[:0] = [f"    ActUnit {UNIT};"] if _follows(program) else []
-        between[:0] = [([], [])] if _follows(program) else []
-        calls = [line for (way, _), call in zip(between, [*calls, ""], strict=True) for line in (*way, call) if line]
-    if program.safe_point is not None:
-        first = post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
-        calls = [*off, *first, *calls, *off, *post.air_move(SAFE_POINT, speed=AIR_SPEED), *on]
-    main = safe_name(f"run_{module}", NAMES)
-    lines += [f"  PROC {main}()", *calls, "  ENDPROC", *post.footer(), ""]
-    return {f"{module}.mod": "\r\n".join(lines)}
+    """Write a RAPID module, ``NAME.mod``; `InputError` when RAPID does not allow the tool's name."""
+    return _Rapid(program).files()
 
 
-def _about(program: WeldProgram, names: dict[str, str]) -> list[str]:
-    text = [
-        *describe(program),
-        f"targets are relative to wpPart, {part_frame(program)}; mm; q1..q4 = w,x,y,z",
-        f"written with {MM_DECIMALS} and {QUATERNION_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
-        "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end"
-        if program.arm is None
-        else "confdata is computed from the joints; cfx is that of an arm without a parallel rod",
-        *_planned_frame(program),
-        "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF"
-        if program.arc is None
-        else "the tool, and data without sm_, wd_ and wv_, must be declared on the controller; wire feed in mm/s",
-        "seam -> name here",
-        *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
-    ]
-    return comment_lines(text, mark="", longest=LONGEST_COMMENT)
+def speed_data(name: str, mm_s: float) -> str:
+    """Declare a speed."""
+    return f"  LOCAL CONST speeddata {name}:=[{mm_s:g},{TURN_DEG_S},{mm_s:g},{TURN_DEG_S}];"
 
 
 def frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
     """Return the frame's text and the frame with these digits: its rounding then does not move targets in the base."""
     q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
     written = RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
-    return _texts(T.t_mm[None], q[None])[0], written
-
-
-def _data(program: WeldProgram, frame: str) -> list[str]:
-    lines = [f'  PERS wobjdata wpPart:=[FALSE,TRUE,"",[{frame}],[[0,0,0],[1,0,0,0]]];']
-    if _follows(program):
-        lines = [f'  PERS wobjdata wpPart:=[FALSE,FALSE,"{UNIT}",[[0,0,0],[1,0,0,0]],[{frame}]];']
-    for name, speed in (("vWeld", program.motion.speed_mm_s), ("vAir", program.motion.air_speed_mm_s)):
-        lines.append(f"  LOCAL CONST speeddata {name}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];")
-    return lines
-
-
-def _arc_data(path: WeldPath, stem: str, program: WeldProgram) -> ArcData | None:
-    return None if program.arc is None else arc_data(path, stem, program.weld_speed_mm_s(path), NAMES)
-
-
-def _data_of_seam(path: WeldPath, stem: str, program: WeldProgram, arc: ArcData | None) -> list[str]:
-    """Declare what a seam with weld data has of its own: its speed and its arc data."""
-    if path.run is None:
-        return []
-    speed = program.weld_speed_mm_s(path)
-    own = f"  LOCAL CONST speeddata {_speed_name(path, stem)}:=[{speed:g},{TURN_DEG_S},{speed:g},{TURN_DEG_S}];"
-    return [own, *(() if arc is None else arc.declared)]
-
-
-def _speed_name(path: WeldPath, stem: str) -> str:
-    return "vWeld" if path.run is None else f"v_{stem}"
+    return _pose_texts(T.t_mm[None], q[None])[0], written
 
 
 def pose_texts(p: FloatArray, R: FloatArray) -> list[str]:
-    """Return poses as ``[x,y,z],[q1,q2,q3,q4]``.
-
-    Parameters
-    ----------
-    p, R : shapes (n, 3) and (n, 3, 3). In any one frame, mm.
-    """
-    return _texts(p, quaternion_from_rotation(R))
+    """Return poses as ``[x,y,z],[q1,q2,q3,q4]``: p of shape (n, 3), mm, and R of shape (n, 3, 3), in any one frame."""
+    return _pose_texts(p, quaternion_from_rotation(R))
 
 
-def _texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
-    places = rounded(p, MM_DECIMALS).tolist()
-    turns = rounded(np.roll(q_xyzw, 1, axis=1), QUATERNION_DECIMALS).tolist()
-    m, k = MM_DECIMALS, QUATERNION_DECIMALS
-    return [
-        f"[{x:.{m}f},{y:.{m}f},{z:.{m}f}],[{w:.{k}f},{a:.{k}f},{b:.{k}f},{c:.{k}f}]"
-        for (x, y, z), (w, a, b, c) in zip(places, turns, strict=True)
-    ]
+def _pose_texts(p: FloatArray, q_xyzw: FloatArray) -> list[str]:
+    turns = texts(np.roll(q_xyzw, 1, axis=1), QUATERNION_DECIMALS)
+    return [f"[{','.join(at)}],[{','.join(q)}]" for at, q in zip(texts(p, MM_DECIMALS), turns, strict=True)]
 
 
-def _targets(
-    labels: list[str], poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform
+def robtargets(
+    labels: Sequence[str], p: FloatArray, R: FloatArray, forms: Posture | None, external: Sequence[str] | None = None
 ) -> list[str]:
-    texts = pose_texts(*poses.poses_in(T_base_frame))
-    postures = program.posture_of(poses)
-    confs = ["[0,0,0,0]"] * len(texts) if postures is None else confdata(postures)
-    outer = [NO_EXTERNAL_AXES] * len(texts)
-    if program.planned is not None and isinstance(poses, WeldPath) and poses.external is not None:
-        outer = [_external(row) for row in program.planned.external_texts(poses.external, DEG_DECIMALS)]
-    return [
-        f"  LOCAL CONST robtarget {label}:=[{text},{conf},{axes}];"
-        for label, text, conf, axes in zip(labels, texts, confs, outer, strict=True)
-    ]
+    """Declare targets: p of shape (n, 3), mm, and R of shape (n, 3, 3), in the work object; `external` as texts."""
+    confs = ["[0,0,0,0]"] * len(p) if forms is None else confdata(forms)
+    rows = zip(labels, pose_texts(p, R), confs, external or [NO_EXTERNAL_AXES] * len(p), strict=True)
+    return [f"  LOCAL CONST robtarget {label}:=[{text},{conf},{axes}];" for label, text, conf, axes in rows]
+
+
+def jointtargets(labels: Sequence[str], joints: FloatArray, external: Sequence[str] | None = None) -> list[str]:
+    """Declare joint targets: shown angles of shape (n, 6), rad."""
+    rows = zip(
+        labels, texts(np.degrees(joints), DEG_DECIMALS), external or [NO_EXTERNAL_AXES] * len(joints), strict=True
+    )
+    return [f"  LOCAL CONST jointtarget {label}:=[[{','.join(row)}],{axes}];" for label, row, axes in rows]
 
 
 def _external(axes: list[str]) -> str:
     return f"[{','.join([*axes, *[NO_AXIS] * (EXTERNAL_AXES - len(axes))])}]"
 
 
-def _joint_targets(planned: PlannedMoves | None) -> list[str]:
-    """Declare the joint targets of a plan, and their speed."""
-    if planned is None:
-        return []
-    lines = [f"  LOCAL CONST speeddata {PLANNED_SPEED}:=[{TURN_DEG_S},{TURN_DEG_S},{TURN_DEG_S},{TURN_DEG_S}];"]
-    for moves, numbers in planned.numbered():
-        rows = zip(
-            angle_texts(moves.joints, DEG_DECIMALS),
-            planned.external_texts(moves.external, DEG_DECIMALS),
-            numbers,
-            strict=True,
+class _Rapid(WeldWriter):
+    format, names, longest_comment, zone_mm = "rapid", NAMES, LONGEST_COMMENT, ZONE_MM
+    starts_in_air = False
+    air = "vAir"
+
+    def __init__(self, program: WeldProgram) -> None:
+        super().__init__(program)
+        self.frame, self.T_base_frame = frame_as_written(program.T_base_part)
+        room = max(program.label_width + 1, len(PROCEDURE))
+        self.stems = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
+        self.follows = self.planned is not None and self.planned.follows
+        self.arcs = {name: self._arc(path) for name, path in zip(self.stems, program.paths, strict=True)}
+
+    def _arc(self, path: WeldPath) -> ArcData | None:
+        if self.program.arc is None:
+            return None
+        return arc_data(path, self.stems[path.seam.name], self.program.weld_speed_mm_s(path), NAMES)
+
+    def files(self) -> dict[str, str]:
+        program = self.program
+        module = safe_name(program.controller.program_name, NAMES)
+        head = [f"MODULE {module}", *self.post.header(self._about()), *self._data()]
+        self.tool = own_name(program.controller.tool_name, NAMES, what="tool")
+        off, on = ((), ()) if program.arm is not None else (OFF, ON)
+        between, calls, procedures = self.between(), list[str](), list[str]()
+        if self.follows:
+            calls.append(f"    ActUnit {UNIT};")
+        for (before, last), path in zip(between, program.paths, strict=False):
+            name = f"{PROCEDURE}{self.stems[path.seam.name]}"
+            mode, usual = (CIRCLE, USUAL_CIRCLE) if path.has_arcs else ((), ())
+            procedures += ["", f"  PROC {name}()", *off, *mode, *last, *self._seam(path), *usual, *on, "  ENDPROC"]
+            calls += [*before, f"    {name};"]
+        calls += between[-1][0]
+        if program.safe_point is not None:
+            first = self.post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
+            calls = [*off, *first, *calls, *off, *self.air_moves([SAFE_POINT]), *on]
+        main = [f"  PROC {safe_name(f'run_{module}', NAMES)}()", *calls, "  ENDPROC", *self.post.footer(), ""]
+        return {f"{module}.mod": "\r\n".join([*head, *procedures, *main])}
+
+    def _about(self) -> list[str]:
+        program = self.program
+        text = [
+            *describe(program),
+            f"targets are relative to wpPart, {part_frame(program)}; mm; q1..q4 = w,x,y,z",
+            f"written with {MM_DECIMALS} and {QUATERNION_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
+            "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end"
+            if program.arm is None
+            else "confdata is computed from the joints; cfx is that of an arm without a parallel rod",
+            *self._external_in_words(),
+            "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF"
+            if program.arc is None
+            else "the tool, and data without sm_, wd_ and wv_, must be declared on the controller; wire feed in mm/s",
+            *self.seams_in_words(self.stems),
+        ]
+        return self.comments(text)
+
+    def _external_in_words(self) -> list[str]:
+        planned = self.planned
+        if planned is None or not planned.axis_count:
+            return []
+        names = [name for name in (planned.rail, *planned.turning) if name]
+        eax = [f"eax_{chr(97 + row)} = {name}" for row, name in enumerate(names)]  # letters from a
+        unit = f"the positioner turns along seams: it must be the mechanical unit {UNIT}, and coordinated"
+        return [f"external axes: {', '.join(eax)}", *([unit] if planned.follows else [])]
+
+    def _data(self) -> list[str]:
+        """Declare the work object, speeds, data of arcs and targets."""
+        program, zero = self.program, "[[0,0,0],[1,0,0,0]]"
+        held = (
+            f'[FALSE,FALSE,"{UNIT}",{zero},[{self.frame}]]'
+            if self.follows
+            else f'[FALSE,TRUE,"",[{self.frame}],{zero}]'
         )
-        for joints, axes, number in rows:
-            at = f"[[{','.join(joints)}],{_external(axes)}]"
-            lines.append(f"  LOCAL CONST jointtarget {JOINT_TARGET}{number:04d}:={at};")
-    return lines
+        lines = [
+            f"  PERS wobjdata wpPart:={held};",
+            speed_data("vWeld", program.motion.speed_mm_s),
+            speed_data("vAir", program.motion.air_speed_mm_s),
+        ]
+        if self.planned is not None:
+            lines.append(speed_data("vJoint", TURN_DEG_S))  # a limit of the tip: the joints limit most of these moves
+            for moves, numbers in self.planned.numbered():
+                external = [_external(row) for row in self.planned.external_texts(moves.external, DEG_DECIMALS)]
+                lines += jointtargets([f"{JOINT_TARGET}{number:04d}" for number in numbers], moves.joints, external)
+        for path in program.paths:
+            if path.run is not None:  # a seam with weld data has its own speed and data of the arc
+                arc = self.arcs[path.seam.name]
+                lines.append(speed_data(self._speed(path), program.weld_speed_mm_s(path)))
+                lines += () if arc is None else arc.declared
+        if program.safe_point is not None:
+            lines += self._targets([SAFE_POINT], program.safe_point)
+        for path in program.paths:
+            targets = self._targets(self._labels(path), path)
+            lines += targets[0 if self.planned is None else path.before :]  # a plan goes to joints before a seam
+        return lines
 
+    def _labels(self, path: WeldPath) -> list[str]:
+        return path.labels(self.stems[path.seam.name], width=self.program.label_width)
 
-def _between(planned: PlannedMoves | None, post: Post) -> list[tuple[list[str], list[str]]]:
-    """Return the joint moves before each seam and after the last; none without a plan.
+    def _targets(self, labels: list[str], poses: WeldPath | SafePoint) -> list[str]:
+        external = None
+        if self.planned is not None and isinstance(poses, WeldPath) and poses.external is not None:
+            external = [_external(row) for row in self.planned.external_texts(poses.external, DEG_DECIMALS)]
+        return robtargets(labels, *poses.poses_in(self.T_base_frame), self.program.posture_of(poses), external)
 
-    The last move before a seam is apart: it belongs to the procedure of the seam, so that the seam can be run alone.
-    """
-    if planned is None:
-        return []
-    found = []
-    for row, (_, numbers) in enumerate(planned.numbered()):
-        moves = [post.joint_move(f"{JOINT_TARGET}{number:04d}", speed=PLANNED_SPEED) for number in numbers]
-        cut = len(moves) if row == len(planned.air) - 1 else -1
-        before, last = ([line for move in part for line in move] for part in (moves[:cut], moves[cut:]))
-        found.append((before, last))
-    return found
+    def joint_move(self, number: int) -> list[str]:
+        return self.post.joint_move(f"{JOINT_TARGET}{number:04d}", speed="vJoint")
 
+    def _speed(self, path: WeldPath) -> str:
+        return "vWeld" if path.run is None else f"v_{self.stems[path.seam.name]}"
 
-def _follows(program: WeldProgram) -> bool:
-    return program.planned is not None and program.planned.follows
+    def _seam(self, path: WeldPath) -> list[str]:
+        arc = self.arcs[path.seam.name]
+        names = {"speed": self._speed(path), "arc": "" if arc is None else arc.text}
+        return self.seam(path, self._labels(path), Around(start=names))
 
-
-def _planned_frame(program: WeldProgram) -> list[str]:
-    planned = program.planned
-    if planned is None or not planned.axis_count:
-        return []
-    names = [name for name in (planned.rail, *planned.turning) if name]
-    eax = [f"eax_{chr(97 + row)} = {name}" for row, name in enumerate(names)]  # letters from a
-    unit = f"the positioner turns along seams: it must be the mechanical unit {UNIT}, and coordinated"
-    return [f"external axes: {', '.join(eax)}", *([unit] if planned.follows else [])]
-
-
-def _moves(path: WeldPath, stem: str, tool: str, post: Post, arc: ArcData | None) -> list[str]:
-    program, end = post.program, f"{tool}\\WObj:=wpPart;"
-    labels, rows = path.labels(stem, width=program.label_width), path.weld_rows
-    way_to, along, way_from = labels[: rows.start], labels[rows], labels[rows.stop :]
-    moves = []
-    if program.planned is None:
-        moves += post.air_move(way_to[0], speed=AIR_SPEED, joint=program.safe_point is None)
-    for label in way_to[1:]:
-        moves += post.air_move(label, speed=AIR_SPEED)
-    speed = _speed_name(path, stem)
-    moves += post.weld_start(path, list, point=along[0], speed=speed, arc="" if arc is None else arc.text)
-    moves += _weld_moves(path, along, end, speed=speed, arc=arc)
-    moves += post.weld_end(path, list)
-    for label in way_from:
-        moves += post.air_move(label, speed=AIR_SPEED)
-    return moves
-
-
-def _weld_moves(path: WeldPath, along: list[str], end: str, *, speed: str, arc: ArcData | None) -> list[str]:
-    lines = []
-    moves = list(zip(path.weld_moves, path.stops(ZONE_MM), strict=True))
-    for number, (move, stop) in enumerate(moves, 1):
-        word = "C" if isinstance(move, Arc) else "L"
-        to = f"{along[move.via]},{along[move.to]}" if isinstance(move, Arc) else along[move.to]
-        zone = "fine" if stop else "z1"
-        if arc is None:
-            lines.append(f"    Move{word} {to},{speed},{zone},{end}")
-        else:
-            last = "End" if number == len(moves) else ""
-            lines.append(f"    Arc{word}{last} {to},{speed},{arc.text},{zone},{end}")
-    return lines
+    def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
+        arc, word, zone = self.arcs[path.seam.name], "C" if via else "L", "fine" if stops else "z1"
+        what, data = (f"Move{word}", "") if arc is None else (f"Arc{word}{'End' if is_last else ''}", f",{arc.text}")
+        points = f"{via},{to}" if via else to
+        return [f"    {what} {points},{self._speed(path)}{data},{zone},{self.tool}\\WObj:=wpPart;"]

@@ -17,7 +17,7 @@ from wpcal.controllers.audit.arc import arc_faults, count_switches
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.moves import Step, places_between, read_moves
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back
-from wpcal.controllers.language.post import FOLDERS, own_arc_templates
+from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.reachable_spin import ArmAtTool
@@ -260,7 +260,7 @@ def unjudged_arcs(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
     found = Counter[str]()
     for file, data in files.items():
         found += count_switches(data.encode() if isinstance(data, str) else data, Path(file), program.arc.output)
-    if name not in FOLDERS:
+    if not blocks_of(name):
         return ()
     if found["begin seam"] != len(program.paths) or found["end seam"] != len(program.paths):
         return (f"where the arc burns: {folder / name} leaves out the comments {' and '.join(SEAM_MARKS)}",)

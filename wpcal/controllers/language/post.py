@@ -17,11 +17,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from wpcal.controllers.language.naming import printable
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
+from wpcal.controllers.registry import controllers, find_controller
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.weld.values import VALUE_NAMES
 
 if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
     from jinja2 import Environment, Template
 
 BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer")
@@ -29,23 +32,27 @@ BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer"
 TOUCH_BLOCKS = ("touch_on", "touch_off")
 """Those of languages with touch programs."""
 ENDING = ".txt"
-FOLDERS: Mapping[str, str] = {
-    "rapid": "abb",
-    "krl": "kuka",
-    "fanuc": "fanuc",
-    "inform": "yaskawa",
-    "urscript": "ur",
-    "val3": "staubli",
-    "as": "kawasaki",
-}
-"""By the name of the format: the folder of its writer."""
-WITHOUT_TOUCHES = ("val3",)
-"""Languages without touch programs."""
+
+
+def _package(language: str) -> Traversable | None:
+    """Return the folder of a controller's writer; None for a format that is no controller."""
+    controller = find_controller(language)
+    package = "" if controller is None else controller.writer.split(":")[0].rpartition(".")[0]
+    return files(package) if package else None
+
+
+def template_languages() -> tuple[str, ...]:
+    """Return the names of the formats that have templates."""
+    return tuple(controller.name for controller in controllers() if blocks_of(controller.name))
 
 
 def blocks_of(language: str) -> tuple[str, ...]:
-    """Return the templates that a language has."""
-    return BLOCKS if language in WITHOUT_TOUCHES else (*BLOCKS, *TOUCH_BLOCKS)
+    """Return the templates that a format has; none for a format without templates."""
+    package = _package(language)
+    known = (*BLOCKS, *TOUCH_BLOCKS)
+    return (
+        () if package is None else tuple(one for one in known if (package / "templates" / f"{one}{ENDING}").is_file())
+    )
 
 
 def shipped_templates(language: str) -> dict[str, str]:
@@ -55,12 +62,11 @@ def shipped_templates(language: str) -> dict[str, str]:
     ------
     InputError : When the format has no templates.
     """
-    if language not in FOLDERS:
-        raise InputError(f"{language} has no templates; formats with templates: {', '.join(FOLDERS)}")
-    folder = files("wpcal.controllers") / FOLDERS[language] / "templates"
-    return {
-        f"{block}{ENDING}": (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in blocks_of(language)
-    }
+    package, blocks = _package(language), blocks_of(language)
+    if package is None or not blocks:
+        raise InputError(f"{language} has no templates; formats with templates: {', '.join(template_languages())}")
+    folder = package / "templates"
+    return {f"{block}{ENDING}": (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in blocks}
 
 
 class Programmed(Protocol):
@@ -208,7 +214,7 @@ def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
     ----------
     language : The name of the format; one without templates has none.
     """
-    if language not in FOLDERS:
+    if not blocks_of(language):
         return ()
     names = [folder / language / f"{block}{ENDING}" for block in ("weld_start", "weld_end")]
     ours = shipped_templates(language)
@@ -235,6 +241,30 @@ def _compiled(text: str, file: str) -> Template:
     environment = _environment()
     code = environment.compile(text, name=file, filename=file)
     return environment.template_class.from_code(environment, code, environment.make_globals(None), None)
+
+
+NO_LINE = "\0"
+
+
+def whole_template(language: str, name: str, names: Mapping[str, Any]) -> list[str]:
+    """Return the lines of a program from a template of wpcal beside its writer; a list among the names is so many lines.
+
+    Parameters
+    ----------
+    name : Of the file, without its ending.
+    """
+    text = (_package(language) / f"{name}{ENDING}").read_text(encoding="utf-8")
+    lines = _whole_environment().from_string(text).render(names).split("\n")
+    return [line for line in lines[:-1] if line.strip() != NO_LINE]
+
+
+def _as_lines(value: Any) -> Any:
+    return ("\n".join(value) or NO_LINE) if isinstance(value, list) else value
+
+
+@cache
+def _whole_environment() -> Environment:
+    return _environment().overlay(finalize=_as_lines)
 
 
 @cache

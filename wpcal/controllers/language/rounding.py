@@ -15,6 +15,11 @@ def rounded(values: ArrayLike, decimals: int) -> FloatArray:
     return np.asarray(np.round(np.asarray(values, dtype=np.float64), decimals) + 0.0, dtype=np.float64)
 
 
+def texts(values: ArrayLike, decimals: int) -> list[list[str]]:
+    """Return the numbers of a table, shape (n, k), with so many decimals."""
+    return [[f"{value:.{decimals}f}" for value in row] for row in rounded(values, decimals).tolist()]
+
+
 def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     r"""Return the angles of ``R = Rz(γ) Ry(β) Rx(α)`` in degrees, rounded with the least change of the rotation.
 

@@ -1,0 +1,124 @@
+"""The order of a weld program, which all languages share; a language says how each part is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from wpcal.controllers.language.naming import NameRules, comment_lines
+from wpcal.controllers.language.post import Post
+from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program.describe import describe_path
+from wpcal.robot.moves import Arc
+
+Instructions = Callable[[], Sequence[str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Around:
+    """What is before and after the moves along a seam."""
+
+    on: Instructions = list  #: That switch the arc on.
+    off: Instructions = list
+    start: Mapping[str, object] = field(default_factory=dict)  #: More names of the template `weld_start`.
+    end: Mapping[str, object] = field(default_factory=dict)  #: The same of `weld_end`.
+    before: Sequence[str] = ()  #: Lines before the first template.
+    after: Sequence[str] = ()  #: Lines after the second.
+
+
+NOTHING = Around()
+
+
+class WeldWriter:
+    """Writes one weld program."""
+
+    format: ClassVar[str]  #: The name of the format.
+    names: ClassVar[NameRules]
+    longest_comment: ClassVar[int]
+    zone_mm: ClassVar[float]  #: Distance from a corner at which the tool may leave the path.
+    #: Whether an air move leads to the first point of a seam; otherwise the template `weld_start` has this move.
+    starts_in_air: ClassVar[bool] = True
+    #: Whether a seam is a routine of its own, to which the last joint move of a plan before it belongs: the seam can
+    #: then be run alone.
+    calls_seams: ClassVar[bool] = True
+
+    def __init__(self, program: WeldProgram) -> None:
+        self.program, self.planned = program, program.planned
+        self.post = Post(self.format, program)
+
+    @property
+    def air(self) -> str:
+        """The speed of linear moves off the seams."""
+        raise NotImplementedError
+
+    @property
+    def first(self) -> str:
+        """The speed of the only joint move of a program without a plan."""
+        return self.air
+
+    def joint_move(self, number: int) -> list[str]:
+        """Return the move to the joints of this number, from 1 on, of a plan."""
+        raise NotImplementedError
+
+    def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
+        """Return a move along a seam: an arc if it has a point `via`."""
+        raise NotImplementedError
+
+    def comments(self, lines: Sequence[str], mark: str = "") -> list[str]:
+        """Return lines wrapped for this language."""
+        return comment_lines(lines, mark=mark, longest=self.longest_comment)
+
+    def seams_in_words(self, names: dict[str, str]) -> list[str]:
+        """Say for the header what each seam is, and its name in the program."""
+        paths = self.program.paths
+        return [
+            "seam -> name here",
+            *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in paths),
+        ]
+
+    def between(self) -> list[tuple[list[str], list[str]]]:
+        """Return the joint moves before each seam and after the last; those that belong to the seam's routine apart."""
+        if self.planned is None:
+            return [([], [])] * (len(self.program.paths) + 1)
+        found = []
+        for row, (_, numbers) in enumerate(self.planned.numbered()):
+            moves = [self.joint_move(number) for number in numbers]
+            cut = -1 if self.calls_seams and row < len(self.program.paths) else len(moves)
+            before, last = ([line for move in part for line in move] for part in (moves[:cut], moves[cut:]))
+            found.append((before, last))
+        return found
+
+    def air_moves(self, points: Sequence[str]) -> list[str]:
+        """Return linear moves off the seams."""
+        return [line for point in points for line in self.post.air_move(point, speed=self.air)]
+
+    def way_to(self, path: WeldPath, points: Sequence[str]) -> list[str]:
+        """Return the moves to a seam; a plan has gone to its approach in the joints."""
+        lines = list[str]()
+        if self.planned is None:
+            is_joint = self.program.safe_point is None
+            lines += self.post.air_move(points[0], speed=self.first if is_joint else self.air, joint=is_joint)
+        return lines + self.air_moves(points[1 : path.weld_rows.start + self.starts_in_air])
+
+    def seam(self, path: WeldPath, points: Sequence[str], around: Around = NOTHING) -> list[str]:
+        """Return the moves to a seam, along it and from it; `points` as moves name the poses of the path."""
+        along = points[path.weld_rows]
+        point = {} if self.starts_in_air else {"point": along[0]}
+        return [
+            *self.way_to(path, points),
+            *around.before,
+            *self.post.weld_start(path, around.on, **point, **around.start),
+            *self.weld_moves(path, along),
+            *self.post.weld_end(path, around.off, **around.end),
+            *around.after,
+            *self.air_moves(points[path.weld_rows.stop :]),
+        ]
+
+    def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
+        """Return the moves along a seam, whose points are `along`."""
+        lines, moves = list[str](), path.weld_moves
+        for number, (move, stops) in enumerate(zip(moves, path.stops(self.zone_mm), strict=True), 1):
+            via = along[move.via] if isinstance(move, Arc) else ""
+            lines += self.weld_move(path, via, along[move.to], stops=stops, is_last=number == len(moves))
+        return lines

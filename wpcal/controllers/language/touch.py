@@ -1,0 +1,282 @@
+"""A touch program in one language: what all languages share. The rest is in whole templates beside the writer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from wpcal import __version__
+from wpcal.controllers.language.naming import NameRules, comment_lines, own_name
+from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, Blocks, whole_template
+from wpcal.controllers.program.describe import NOT_CHECKED
+from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.touch.searches import STORED_NUMBERS, Outcome, Search
+
+FOUND, MISSED, ACTIVE, NOT_RUN = (
+    STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
+)
+MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
+"""After the name of a search, in the message at which a program stops: FANUC shows 24 characters after a name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """The numbers of inputs or outputs that a controller has."""
+
+    default: int
+    most: int
+    least: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class SearchText:
+    """One search in words of a language, for templates."""
+
+    name: str
+    number: int  #: From 0 on.
+    at: Mapping[str, str]  #: The points as moves name them, by their marks (`TouchSteps.marks`).
+    way: Sequence[str]  #: The points from the first to the start.
+    is_first: bool  #: Whether the arm comes from anywhere.
+    steps: TouchSteps
+
+
+class TouchWriter:
+    """Writes one touch program: a language says how points, speeds and signals are written, and has templates."""
+
+    format: ClassVar[str]  #: The name of the format.
+    names: ClassVar[NameRules]
+    longest_comment: ClassVar[int]
+    inputs: ClassVar[Numbers | None] = None  #: None if signals have names.
+    outputs: ClassVar[Numbers | None] = None
+    has_package: ClassVar[bool] = False  #: Whether searches of a touch-sensing package are written.
+    is_upper: ClassVar[bool] = False  #: Whether names of programs are upper case.
+
+    def __init__(self, program: TouchProgram) -> None:
+        self.program, self.plan, self.setup, self.controller = program, program.plan, program.setup, program.controller
+        self.language = self.names.language
+        if self.setup.with_package and not self.has_package:
+            what = f"{self.language}: wpcal writes no searches of a touch-sensing package"
+            raise InputError(f"{what}: with_package = false in the touch setup")
+        self.check()
+        name = program.name(self.names)
+        self.name = name.upper() if self.is_upper else name
+        self.frame = self.frame_as_written(self.plan.T_base_part)
+        self.steps = program.steps(self.frame)
+        self.post = TouchPost(self.format, program)
+        first, found = self.first_point, list[SearchText]()
+        for number, steps in enumerate(self.steps):
+            names = self.points_of(steps, first)
+            at = dict(zip(steps.marks, names, strict=True))
+            is_first = number == 0 and self.plan.home_joints is None
+            found.append(SearchText(steps.name, number, at, names[:-2], is_first, steps))
+            first += len(names)
+        self.searches = found
+
+    first_point = 0  #: The number of the first point of a search.
+
+    def check(self) -> None:
+        """Refuse what the controller does not have."""
+
+    def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
+        """Return the frame of the part with the digits that the program states."""
+        raise NotImplementedError
+
+    def points_of(self, steps: TouchSteps, first: int) -> list[str]:
+        """Return how moves name the points of a search; `first` is the number of the first of them."""
+        raise NotImplementedError
+
+    @property
+    def air(self) -> str:
+        """The speed of linear moves off the searches."""
+        raise NotImplementedError
+
+    @property
+    def first(self) -> str:
+        """The speed of the joint move to the first point."""
+        return self.air
+
+    @property
+    def signal(self) -> str:
+        """The touch input: its name or its number."""
+        if self.inputs is None:
+            return own_name(self.setup.signal, self.names, what="signal of the touch setup")
+        return self._number(self.setup.signal, self.inputs, "signal")
+
+    @property
+    def enable(self) -> str:
+        """The output that switches the sensing voltage on; empty if there is none."""
+        if not self.setup.enable or self.outputs is None:
+            return self.setup.enable and own_name(self.setup.enable, self.names, what="enable of the touch setup")
+        return self._number(self.setup.enable, self.outputs, "enable")
+
+    def _number(self, text: str, numbers: Numbers, what: str) -> str:
+        if not text.strip():
+            return str(numbers.default)
+        if not text.strip().isascii() or not text.strip().isdigit() or not numbers.least <= int(text) <= numbers.most:
+            expected = f"{self.language} numbers it: expected {numbers.least} to {numbers.most}"
+            raise InputError(f"{what} = {text!r} of the touch setup: {expected}")
+        return str(int(text))
+
+    def header(self, signal: str, results: Sequence[str], *, clean: str = "") -> list[str]:
+        """Return the header; `results` say where the results are, and characters of `clean` become commas."""
+        about = describe_touches(self.program, signal=signal, results=results)
+        about = [line.replace(clean, ",") if clean else line for line in about]
+        return self.post.header(comment_lines(about, mark="", longest=self.longest_comment))
+
+    def approach(self, search: SearchText) -> list[str]:
+        """Return the moves to the start of a search."""
+        lines = list[str]()
+        for row, point in enumerate(search.way):
+            is_joint = row == 0 and search.is_first
+            lines += self.post.air_move(point, speed=self.first if is_joint else self.air, joint=is_joint)
+        return lines
+
+    def leave(self, search: SearchText) -> list[str]:
+        """Return the moves from where a search ended."""
+        return [line for mark in "SR" for line in self.post.air_move(search.at[mark], speed=self.air)]
+
+    def home(self, point: str, speed: str) -> list[str]:
+        """Return the move to the home of the plan, if it has one."""
+        return [] if self.plan.home_joints is None else self.post.joint_move(point, speed=speed)
+
+    def sensing(self, signal: str, enable: str) -> dict[str, list[str]]:
+        """Return what switches the sensing on before a search, and off after it, as names for templates."""
+        ways = (("sensing_on", True), ("sensing_off", False))
+        return {name: self.post.sensing(on=on, signal=signal, enable=enable) for name, on in ways}
+
+    def lines(self, template: str, **names: Any) -> list[str]:
+        """Return the lines of a whole template of this language; a list among the names is so many lines."""
+        known = {
+            "FOUND": FOUND,
+            "MISSED": MISSED,
+            "ACTIVE": ACTIVE,
+            "NOT_RUN": NOT_RUN,
+            "MISSED_TEXT": MISSED_TEXT,
+            "ACTIVE_TEXT": ACTIVE_TEXT,
+            "name": self.name,
+            "plan": self.plan,
+            "setup": self.setup,
+            "tool_number": self.controller.tool_number,
+            "searches": self.searches,
+            "approach": self.approach,
+            "leave": self.leave,
+            "footer": self.post.footer(),
+        }
+        return whole_template(self.format, template, {**known, **names})
+
+
+@dataclass(frozen=True, slots=True)
+class TouchPost(Blocks):
+    """The templates of one language for a touch program.
+
+    Raises
+    ------
+    InputError
+        When a folder of the user has one of the two templates of sensing: what switches it on may then not be off.
+    """
+
+    program: TouchProgram
+
+    def __post_init__(self) -> None:
+        folder = self.program.controller.templates
+        own = [] if folder is None else [(folder / self.language / f"{block}{ENDING}") for block in TOUCH_BLOCKS]
+        if sum(path.is_file() for path in own) == 1:
+            missing = next(path for path in own if not path.is_file())
+            raise InputError(
+                f"{missing}: no such file; templates that switch sensing on and off come together, or it may stay on"
+            )
+
+    def sensing(self, *, on: bool, signal: str, enable: str) -> list[str]:
+        """Return what switches the sensing on before a search, and waits until the signal is true, or off after it.
+
+        Parameters
+        ----------
+        signal, enable : The input and the output as the language writes them; no output: empty.
+        """
+        hold_s = self.program.setup.hold_s
+        return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable, hold_s=hold_s)
+
+
+def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[str]) -> list[str]:
+    """Return the lines of the header that every language shares.
+
+    Parameters
+    ----------
+    signal : The touch input as the language writes it.
+    results : Where the results are.
+    """
+    plan, setup = program.plan, program.setup
+    longest = max(search.stroke_mm for search in plan.searches)
+    level = "on" if setup.is_on_high else "off"
+    enable = f"from output {setup.enable} " if setup.enable else ""
+    first = "the way from where the arm is to home" if plan.home_joints is not None else "the way to the first point"
+    return [
+        f"written by wpcal {__version__} from the plan in touches.json, fingerprint {plan.fingerprint}",
+        f"part {plan.part}: {_count(len(plan.searches))}, wire {plan.wire_mm:g} mm, stick-out {plan.stick_out_mm:g} mm",
+        *plan.notes,
+        f"SAFETY: contact turns {signal} {level}. Before the first run hold the wire against the part by hand and see "
+        f"it turn {level}: without it the torch drives {longest:.0f} mm on, into the part",
+        f"SAFETY: during searches the sensing voltage {enable}is on the wire: keep away from wire and torch",
+        "SAFETY: after a missed search the part may be elsewhere. The program stops and names the search: look at the "
+        "part before you start it again. It then goes on with the next search",
+        NOT_CHECKED.replace("the way to the first point", first),
+        f"run it dry: without the part, every search is missed. Searches {setup.search_speed_mm_s:g} mm/s, "
+        f"air {setup.air_speed_mm_s:g} mm/s",
+        *results,
+        "search: what it touches, stroke and direction in the part",
+        *(f"  {search.name.upper()}: {_in_words(search)}" for search in plan.searches),
+    ]
+
+
+def _count(number: int) -> str:
+    return f"{number} search{'es' if number > 1 else ''}"
+
+
+def _in_words(search: Search) -> str:
+    towards = " ".join(f"{value + 0.0:.2f}" for value in np.round(search.direction, 2))
+    of = f" {search.feature}" if search.feature else ""
+    return f"{search.target}{of}, {search.contact.value} of the wire, {search.stroke_mm:.1f} mm along ({towards})"
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """Registers or variables of a controller."""
+
+    what: str  #: One of them; the keys ``first_…`` and ``last_…`` of the touch setup have its name.
+    #: `first`, `last`: As in the touch setup.
+    first: int
+    last: int
+    needed: int  #: How many the searches need.
+    least: int = 0  #: The first one that the controller has.
+
+
+def require_room(program: TouchProgram, room: Room, *, language: str) -> None:
+    """Refuse a plan with more searches than fit.
+
+    Raises
+    ------
+    InputError : If it is so.
+    """
+    if room.first < room.least or room.first + room.needed - 1 > room.last:
+        key = room.what.replace(" ", "_")
+        raise InputError(
+            f"{language}: {_count(len(program.plan.searches))} need {room.needed} {room.what}s from {room.first} on; "
+            f"the controller has {room.least} to {room.last}: change first_{key} or last_{key} in the touch setup"
+        )
+
+
+def require_frame(program: TouchProgram, *, language: str, most: int) -> None:
+    """Refuse a user frame that a controller does not have.
+
+    Raises
+    ------
+    InputError : If it is so.
+    """
+    number = program.setup.frame_number
+    if not 1 <= number <= most:
+        raise InputError(f"frame_number = {number} of the touch setup: {language} has the user frames 1 to {most}")
