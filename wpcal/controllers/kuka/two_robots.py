@@ -13,32 +13,27 @@ SatelliteApplicationsCatapult/Automate-Synch-KUKA-RoboTeam. No public program wi
 
 from __future__ import annotations
 
-import numpy as np
-
 from wpcal.controllers.kuka.arc import how, plain_end, plain_start
-from wpcal.controllers.kuka.configuration import status_and_turn
 from wpcal.controllers.kuka.write import (
     ATTRIBUTES,
     BLEND_MM,
     CIRCLE,
-    DEG_DECIMALS,
     JOINT_PERCENT,
     LONGEST_COMMENT,
-    MM_DECIMALS,
     NAMES,
     aggregates,
+    axes_text,
+    forms_of,
+    frame_as_written,
+    frame_text,
 )
 from wpcal.controllers.language.naming import comment_lines, safe_names
-from wpcal.controllers.language.rounding import rounded, rounded_frame, zyx_degrees
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram, CoordinatedStep
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.posture import Posture, posture
 
 BOTH = "'B0011'"
 """The robots that wait for each other: bits 1 and 2."""
-
-
 START = "START"
 """The axes at which a robot begins."""
 
@@ -140,22 +135,14 @@ def _data(
     *,
     first: int = 0,
 ) -> list[str]:
-    """Declare where the part is held, where the robot begins, and its targets from the row `first` on."""
-    held = rounded_frame(program.cell.T_flange2_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
-    frame = aggregates(held.t_mm[None], zyx_degrees(held.R, decimals=DEG_DECIMALS)[None])[0]
-    axes = rounded(np.degrees(joints[0]), DEG_DECIMALS).tolist()
-    start = ",".join(f"A{axis} {value:.{DEG_DECIMALS}f}" for axis, value in enumerate(axes, 1))
-    texts = zip(names, aggregates(p, zyx_degrees(R, decimals=DEG_DECIMALS)), _forms(forms), strict=True)
+    """Declare where the part is held, where the robot begins, and its targets from the row `first` on.
+
+    S and T are left out where they are not known: SLIN and SCIRC ignore both, and go on from axes.
+    """
+    known = forms_of([forms])
+    values = aggregates(p, R, None if known is None else known[0])
     return [
-        f"DECL FRAME PART_HELD={frame}",
-        f"DECL E6AXIS {START}={{{start}}}",
-        *(f"DECL E6POS {name}={text[:-1]}{form}}}" for name, text, form in list(texts)[first:]),
+        f"DECL FRAME PART_HELD={frame_text(frame_as_written(program.cell.T_flange2_part))}",
+        f"DECL E6AXIS {START}={axes_text(joints[0])}",
+        *(f"DECL E6POS {name}={value}" for name, value in list(zip(names, values, strict=True))[first:]),
     ]
-
-
-def _forms(forms: Posture) -> list[str]:
-    """Return S and T of every pose; empty where S is not known: SLIN and SCIRC ignore both, and go on from axes."""
-    try:
-        return [f",S {status},T {turn}" for status, turn in status_and_turn(forms)]
-    except InputError:
-        return [""] * len(forms)
