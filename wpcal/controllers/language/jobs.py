@@ -11,13 +11,16 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from wpcal.controllers.language.emit import WeldWriter
 from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
 from wpcal.controllers.program import ControllerSettings, SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
+from wpcal.controllers.program.planned import JointMoves, PlannedMoves
 from wpcal.core.arrays import BoolArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -140,74 +143,87 @@ class JobLanguage:
     #: Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
     plans_in_joints: bool = False
 
-    def is_in_joints(self, program: WeldProgram) -> bool:
-        """Tell whether the positions of a program are joints."""
-        return program.planned is not None and self.plans_in_joints
+    def frame_as_written(self, T: RigidTransform) -> RigidTransform:
+        """Return the frame with the written digits: its rounding then does not move the points in the base."""
+        return rounded_frame(T, mm_decimals=self.mm_decimals, deg_decimals=self.deg_decimals)
 
 
-def write_jobs(
-    program: WeldProgram,
-    language: JobLanguage,
-    *,
-    main_job: Callable[[str, list[str], Sequence[str], RigidTransform], str],
-    seam_job: Callable[[str, WeldPath, RigidTransform], str],
-) -> dict[str, str]:
-    """Write a job per seam and the job that calls them. File names and contents.
+class JobWriter(WeldWriter):
+    """Writes a job per seam and the job that calls them."""
 
-    Parameters
-    ----------
-    main_job : callable
-        From the job's name, the text of its comments, the names of the jobs to call and ``T_base_frame`` as rounded, to
-        the contents of the file.
-    seam_job : From the job's name, the path and ``T_base_frame`` as rounded, to the contents of the file.
+    language: ClassVar[JobLanguage]
 
-    Raises
-    ------
-    InputError : When the configuration is not one of this language, or a job cannot be written.
-    """
-    for poses in () if language.is_in_joints(program) else program.groups:
-        language.configuration.texts(program, poses)  # refused before anything else
-    main = safe_name(program.controller.program_name, language.names).upper()
-    keywords = f"{language.names.keywords} {main.lower()}"
-    rules = NameRules(language.names.language, language.names.longest, keywords)
-    names = {k: v.upper() for k, v in safe_names([path.seam.name for path in program.paths], rules).items()}
-    T_base_frame = rounded_frame(
-        program.T_base_part, mm_decimals=language.mm_decimals, deg_decimals=language.deg_decimals
-    )
-    comments = _comments(program, language, names, T_base_frame)
-    files = {f"{main}{language.suffix}": main_job(main, comments, list(names.values()), T_base_frame)}
-    for path in program.paths:
-        name = names[path.seam.name]
-        files[f"{name}{language.suffix}"] = seam_job(name, path, T_base_frame)
-    return files
+    def __init__(self, program: WeldProgram) -> None:
+        super().__init__(program)
+        language = self.language
+        self.in_joints = self.planned is not None and language.plans_in_joints
+        for poses in () if self.in_joints else program.groups:
+            language.configuration.texts(program, poses)  # refused before anything else
+        self.main = safe_name(program.controller.program_name, language.names).upper()
+        keywords = f"{language.names.keywords} {self.main.lower()}"
+        rules = NameRules(language.names.language, language.names.longest, keywords)
+        names = safe_names([path.seam.name for path in program.paths], rules)
+        self.jobs = {name: job.upper() for name, job in names.items()}
+        self.T_base_frame = language.frame_as_written(program.T_base_part)
 
+    def main_job(self, header: list[str], calls: Sequence[str]) -> str:
+        """Return the contents of the job that calls the jobs of the seams; `calls` are their names."""
+        raise NotImplementedError
 
-def _comments(
-    program: WeldProgram, language: JobLanguage, names: dict[str, str], T_base_frame: RigidTransform
-) -> list[str]:
-    planned = program.planned
-    frame = ["positions are joints, deg"]
-    if not language.is_in_joints(program):
-        frame = [
-            *_frame(program, language, T_base_frame),
-            language.configuration.origin(program.controller, has_arm=program.arm is not None),
-        ]
-    return [
-        *describe(program),
-        *frame,
-        *([language.coordinated] if planned is not None and planned.follows else []),
-        f"seam -> {language.job_word} here",
-        *(f" {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in program.paths),
-    ]
+    def seam_job(self, name: str, path: WeldPath) -> str:
+        """Return the contents of the job of a seam."""
+        raise NotImplementedError
 
+    def files(self) -> dict[str, str]:
+        """Return names and contents."""
+        suffix, jobs = self.language.suffix, self.jobs
+        files = {f"{self.main}{suffix}": self.main_job(self.post.header(self._about()), list(jobs.values()))}
+        return files | {
+            f"{jobs[path.seam.name]}{suffix}": self.seam_job(jobs[path.seam.name], path) for path in self.program.paths
+        }
 
-def _frame(program: WeldProgram, language: JobLanguage, T_base_frame: RigidTransform) -> list[str]:
-    """Say what the points are relative to."""
-    number = program.controller.frame_number
-    if program.planned is not None and program.planned.turning:
-        rotation = f"{language.rotation}, deg"
-        return [f"points are in {language.frame_word} {number}: the base", "of the robot, mm", rotation]
-    return frame_in_words(language, number, T_base_frame)
+    def _about(self) -> list[str]:
+        program, language, jobs = self.program, self.language, self.jobs
+        frame = ["positions are joints, deg"]
+        if not self.in_joints:
+            origin = language.configuration.origin(program.controller, has_arm=program.arm is not None)
+            frame = [*self._frame_in_words(), origin]
+        return self.remarks(
+            [
+                *describe(program),
+                *frame,
+                *([language.coordinated] if self.planned is not None and self.planned.follows else []),
+                f"seam -> {language.job_word} here",
+                *(f" {path.seam.name} -> {jobs[path.seam.name]}: {describe_path(path)}" for path in program.paths),
+            ]
+        )
+
+    def remarks(self, lines: Sequence[str]) -> list[str]:
+        """Return lines as short as a remark."""
+        return self.comments(lines)
+
+    def _frame_in_words(self) -> list[str]:
+        """Say what the points are relative to."""
+        language, number = self.language, self.program.controller.frame_number
+        if self.planned is not None and self.planned.turning:
+            rotation = f"{language.rotation}, deg"
+            return [f"points are in {language.frame_word} {number}: the base", "of the robot, mm", rotation]
+        return frame_in_words(language, number, self.T_base_frame)
+
+    def planned_calls(self, planned: PlannedMoves, calls: Sequence[str]) -> tuple[list[str], JointMoves]:
+        """Return the joint moves of a plan with the calls of the seams between them, and where these moves lead.
+
+        The last move before a seam is in the job of the seam.
+        """
+        lines, ways, count = list[str](), list[JointMoves](), 0
+        for row, moves in enumerate(planned.air):
+            ways.append(moves if row == len(calls) else moves.rows(0, -1))
+            for _ in range(len(ways[-1])):
+                count += 1
+                lines += self.joint_move(count)
+            lines += calls[row : row + 1]
+        joints, external = (np.concatenate([getattr(way, name) for way in ways]) for name in ("joints", "external"))
+        return lines, JointMoves(joints, external)
 
 
 def frame_in_words(language: JobLanguage, number: int, T_base_frame: RigidTransform) -> list[str]:

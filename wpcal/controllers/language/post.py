@@ -247,7 +247,7 @@ NO_LINE = "\0"
 
 
 def whole_template(language: str, name: str, names: Mapping[str, Any]) -> list[str]:
-    """Return the lines of a program from a template of wpcal beside its writer; a list among the names is so many lines.
+    """Return the lines of a whole template beside the writer of a format; a list among the names is so many lines.
 
     Parameters
     ----------

@@ -90,6 +90,31 @@ class TouchWriter:
         """Return how moves name the points of a search; `first` is the number of the first of them."""
         raise NotImplementedError
 
+    def require_room(self, section: object, needed: Mapping[str, int], *, least: int = 0) -> None:
+        """Refuse a plan with more searches than fit into the registers or variables of the touch setup.
+
+        Parameters
+        ----------
+        section : Of the touch setup, with ``first_…`` and ``last_…``.
+        needed : How many are needed of each kind.
+        least : The first one that the controller has.
+        """
+        for what, count in needed.items():
+            key = what.replace(" ", "_")
+            first, last = getattr(section, f"first_{key}"), getattr(section, f"last_{key}")
+            if first < least or first + count - 1 > last:
+                raise InputError(
+                    f"{self.language}: {_count(len(self.plan.searches))} need {count} {what}s from {first} on; the "
+                    f"controller has {least} to {last}: change first_{key} or last_{key} in the touch setup"
+                )
+
+    def require_frame(self, most: int) -> None:
+        """Refuse a user frame that a controller does not have."""
+        number = self.setup.frame_number
+        if not 1 <= number <= most:
+            what = f"frame_number = {number} of the touch setup"
+            raise InputError(f"{what}: {self.language} has the user frames 1 to {most}")
+
     @property
     def air(self) -> str:
         """The speed of linear moves off the searches."""
@@ -241,42 +266,3 @@ def _in_words(search: Search) -> str:
     towards = " ".join(f"{value + 0.0:.2f}" for value in np.round(search.direction, 2))
     of = f" {search.feature}" if search.feature else ""
     return f"{search.target}{of}, {search.contact.value} of the wire, {search.stroke_mm:.1f} mm along ({towards})"
-
-
-@dataclass(frozen=True, slots=True)
-class Room:
-    """Registers or variables of a controller."""
-
-    what: str  #: One of them; the keys ``first_…`` and ``last_…`` of the touch setup have its name.
-    #: `first`, `last`: As in the touch setup.
-    first: int
-    last: int
-    needed: int  #: How many the searches need.
-    least: int = 0  #: The first one that the controller has.
-
-
-def require_room(program: TouchProgram, room: Room, *, language: str) -> None:
-    """Refuse a plan with more searches than fit.
-
-    Raises
-    ------
-    InputError : If it is so.
-    """
-    if room.first < room.least or room.first + room.needed - 1 > room.last:
-        key = room.what.replace(" ", "_")
-        raise InputError(
-            f"{language}: {_count(len(program.plan.searches))} need {room.needed} {room.what}s from {room.first} on; "
-            f"the controller has {room.least} to {room.last}: change first_{key} or last_{key} in the touch setup"
-        )
-
-
-def require_frame(program: TouchProgram, *, language: str, most: int) -> None:
-    """Refuse a user frame that a controller does not have.
-
-    Raises
-    ------
-    InputError : If it is so.
-    """
-    number = program.setup.frame_number
-    if not 1 <= number <= most:
-        raise InputError(f"frame_number = {number} of the touch setup: {language} has the user frames 1 to {most}")

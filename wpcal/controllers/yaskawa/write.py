@@ -17,18 +17,17 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.language.jobs import ConfigurationRule, JobLanguage, write_jobs
-from wpcal.controllers.language.naming import NameRules, comment_lines
-from wpcal.controllers.language.post import Post
-from wpcal.controllers.language.rounding import rounded, zyx_degrees
+from wpcal.controllers.language.emit import Around
+from wpcal.controllers.language.jobs import ConfigurationRule, JobLanguage, JobWriter
+from wpcal.controllers.language.naming import NameRules
+from wpcal.controllers.language.rounding import texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe_path
-from wpcal.controllers.program.planned import JointMoves, PlannedMoves, angle_texts
+from wpcal.controllers.program.planned import JointMoves
 from wpcal.controllers.yaskawa.arc import end_lines, start_lines
 from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.moves import Arc
 
@@ -39,7 +38,7 @@ DEG_DECIMALS = 4
 """What the controller writes into its own jobs."""
 LONGEST_COMMENT = 32
 MOST_LINES = 9999
-"""Of a job. It can have as many positions."""
+"""The lines of a job. It can have as many positions."""
 CONFIGURATION = ConfigurationRule(
     format_name="inform",
     word="RCONF",
@@ -51,11 +50,10 @@ CONFIGURATION = ConfigurationRule(
 ZONE_MM = 1.0
 """About how far from a corner the usual position level leaves the path at a weld speed."""
 JOINT_PERCENT = 5.0
-"""Of the first move to a seam. Slow, because the arm can come from anywhere."""
+"""The speed of the first move to a seam. Slow, because the arm can come from anywhere."""
+FIRST = f"VJ={JOINT_PERCENT:.2f}"
 NO_DATE = "2000/01/01 00:00"
 """A job must have a date; the same input gives the same bytes."""
-
-
 LANGUAGE = JobLanguage(
     names=NAMES,
     suffix=".jbi",
@@ -72,114 +70,14 @@ LANGUAGE = JobLanguage(
 
 
 def write_inform(program: WeldProgram) -> dict[str, str]:
-    """Write INFORM jobs. ``NAME.jbi`` and one file per seam, with lines ended by CR LF.
+    """Write INFORM jobs: ``NAME.jbi`` and one file per seam.
 
     Raises
     ------
     InputError
         When a seam has too many points, INFORM cannot write a speed, or the configuration is missing or not an RCONF.
     """
-    return write_jobs(program, LANGUAGE, main_job=partial(_main_job, program), seam_job=partial(_seam_job, program))
-
-
-def _main_job(
-    program: WeldProgram, name: str, comments: list[str], calls: Sequence[str], T_base_frame: RigidTransform
-) -> str:
-    post = Post("inform", program)
-    head = post.header(comment_lines(comments, mark="", longest=LONGEST_COMMENT))
-    lines = [f"CALL JOB:{called}" for called in calls]
-    if program.planned is not None:
-        lines, positions = _between(program, program.planned, lines, post)
-        return _planned_job(program, name, positions, [*head, *lines, *post.footer()])
-    if program.safe_point is None:
-        return inform_job(name, [], [*head, *lines, *post.footer()])
-    first = post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}", joint=True)
-    last = post.air_move("C00000", speed=inform_speed(program.motion.air_speed_mm_s))
-    positions = _positions(program.safe_point, program, T_base_frame)
-    instructions = [*head, *first, *lines, *last, *post.footer()]
-    return inform_job(name, positions, instructions, user=program.controller.frame_number)
-
-
-def _seam_job(program: WeldProgram, name: str, path: WeldPath, T_base_frame: RigidTransform) -> str:
-    if program.planned is not None and path.joints is not None and path.external is not None:
-        positions = _joint_positions(program, JointMoves(path.joints, path.external))
-        return _planned_job(program, name, positions, _moves(path, program))
-    positions = _positions(path, program, T_base_frame)
-    return inform_job(name, positions, _moves(path, program), user=program.controller.frame_number)
-
-
-def _planned_job(program: WeldProgram, name: str, positions: list[str], instructions: list[str]) -> str:
-    planned = program.planned
-    has_rail = planned is not None and planned.rail is not None
-    turns = planned is not None and bool(planned.turning)
-    group = "RB1,BS1" if has_rail else "RB1"
-    return inform_job(name, positions, instructions, group=group, station="ST1" if turns else None)
-
-
-def _between(
-    program: WeldProgram, planned: PlannedMoves, calls: Sequence[str], post: Post
-) -> tuple[list[str], list[str]]:
-    """Return the joint moves of a plan with the calls of the seams between them, and the positions of these moves.
-
-    The last move before a seam is in the job of the seam.
-    """
-    lines: list[str] = []
-    ways: list[JointMoves] = []
-    count = 0
-    for row, moves in enumerate(planned.air):
-        ways.append(moves if row == len(calls) else moves.rows(0, -1))
-        for number in range(count, count + len(ways[-1])):
-            lines += post.joint_move(_point(program, number), speed=f"VJ={planned.joint_percent:.2f}")
-        count += len(ways[-1])
-        lines += calls[row : row + 1]
-    joints, external = (np.concatenate([getattr(way, name) for way in ways]) for name in ("joints", "external"))
-    return lines, _joint_positions(program, JointMoves(joints, external))
-
-
-def _joint_positions(program: WeldProgram, moves: JointMoves) -> list[str]:
-    """Return positions as joints, so that the form of the arm is fixed: pulses if all of them are known."""
-    planned = program.planned
-    if program.arm is None or planned is None:
-        return []
-    outer = planned.external_texts(moves.external, DEG_DECIMALS)
-    rails = int(planned.rail is not None)
-    kind, rows = joint_rows(moves.joints, None if planned.axis_count else program.arm)
-    return [
-        f"///TOOL {program.controller.tool_number}",
-        f"///POSTYPE {kind}",
-        f"///{kind}",
-        *(f"C{number:05d}={','.join(row)}" for number, row in enumerate(rows)),
-        *(f"BC{number:05d}={row[0]}" for number, row in enumerate(outer) if rails),
-        *(f"EC{number:05d}={','.join(row[rails:])}" for number, row in enumerate(outer) if planned.turning),
-    ]
-
-
-def joint_rows(joints: FloatArray, arm: Arm | None) -> tuple[str, list[list[str]]]:
-    """Return the kind of joint positions and their numbers: pulses if the arm has them for all joints, else degrees.
-
-    Parameters
-    ----------
-    joints : shape (n, 6). Shown angles, rad.
-    """
-    if arm is not None and all(joint.pulses_per_deg is not None for joint in arm.joints):
-        return "PULSE", [[f"{v:.0f}" for v in row] for row in arm.pulses_from_angles(joints)]
-    return "ANGLE", angle_texts(joints, DEG_DECIMALS)
-
-
-def _point(program: WeldProgram, number: int, *, station: bool = True) -> str:
-    """Return a position as a move names it, with its external axes, those of the positioner if `station`."""
-    planned = program.planned
-    marks = ["C"]
-    if planned is not None:
-        marks += ["BC"] * (planned.rail is not None) + ["EC"] * (station and bool(planned.turning))
-    return " ".join(f"{mark}{number:05d}" for mark in marks)
-
-
-def _weld_move(program: WeldProgram, path: WeldPath, kind: str, number: int, speed: str) -> str:
-    """Return a move along a seam: coordinated with the positioner, the master, where this turns."""
-    if not path.turns_along:
-        return f"MOV{kind} {_point(program, number)} {speed}"
-    return f"SMOV{kind} {_point(program, number, station=False)} {speed}  +MOVJ EC{number:05d}"
+    return _Inform(program).files()
 
 
 def inform_job(
@@ -195,16 +93,12 @@ def inform_job(
 
     Parameters
     ----------
-    name : A name that the language allows, upper case.
+    name : Upper case.
     positions : Lines of the section ``//POS`` after the counts.
     instructions : Lines between NOP and END.
     group : The robot that the job moves; None for a job that moves none.
-    user : The user frame that Cartesian positions are relative to: the job becomes a relative job. None for pulses.
+    user : The user frame of Cartesian positions: the job becomes a relative job. None for joints.
     station : The positioner, or the second robot, that the job moves too.
-
-    Raises
-    ------
-    InputError : When the job has too many lines.
     """
     if len(instructions) + 2 > MOST_LINES:
         raise InputError(f"INFORM: {name} needs {len(instructions) + 2} lines, a job has at most {MOST_LINES}")
@@ -228,78 +122,137 @@ def inform_job(
     return "\r\n".join(lines)
 
 
-def _positions(poses: WeldPath | SafePoint, program: WeldProgram, T_base_frame: RigidTransform) -> list[str]:
-    p, R = poses.poses_in(T_base_frame)
-    coordinates = coordinates_of(p, zyx_degrees(R, decimals=DEG_DECIMALS))
-    lines = [
-        f"///USER {program.controller.frame_number}",
-        f"///TOOL {program.controller.tool_number}",
-        "///POSTYPE USER",
-        "///RECTAN",
-    ]
-    before = None
-    for conf, text in zip(CONFIGURATION.texts(program, poses), coordinates, strict=True):
-        lines += [f"///RCONF {conf}", text] if conf != before else [text]
-        before = conf
-    return lines
-
-
-def coordinates_of(p: FloatArray, angles: FloatArray) -> list[str]:
-    """Return positions C00000, C00001, …: p of shape (n, 3), mm, in any one frame, and angles about x, y, z, deg."""
-    m, k = MM_DECIMALS, DEG_DECIMALS
-    rows = zip(rounded(p, m).tolist(), angles.tolist(), strict=True)
-    return [
-        f"C{number:05d}={x:.{m}f},{y:.{m}f},{z:.{m}f},{a:.{k}f},{b:.{k}f},{c:.{k}f}"
-        for number, ((x, y, z), (a, b, c)) in enumerate(rows)
-    ]
-
-
-def _moves(path: WeldPath, program: WeldProgram) -> list[str]:
-    post, air, mm_s = (
-        Post("inform", program),
-        inform_speed(program.motion.air_speed_mm_s),
-        program.weld_speed_mm_s(path),
-    )
-    if path.speed_mm_s is not None:
-        mm_s = max(math.floor(mm_s * 10.0 + 1e-6), 1) / 10.0  # no joint has to be faster than planned
-    weld = inform_speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
-    rows, is_joint = path.weld_rows, program.safe_point is None
-    lines = comment_lines([path.seam.name, describe_path(path)], mark="'", longest=LONGEST_COMMENT)
-    if program.planned is not None:
-        lines += post.joint_move(_point(program, 0), speed=f"VJ={program.planned.joint_percent:.2f}")
-    else:
-        lines += post.air_move("C00000", speed=f"VJ={JOINT_PERCENT:.2f}" if is_joint else air, joint=is_joint)
-    for number in range(1, rows.start + 1):
-        lines += post.air_move(_point(program, number), speed=air)
-    lines += post.weld_start(path, partial(start_lines, path))
-    lines += _weld_moves(path, program, weld)
-    lines += post.weld_end(path, partial(end_lines, path))
-    for number in range(rows.stop, len(path)):
-        lines += post.air_move(_point(program, number), speed=air)
-    return lines
-
-
-def _weld_moves(path: WeldPath, program: WeldProgram, speed: str) -> list[str]:
-    """Return the moves along the seam.
-
-    An arc has three MOVC, the first at its start. Between two arcs a MOVL to the point where they meet tells that the
-    second is another circle.
-    """
-    first = path.weld_rows.start
-    lines, at, follows_arc = [], first, False
-    for move, stop in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
-        to = first + move.to
-        level = " PL=0" if stop and to != first + path.weld_count - 1 else ""
-        if isinstance(move, Arc):
-            lines += [_weld_move(program, path, "L", at, speed)] if follows_arc else []
-            lines += [_weld_move(program, path, "C", number, speed) for number in (at, first + move.via)]
-        lines.append(_weld_move(program, path, "C" if isinstance(move, Arc) else "L", to, f"{speed}{level}"))
-        at, follows_arc = to, isinstance(move, Arc)
-    return lines
-
-
 def inform_speed(mm_s: float) -> str:
     """Write a speed; INFORM has steps of 0.1 mm/s."""
     if mm_s < 0.1 or abs(mm_s - round(mm_s, 1)) > 1e-9:  # a rest below that is round-off of the decimal
         raise InputError(f"INFORM: {mm_s:g} mm/s is not a multiple of 0.1 mm/s")
     return f"V={mm_s:.1f}"
+
+
+def user_positions(user: int, tool: int, confs: Sequence[str], p: FloatArray, R: FloatArray) -> list[str]:
+    """Return positions C00000, C00001, … in a user frame; an RCONF stands where it changes.
+
+    Parameters
+    ----------
+    p, R : shapes (n, 3) and (n, 3, 3), in the user frame, mm.
+    """
+    lines, before = [f"///USER {user}", f"///TOOL {tool}", "///POSTYPE USER", "///RECTAN"], None
+    rows = zip(confs, texts(p, MM_DECIMALS), texts(zyx_degrees(R, decimals=DEG_DECIMALS), DEG_DECIMALS), strict=True)
+    for number, (conf, at, turn) in enumerate(rows):
+        lines += [f"///RCONF {conf}"] if conf != before else []
+        lines.append(f"C{number:05d}={','.join([*at, *turn])}")
+        before = conf
+    return lines
+
+
+def joint_kind(*arms: Arm | None) -> str:
+    """Return how joints are written: ``PULSE`` if every arm states its pulses per degree, otherwise ``ANGLE``."""
+    known = all(arm is not None and all(joint.pulses_per_deg is not None for joint in arm.joints) for arm in arms)
+    return "PULSE" if known else "ANGLE"
+
+
+def joint_rows(joints: FloatArray, arm: Arm | None, kind: str) -> list[str]:
+    """Return positions in joints as a job has them: shown angles of shape (n, 6), rad; `kind` as of `joint_kind`."""
+    if arm is not None and kind == "PULSE":
+        return [",".join(f"{v:.0f}" for v in row) for row in arm.pulses_from_angles(joints)]
+    return [",".join(row) for row in texts(np.degrees(joints), DEG_DECIMALS)]
+
+
+def joint_positions(tool: int, kind: str, rows: Sequence[str]) -> list[str]:
+    """Return positions C00000, C00001, … in joints."""
+    head = [f"///TOOL {tool}", f"///POSTYPE {kind}", f"///{kind}"]
+    return [*head, *(f"C{number:05d}={row}" for number, row in enumerate(rows))]
+
+
+class _Inform(JobWriter):
+    format, names, longest_comment, zone_mm, language = "inform", NAMES, LONGEST_COMMENT, ZONE_MM, LANGUAGE
+    first = FIRST
+
+    @property
+    def air(self) -> str:
+        return inform_speed(self.program.motion.air_speed_mm_s)
+
+    @property
+    def user(self) -> int:
+        return self.program.controller.frame_number
+
+    def main_job(self, header: list[str], calls: Sequence[str]) -> str:
+        lines, footer, safe = [f"CALL JOB:{called}" for called in calls], self.post.footer(), self.program.safe_point
+        if self.planned is not None:
+            lines, moves = self.planned_calls(self.planned, lines)
+            return self._planned_job(self.main, moves, [*header, *lines, *footer])
+        if safe is None:
+            return inform_job(self.main, [], [*header, *lines, *footer])
+        first = self.post.air_move("C00000", speed=FIRST, joint=True)
+        instructions = [*header, *first, *lines, *self.air_moves(["C00000"]), *footer]
+        return inform_job(self.main, self._positions(safe), instructions, user=self.user)
+
+    def seam_job(self, name: str, path: WeldPath) -> str:
+        arc = Around(partial(start_lines, path), partial(end_lines, path))
+        moves = [
+            *self.comments([path.seam.name, describe_path(path)], mark="'"),
+            *([] if self.planned is None else self.joint_move(1)),
+            *self.seam(path, [self._point(number) for number in range(len(path))], arc),
+        ]
+        if self.planned is not None and path.joints is not None and path.external is not None:
+            return self._planned_job(name, JointMoves(path.joints, path.external), moves)
+        return inform_job(name, self._positions(path), moves, user=self.user)
+
+    def _positions(self, poses: WeldPath | SafePoint) -> list[str]:
+        confs, tool = CONFIGURATION.texts(self.program, poses), self.program.controller.tool_number
+        return user_positions(self.user, tool, confs, *poses.poses_in(self.T_base_frame))
+
+    def _planned_job(self, name: str, moves: JointMoves, instructions: list[str]) -> str:
+        """Return a job whose positions are joints, so that the form of the arm is fixed."""
+        planned = self.planned
+        if self.program.arm is None or planned is None:
+            return inform_job(name, [], instructions)
+        outer, rails = planned.external_texts(moves.external, DEG_DECIMALS), int(planned.rail is not None)
+        arm = None if planned.axis_count else self.program.arm
+        kind = joint_kind(arm)
+        positions = [
+            *joint_positions(self.program.controller.tool_number, kind, joint_rows(moves.joints, arm, kind)),
+            *(f"BC{number:05d}={row[0]}" for number, row in enumerate(outer) if rails),
+            *(f"EC{number:05d}={','.join(row[rails:])}" for number, row in enumerate(outer) if planned.turning),
+        ]
+        group, station = "RB1,BS1" if rails else "RB1", "ST1" if planned.turning else None
+        return inform_job(name, positions, instructions, group=group, station=station)
+
+    def joint_move(self, number: int) -> list[str]:
+        percent = 0.0 if self.planned is None else self.planned.joint_percent
+        return self.post.joint_move(self._point(number - 1), speed=f"VJ={percent:.2f}")
+
+    def _point(self, number: int, *, station: bool = True) -> str:
+        """Return a position as a move names it, with its external axes, those of the positioner if `station`."""
+        marks = ["C"]
+        if self.planned is not None:
+            marks += ["BC"] * (self.planned.rail is not None) + ["EC"] * (station and bool(self.planned.turning))
+        return " ".join(f"{mark}{number:05d}" for mark in marks)
+
+    def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
+        """Return the moves along the seam.
+
+        An arc has three MOVC, the first at its start. Between two arcs a MOVL to the point where they meet tells that
+        the second is another circle.
+        """
+        mm_s = self.program.weld_speed_mm_s(path)
+        if path.speed_mm_s is not None:
+            mm_s = max(math.floor(mm_s * 10.0 + 1e-6), 1) / 10.0  # no joint has to be faster than planned
+        speed = inform_speed(mm_s if path.run is None else max(round(mm_s, 1), 0.1))  # a rule does not know INFORM
+        first = path.weld_rows.start
+        lines, at, follows_arc = list[str](), first, False
+        for move, stops in zip(path.weld_moves, path.stops(ZONE_MM), strict=True):
+            to, is_arc = first + move.to, isinstance(move, Arc)
+            level = " PL=0" if stops and to != first + path.weld_count - 1 else ""
+            if isinstance(move, Arc):
+                lines += [self._weld_move(path, "L", at, speed)] if follows_arc else []
+                lines += [self._weld_move(path, "C", number, speed) for number in (at, first + move.via)]
+            lines.append(self._weld_move(path, "C" if is_arc else "L", to, f"{speed}{level}"))
+            at, follows_arc = to, is_arc
+        return lines
+
+    def _weld_move(self, path: WeldPath, kind: str, number: int, speed: str) -> str:
+        """Return a move along a seam: coordinated with the positioner, the master, where this turns."""
+        if not path.turns_along:
+            return f"MOV{kind} {self._point(number)} {speed}"
+        return f"SMOV{kind} {self._point(number, station=False)} {speed}  +MOVJ EC{number:05d}"
