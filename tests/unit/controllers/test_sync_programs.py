@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wpcal.controllers.abb.sync import write_sync_rapid
+from wpcal.controllers.abb.two_robots import write_sync_rapid
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.coordinated_program import SyncProgram
-from wpcal.controllers.yaskawa.sync import SYNC_NUMBERS, joint_percents, write_sync_inform
+from wpcal.controllers.yaskawa.two_robots import SYNC_NUMBERS, joint_percents, write_sync_inform
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm_file import find_arm
 

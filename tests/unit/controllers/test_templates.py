@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.controllers.language.post import FOLDERS, blocks_of, shipped_templates
+from wpcal.controllers.language.post import BLOCKS, TOUCH_BLOCKS, blocks_of, template_languages
+from wpcal.controllers.registry import controller_named
 
 OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 
@@ -27,15 +28,15 @@ def contents(folder):
 
 
 def test_our_templates_written_and_given_back_make_the_same_programs(export, tmp_path):
-    languages = [word for language in FOLDERS for word in ("-f", language)][1:]
+    languages = [word for language in template_languages() for word in ("-f", language)][1:]
     assert export(*languages, "--write-templates", tmp_path / "shop").returncode == 0
-    for language in FOLDERS:
+    for language in template_languages():
         assert {path.name for path in (tmp_path / "shop" / language).iterdir()} == {
             f"{b}.txt" for b in blocks_of(language)
         }
     assert export(*languages).returncode == 0
     assert export(*languages, "--template", tmp_path / "shop", out="again").returncode == 0
-    for language in FOLDERS:
+    for language in template_languages():
         assert contents(tmp_path / "out" / language) == contents(tmp_path / "again" / language)
     assert "exists and is not empty" in export("rapid", "--write-templates", tmp_path / "shop").stderr
 
@@ -144,7 +145,9 @@ def test_a_dry_run_with_templates_around_the_weld_says_what_is_not_known(export,
     assert "weld_start.txt switch the arc in this dry run" in ended.stderr
 
 
-def test_every_shipped_template_has_every_block():
-    assert all(
-        set(shipped_templates(language)) == {f"{block}.txt" for block in blocks_of(language)} for language in FOLDERS
-    )
+def test_every_language_has_the_templates_of_weld_programs_and_all_or_none_of_touches():
+    for language in template_languages():
+        touches = set(TOUCH_BLOCKS) & set(blocks_of(language))
+        assert set(BLOCKS) <= set(blocks_of(language))
+        assert bool(touches) == (controller_named(language).touch_writer is not None)
+        assert touches in (set(), set(TOUCH_BLOCKS))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import ClassVar
 
 from wpcal.controllers.language.naming import NameRules, comment_lines
 from wpcal.controllers.language.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program.arc import ArcSettings, end_time_s, has_weave, refuse
 from wpcal.controllers.program.describe import describe_path
 from wpcal.robot.moves import Arc
 
@@ -122,3 +124,38 @@ class WeldWriter:
             via = along[move.via] if isinstance(move, Arc) else ""
             lines += self.weld_move(path, via, along[move.to], stops=stops, is_last=number == len(moves))
         return lines
+
+
+NO_WEAVE = "the language has no weave; give --weave points, or state null"
+
+
+@dataclass(frozen=True, slots=True)
+class ArcSwitch:
+    """How a language without arc instructions switches the arc: by an output, or two functions that the user has."""
+
+    language: str  #: For messages.
+    start: str  #: The call of a function; ``{job}`` is the job.
+    end: str
+    on: str  #: The instruction that sets the output ``{output}``.
+    off: str
+    wait: str  #: The instruction that waits for ``{seconds}``.
+
+    def around(self, path: WeldPath, arc: ArcSettings | None, before: Sequence[str] = ()) -> Around:
+        """Return what is around a seam; a weave in the weld data is refused when it is written."""
+        if arc is None:
+            return Around(before=before)
+        return Around(partial(self._start, path, arc), partial(self._end, path, arc), before=before)
+
+    def _start(self, path: WeldPath, arc: ArcSettings) -> list[str]:
+        if has_weave(path):
+            raise refuse(path, "weave", language=self.language, why=NO_WEAVE)
+        call = self.start if arc.output is None else self.on
+        switch = call.format(job=path.values.job or 0, output=arc.output)
+        return [f"  {switch}", *self._wait(path.values.start_delay_s or 0.0)]
+
+    def _end(self, path: WeldPath, arc: ArcSettings) -> list[str]:
+        switch = (self.end if arc.output is None else self.off).format(output=arc.output)
+        return [*self._wait(end_time_s(path)), f"  {switch}"]
+
+    def _wait(self, seconds: float) -> list[str]:
+        return [f"  {self.wait.format(seconds=f'{seconds:g}')}"] if seconds > 0.0 else []

@@ -1,4 +1,4 @@
-"""How a program switches the arc, and the comments around its seams."""
+"""How a program switches the arc, the comments around its seams, and the values that arc instructions need."""
 
 from __future__ import annotations
 
@@ -9,96 +9,6 @@ from wpcal.core.errors import InputError
 
 if TYPE_CHECKING:
     from wpcal.controllers.program.weld_program import WeldPath
-
-
-@dataclass(frozen=True, slots=True)
-class ArcSwitch:
-    """How one language switches the arc."""
-
-    language: str  #: For messages.
-    #: `start`, `end`: Calls of the functions; ``{job}`` is the job.
-    start: str
-    end: str
-    #: `on`, `off`: Instructions that set the output ``{output}``.
-    on: str
-    off: str
-    wait: str  #: Instruction that waits for ``{seconds}``.
-
-    def start_lines(self, path: WeldPath, arc: ArcSettings) -> list[str]:
-        """Return the lines that start the arc.
-
-        Raises
-        ------
-        InputError : When the weld data states a weave, which the language cannot carry out.
-        """
-        require_no_weave(path, language=self.language)
-        call = self.start if arc.output is None else self.on
-        switch = call.format(job=path.values.job or 0, output=arc.output)
-        return [f"  {switch}", *self._wait(path.values.start_delay_s or 0.0)]
-
-    def end_lines(self, path: WeldPath, arc: ArcSettings) -> list[str]:
-        """Return the lines that end the arc."""
-        switch = (self.end if arc.output is None else self.off).format(output=arc.output)
-        return [*self._wait(end_time_s(path)), f"  {switch}"]
-
-    def _wait(self, seconds: float) -> list[str]:
-        return [f"  {self.wait.format(seconds=f'{seconds:g}')}"] if seconds > 0.0 else []
-
-
-NO_WEAVE = "the language has no weave; give --weave points, or state null"
-
-
-def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
-    """Return a number of the weld data that a language cannot do without.
-
-    Parameters
-    ----------
-    name : Of the value.
-    language, why : For the message.
-
-    Raises
-    ------
-    InputError : With the command that states it, if it is missing.
-    """
-    value = getattr(path.values, name)
-    if value is None:
-        seam = path.seam.name if path.run is None else path.run.weld.name
-        raise InputError(f"{language}: weld {seam}: {why}; state it: wpcal welds … --set {seam}:{name}=VALUE")
-    return float(value)
-
-
-def refuse(path: WeldPath, name: str, *, language: str, why: str) -> InputError:
-    """Return the error for a value that a language cannot write.
-
-    Parameters
-    ----------
-    name : Of the value.
-    language, why : For the message.
-    """
-    seam = path.seam.name if path.run is None else path.run.weld.name
-    return InputError(f"{language}: weld {seam}: {name}: {why}")
-
-
-def require_no_weave(path: WeldPath, *, language: str) -> None:
-    """Refuse weld data with a weave, for a language that has none.
-
-    Parameters
-    ----------
-    language : For the message.
-
-    Raises
-    ------
-    InputError : When a weave is stated, with values or by the name of its data.
-    """
-    if path.values.weave is not None or path.values.weave_data is not None:
-        raise refuse(path, "weave", language=language, why=NO_WEAVE)
-
-
-def end_time_s(path: WeldPath) -> float:
-    """Return how long the arc burns after the torch has stopped: crater and delay together, s."""
-    crater = path.values.crater
-    return (0.0 if crater is None else crater.time_s) + (path.values.end_delay_s or 0.0)
-
 
 SEAM_MARKS = ("SEAM START", "SEAM END")
 """Comments around the moves of a seam in a program with arc instructions; `wpcal audit` reads them back."""
@@ -134,3 +44,37 @@ def arc_in_words(arc: ArcSettings | None) -> str:
     if arc is None:
         return "DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes them instructions)"
     return "the arc burns from SEAM START to SEAM END: RUN IT with the arc blocked at the controller FIRST"
+
+
+def _weld_name(path: WeldPath) -> str:
+    return path.seam.name if path.run is None else path.run.weld.name
+
+
+def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
+    """Return a number of the weld data that a language cannot do without.
+
+    Raises
+    ------
+    InputError : With the command that states it, if it is missing.
+    """
+    value = getattr(path.values, name)
+    if value is None:
+        seam = _weld_name(path)
+        raise InputError(f"{language}: weld {seam}: {why}; state it: wpcal welds … --set {seam}:{name}=VALUE")
+    return float(value)
+
+
+def refuse(path: WeldPath, name: str, *, language: str, why: str) -> InputError:
+    """Return the error for a value that a language cannot write."""
+    return InputError(f"{language}: weld {_weld_name(path)}: {name}: {why}")
+
+
+def has_weave(path: WeldPath) -> bool:
+    """Tell whether the weld data state a weave, with values or by the name of its data."""
+    return path.values.weave is not None or path.values.weave_data is not None
+
+
+def end_time_s(path: WeldPath) -> float:
+    """Return how long the arc burns after the torch has stopped: crater and delay together, s."""
+    crater = path.values.crater
+    return (0.0 if crater is None else crater.time_s) + (path.values.end_delay_s or 0.0)

@@ -3,30 +3,30 @@
 A pose is ``p[x, y, z, rx, ry, rz]`` in metres with a rotation vector in rad. Poses are relative to ``wp_part`` and
 transformed into the base by `pose_trans`. `movej` to a pose lets the controller choose the solution nearest to the
 present one. The joint moves of a plan are `movej` to six joints in rad. They also give the arm its configuration on the
-seams, as linear moves keep it.
+seams, as linear moves keep it. Mode 0 of an arc: the tool turns about one axis, and not with the tangent.
+
+The language has no arc instructions: a digital output switches the arc, or two functions that the user has
+(`arc_start`, `arc_end`); the power source's URCap or interface decides what happens.
 
 References
 ----------
-Universal Robots, The URScript Programming Language (movej, movel, pose_trans).
+Universal Robots, The URScript Programming Language (movej, movel, pose_trans, set_standard_digital_out, sleep).
 """
 
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name
-from wpcal.controllers.language.post import Post
-from wpcal.controllers.language.rounding import rounded
+from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
+from wpcal.controllers.language.naming import NameRules, safe_name
+from wpcal.controllers.language.rounding import rounded, texts
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path, part_frame
-from wpcal.controllers.ur.arc import SWITCH, how
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.moves import Arc
 
 NAMES = NameRules(
     "URScript",
@@ -44,59 +44,23 @@ ACCELERATION_M_S2 = 0.5
 JOINT_LIMITS = "a=0.3, v=0.1"
 """rad/s² and rad/s of the only joint move. Slow, because the arm can come from anywhere."""
 PLANNED_ACCELERATION_RAD_S2 = 0.8
-"""Of the joint moves of a plan: little more than half of what the controller takes if nothing is stated (1.4)."""
+"""In the joint moves of a plan: little more than half of what the controller takes if nothing is stated (1.4)."""
 USUAL_JOINT_RAD_S = 2.0
 """Largest speed of a joint where the arm's file states none: that of the slowest joints of these arms is 2.09."""
 LONGEST_COMMENT = 100
+SWITCH = ArcSwitch(
+    language="URScript",
+    start="arc_start({job})",
+    end="arc_end()",
+    on="set_standard_digital_out({output}, True)",
+    off="set_standard_digital_out({output}, False)",
+    wait="sleep({seconds})",
+)
 
 
 def write_urscript(program: WeldProgram) -> dict[str, str]:
-    """Write a URScript program. ``NAME.script``."""
-    name = safe_name(program.controller.program_name, NAMES)
-    planned = program.planned
-    T_base_frame = frame_as_written(program.T_base_part)
-    head = [
-        *describe(program),
-        *(planned.standing_axes("URScript") if planned is not None else ()),
-        f"poses are relative to wp_part, {part_frame(program)}; m and rotation vectors in rad",
-        f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
-        "set the tool centre point before this program; the arc burns from ARC ON to ARC OFF"
-        if program.arc is None
-        else f"set the tool centre point before this program; {how(program.arc)}",
-    ]
-    frame = poses_of(T_base_frame.t_mm[None], T_base_frame.R[None])[0]
-    post = Post("urscript", program)
-    about = comment_lines(head, mark="", longest=LONGEST_COMMENT)
-    lines = [f"def {name}():", *post.header(about), f"  wp_part = {frame}"]
-    safe = None
-    if program.safe_point is not None:
-        safe = f"pose_trans(wp_part, {poses_of(*program.safe_point.poses_in(T_base_frame))[0]})"
-        lines += post.air_move(safe, speed=JOINT_LIMITS, joint=True)
-    between = _between(program, post)
-    for way, path in zip(between, program.paths, strict=False):
-        lines += [*way, *_moves(path, T_base_frame, post)]
-    lines += between[-1]
-    if safe is not None:
-        lines += post.air_move(safe, speed=limits(program.motion.air_speed_mm_s))
-    return {f"{name}.script": "\n".join([*lines, *post.footer(), ""])}
-
-
-def _between(program: WeldProgram, post: Post) -> list[list[str]]:
-    """Return the joint moves of a plan before each seam and after the last."""
-    planned = program.planned
-    if planned is None:
-        return [[] for _ in range(len(program.paths) + 1)]
-    stated = [joint.speed_rad_s for joint in program.arm.joints if joint.speed_rad_s] if program.arm else []
-    speed = min(stated, default=USUAL_JOINT_RAD_S) * planned.joint_percent / 100.0
-    text = f"a={PLANNED_ACCELERATION_RAD_S2:g}, v={math.floor(1e3 * speed) / 1e3:g}"
-    return [
-        [
-            line
-            for joints in rounded(moves.joints, DECIMALS).tolist()
-            for line in post.joint_move(f"[{', '.join(f'{q:.{DECIMALS}f}' for q in joints)}]", speed=text)
-        ]
-        for moves in planned.air
-    ]
+    """Write a URScript program, ``NAME.script``."""
+    return _Script(program).files()
 
 
 def limits(mm_s: float) -> str:
@@ -112,38 +76,64 @@ def frame_as_written(T: RigidTransform) -> RigidTransform:
 
 def poses_of(p: FloatArray, R: FloatArray) -> list[str]:
     """Write poses: p of shape (n, 3), mm, and R of shape (n, 3, 3), in any one frame."""
-    k = DECIMALS
-    table = rounded(np.concatenate([p * MM, log_rotation(R)], axis=1), k).tolist()
-    return [f"p[{x:.{k}f}, {y:.{k}f}, {z:.{k}f}, {a:.{k}f}, {b:.{k}f}, {c:.{k}f}]" for x, y, z, a, b, c in table]
+    return [f"p[{', '.join(row)}]" for row in texts(np.concatenate([p * MM, log_rotation(R)], axis=1), DECIMALS)]
 
 
-def _moves(path: WeldPath, T_base_frame: RigidTransform, post: Post) -> list[str]:
-    program = post.program
-    poses = [f"pose_trans(wp_part, {pose})" for pose in poses_of(*path.poses_in(T_base_frame))]
-    rows = path.weld_rows
-    way_to, along, way_from = poses[: rows.start], poses[rows], poses[rows.stop :]
-    weld, air = (limits(v) for v in (program.weld_speed_mm_s(path), program.motion.air_speed_mm_s))
-    is_joint, arc = program.safe_point is None, program.arc
-    lines = comment_lines([f"{path.seam.name}: {describe_path(path)}"], mark="  # ", longest=LONGEST_COMMENT)
-    if program.planned is None:
-        lines += post.air_move(way_to[0], speed=JOINT_LIMITS if is_joint else air, joint=is_joint)
-    for pose in (*way_to[1:], along[0]):
-        lines += post.air_move(pose, speed=air)
-    lines += post.weld_start(path, list if arc is None else partial(SWITCH.start_lines, path, arc))
-    lines += _weld_moves(path, along, weld)
-    lines += post.weld_end(path, list if arc is None else partial(SWITCH.end_lines, path, arc))
-    for pose in way_from:
-        lines += post.air_move(pose, speed=air)
-    return lines
+def poses_in_part(p: FloatArray, R: FloatArray) -> list[str]:
+    """Write poses in the part: p of shape (n, 3), mm, and R of shape (n, 3, 3)."""
+    return [f"pose_trans(wp_part, {pose})" for pose in poses_of(p, R)]
 
 
-def _weld_moves(path: WeldPath, along: list[str], speed: str) -> list[str]:
-    """Return the moves along the seam. Mode 0 of an arc: the tool turns about one axis, and not with the tangent."""
-    lines = []
-    for move, stop in zip(path.weld_moves, path.stops(BLEND_MM), strict=True):
-        blend = "" if stop else f", r={BLEND_MM * MM:g}"
-        if isinstance(move, Arc):
-            lines.append(f"  movec({along[move.via]}, {along[move.to]}, {speed}{blend}, mode=0)")
+class _Script(WeldWriter):
+    format, names, longest_comment, zone_mm = "urscript", NAMES, LONGEST_COMMENT, BLEND_MM
+    calls_seams = False
+    first = JOINT_LIMITS
+
+    @property
+    def air(self) -> str:
+        return limits(self.program.motion.air_speed_mm_s)
+
+    def files(self) -> dict[str, str]:
+        program, self.T_base_frame = self.program, frame_as_written(self.program.T_base_part)
+        if self.planned is not None:
+            self.joints = np.concatenate([moves.joints for moves in self.planned.air])
+        name, between = safe_name(program.controller.program_name, NAMES), self.between()
+        frame = poses_of(self.T_base_frame.t_mm[None], self.T_base_frame.R[None])[0]
+        lines = [f"def {name}():", *self.post.header(self._about()), f"  wp_part = {frame}"]
+        safe = [] if program.safe_point is None else poses_in_part(*program.safe_point.poses_in(self.T_base_frame))
+        for point in safe:
+            lines += self.post.air_move(point, speed=JOINT_LIMITS, joint=True)
+        for (way, _), path in zip(between, program.paths, strict=False):
+            points = poses_in_part(*path.poses_in(self.T_base_frame))
+            head = self.comments([f"{path.seam.name}: {describe_path(path)}"], mark="  # ")
+            lines += [*way, *head, *self.seam(path, points, SWITCH.around(path, program.arc))]
+        return {f"{name}.script": "\n".join([*lines, *between[-1][0], *self.air_moves(safe), *self.post.footer(), ""])}
+
+    def _about(self) -> list[str]:
+        program, arc = self.program, self.program.arc
+        if arc is None:
+            how = "the arc burns from ARC ON to ARC OFF"
+        elif arc.output is not None:
+            how = f"standard digital output {arc.output} switches the arc"
         else:
-            lines.append(f"  movel({along[move.to]}, {speed}{blend})")
-    return lines
+            how = "arc_start(job) and arc_end() are functions that you load before this program"
+        text = [
+            *describe(program),
+            *(self.planned.standing_axes("URScript") if self.planned is not None else ()),
+            f"poses are relative to wp_part, {part_frame(program)}; m and rotation vectors in rad",
+            f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
+            f"set the tool centre point before this program; {how}",
+        ]
+        return self.comments(text)
+
+    def joint_move(self, number: int) -> list[str]:
+        arm, percent = self.program.arm, 0.0 if self.planned is None else self.planned.joint_percent
+        stated = [joint.speed_rad_s for joint in arm.joints if joint.speed_rad_s] if arm else []
+        speed = min(stated, default=USUAL_JOINT_RAD_S) * percent / 100.0
+        how = f"a={PLANNED_ACCELERATION_RAD_S2:g}, v={math.floor(1e3 * speed) / 1e3:g}"
+        (row,) = texts(self.joints[number - 1][None], DECIMALS)
+        return self.post.joint_move(f"[{', '.join(row)}]", speed=how)
+
+    def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
+        how = f"{to}, {limits(self.program.weld_speed_mm_s(path))}{'' if stops else f', r={BLEND_MM * MM:g}'}"
+        return [f"  movec({via}, {how}, mode=0)" if via else f"  movel({how})"]
