@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import arc_tangent, product, sine_cosine
 
 GIMBAL_COS = 1e-12
 """Below this value of cos beta, alpha and gamma turn about the same axis: alpha is set to 0 and gamma holds both.
@@ -38,7 +39,7 @@ def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> Fl
     True
     """
     a, b, g = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in (alpha, beta, gamma)))
-    ca, sa, cb, sb, cg, sg = np.cos(a), np.sin(a), np.cos(b), np.sin(b), np.cos(g), np.sin(g)
+    (sa, sb, sg), (ca, cb, cg) = sine_cosine(np.stack([a, b, g]))
     R = np.empty((*a.shape, 3, 3))
     R[..., 0, 0] = cg * cb
     R[..., 0, 1] = cg * sb * sa - sg * ca
@@ -83,13 +84,13 @@ def zyx_angles(R: ArrayLike) -> FloatArray:
         Angles alpha, beta, gamma about x, y, z, rad.
     """
     m = np.asarray(R, dtype=np.float64)
-    cos_beta = np.hypot(m[..., 0, 0], m[..., 1, 0])
+    cos_beta = np.sqrt(m[..., 0, 0] ** 2 + m[..., 1, 0] ** 2)
     gimbal = cos_beta < GIMBAL_COS
-    beta = np.arctan2(-m[..., 2, 0], np.where(gimbal, 0.0, cos_beta))
-    gamma = np.where(gimbal, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 0], m[..., 0, 0]))
+    beta = arc_tangent(-m[..., 2, 0], np.where(gimbal, 0.0, cos_beta))
+    gamma = np.where(gimbal, arc_tangent(-m[..., 0, 1], m[..., 1, 1]), arc_tangent(m[..., 1, 0], m[..., 0, 0]))
     # Rz(-gamma) R = Ry(beta) Rx(alpha): its second row is 0, cos alpha, -sin alpha, also where gamma is uncertain
-    c, s = np.cos(gamma), np.sin(gamma)
-    alpha = np.arctan2(s * m[..., 0, 2] - c * m[..., 1, 2], c * m[..., 1, 1] - s * m[..., 0, 1])
+    s, c = sine_cosine(gamma)
+    alpha = arc_tangent(s * m[..., 0, 2] - c * m[..., 1, 2], c * m[..., 1, 1] - s * m[..., 0, 1])
     return np.stack([np.where(gimbal, 0.0, alpha), beta, gamma], axis=-1)
 
 
@@ -113,7 +114,7 @@ def rotation_from_zyz(o: ArrayLike, a: ArrayLike, t: ArrayLike) -> FloatArray:
     array([ 0.,  0., -1.])
     """
     zero = np.zeros(np.broadcast_shapes(np.shape(o), np.shape(a), np.shape(t)))
-    return rotation_from_zyx(zero, a, o) @ rotation_from_zyx(zero, zero, np.asarray(t) + zero)
+    return product(rotation_from_zyx(zero, a, o), rotation_from_zyx(zero, zero, np.asarray(t) + zero))
 
 
 def zyz_angles(R: ArrayLike) -> FloatArray:
@@ -130,13 +131,13 @@ def zyz_angles(R: ArrayLike) -> FloatArray:
         Angles o, a, t, rad; a is in [0, pi]. Where a is 0 or pi, o and t turn about one line: t is 0.
     """
     m = np.asarray(R, dtype=np.float64)
-    sin_a = np.hypot(m[..., 0, 2], m[..., 1, 2])
+    sin_a = np.sqrt(m[..., 0, 2] ** 2 + m[..., 1, 2] ** 2)
     gimbal = sin_a < GIMBAL_COS
-    a = np.arctan2(np.where(gimbal, 0.0, sin_a), m[..., 2, 2])
-    o = np.where(gimbal, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 2], m[..., 0, 2]))
+    a = arc_tangent(np.where(gimbal, 0.0, sin_a), m[..., 2, 2])
+    o = np.where(gimbal, arc_tangent(-m[..., 0, 1], m[..., 1, 1]), arc_tangent(m[..., 1, 2], m[..., 0, 2]))
     # Rz(-o) R = Ry(a) Rz(t): its second row is sin t, cos t, 0, also where o is uncertain
-    c, s = np.cos(o), np.sin(o)
-    t = np.arctan2(c * m[..., 1, 0] - s * m[..., 0, 0], c * m[..., 1, 1] - s * m[..., 0, 1])
+    s, c = sine_cosine(o)
+    t = arc_tangent(c * m[..., 1, 0] - s * m[..., 0, 0], c * m[..., 1, 1] - s * m[..., 0, 1])
     return np.stack([o, a, np.where(gimbal, 0.0, t)], axis=-1)
 
 
@@ -189,7 +190,7 @@ def rotation_from_quaternion(q_xyzw: ArrayLike) -> FloatArray:
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     v, w = q[..., :3], q[..., 3]
     K = cross_matrix(v)
-    return np.asarray(np.eye(3) + 2.0 * (w[..., None, None] * K + K @ K), dtype=np.float64)
+    return np.asarray(np.eye(3) + 2.0 * (w[..., None, None] * K + product(K, K)), dtype=np.float64)
 
 
 def cross_matrix(v: ArrayLike) -> FloatArray:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import cross_matrix, quaternion_from_rotation
+from wpcal.core.same_bits import arc_tangent, product, sine_cosine
 
 SMALL_ANGLE_RAD = 1e-4
 """Below this angle, the series of the sine terms up to the square is exact to round-off (next term: angle^4 / 120)."""
@@ -32,10 +33,11 @@ def exp_rotation(omega: ArrayLike) -> FloatArray:
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
     small = angle < SMALL_ANGLE_RAD
     safe = np.where(small, 1.0, angle)
-    a = np.where(small, 1.0 - angle**2 / 6.0, np.sin(safe) / safe)
-    b = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(safe)) / safe**2)
+    sine, cosine = sine_cosine(safe)
+    a = np.where(small, 1.0 - angle**2 / 6.0, sine / safe)
+    b = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - cosine) / safe**2)
     K = cross_matrix(w)
-    return np.asarray(np.eye(3) + a * K + b * (K @ K), dtype=np.float64)
+    return np.asarray(np.eye(3) + a * K + b * product(K, K), dtype=np.float64)
 
 
 def log_rotation(R: ArrayLike) -> FloatArray:
@@ -54,7 +56,7 @@ def log_rotation(R: ArrayLike) -> FloatArray:
     sin_half = np.linalg.norm(v, axis=-1, keepdims=True)
     small = sin_half < SMALL_ANGLE_RAD / 2
     factor = np.where(
-        small, 2.0 / np.where(small, w, 1.0), 2.0 * np.arctan2(sin_half, w) / np.where(small, 1.0, sin_half)
+        small, 2.0 / np.where(small, w, 1.0), 2.0 * arc_tangent(sin_half, w) / np.where(small, 1.0, sin_half)
     )
     return np.asarray(factor * v, dtype=np.float64)
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FrameError, InputError
 from wpcal.core.rotations import rotation_from_zyx, zyx_from_rotation
+from wpcal.core.same_bits import product
 from wpcal.core.tangent import log_rotation
 
 LARGEST_OF_ROTATION = 2.0
@@ -114,9 +115,11 @@ class RigidTransform:
             raise InputError(f"expected a 4×4 matrix, got shape {m.shape}")
         if not np.allclose(m[3], (0, 0, 0, 1), rtol=0, atol=ORTHONORMAL_ATOL):
             raise InputError(f"the last row of a pose is 0 0 0 1, got {m[3].tolist()}")
-        cls(m[:3, :3], m[:3, 3], target, source)  # refuses what is not a rotation, before the SVD makes it one
-        U, _, Vt = np.linalg.svd(m[:3, :3])
-        return cls(U @ Vt, m[:3, 3], target, source)
+        cls(m[:3, :3], m[:3, 3], target, source)  # refuses what is not a rotation, before the steps make it one
+        R = m[:3, :3]
+        for _ in range(2):  # Newton's steps to the nearest rotation: 1e-6 off, then 1e-12, then round-off
+            R = 1.5 * R - 0.5 * product(R, product(R.T, R))
+        return cls(R, m[:3, 3], target, source)
 
     @classmethod
     def from_six_tuple(cls, values: ArrayLike, *, target: str, source: str) -> RigidTransform:
@@ -186,7 +189,7 @@ class RigidTransform:
         ndarray, shape (..., 3)
             The same points in `target`, mm.
         """
-        return np.asarray(np.asarray(points, dtype=np.float64) @ self.R.T + self.t_mm, dtype=np.float64)
+        return np.asarray(product(points, self.R.T) + self.t_mm, dtype=np.float64)
 
     def rotate(self, directions: ArrayLike) -> FloatArray:
         """Carry directions (no translation) from `source` to `target`.
@@ -201,7 +204,7 @@ class RigidTransform:
         ndarray, shape (..., 3)
             In `target`.
         """
-        return np.asarray(np.asarray(directions, dtype=np.float64) @ self.R.T, dtype=np.float64)
+        return product(directions, self.R.T)
 
     def relabelled(self, *, target: str, source: str) -> RigidTransform:
         """Return the same motion between frames of other names.
@@ -218,7 +221,7 @@ class RigidTransform:
 
     def inverse(self) -> RigidTransform:
         """Return ``T_source_target``."""
-        return RigidTransform(self.R.T, -self.R.T @ self.t_mm, self.source, self.target)
+        return RigidTransform(self.R.T, -product(self.R.T, self.t_mm), self.source, self.target)
 
     def __matmul__(self, other: RigidTransform) -> RigidTransform:
         if self.source != other.target:
@@ -226,7 +229,9 @@ class RigidTransform:
                 f"T_{self.target}_{self.source} @ T_{other.target}_{other.source}: the inner frames must be the same, "
                 f"got {self.source!r} and {other.target!r}"
             )
-        return RigidTransform(self.R @ other.R, self.R @ other.t_mm + self.t_mm, self.target, other.source)
+        return RigidTransform(
+            product(self.R, other.R), product(self.R, other.t_mm) + self.t_mm, self.target, other.source
+        )
 
     def is_close(self, other: RigidTransform, *, atol_mm: float, atol_rad: float) -> bool:
         """Tell whether the frame names are equal, the origins within `atol_mm` and the rotations within `atol_rad`."""

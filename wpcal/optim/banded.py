@@ -1,7 +1,7 @@
 """Levenberg-Marquardt on whole paths: all points move at once, and only neighbouring points share a residual.
 
-The normal equations are banded, so that one step costs about as much as the residuals of the path. Limits enter as
-squares of the excess over them. Which limits count is decided again in every step, by the state after it.
+The normal equations are a chain of blocks, so that one step costs about as much as the residuals of the path. Limits
+enter as squares of the excess over them. Which limits count is decided again in every step, by the state after it.
 
 The loop is not `wpcal.optim.levenberg_marquardt` because of this structure: that solver forms dense normal matrices
 (657 rows for 73 points of nine coordinates), and it has no set of active limits.
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from scipy.linalg import LinAlgError, solveh_banded
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.same_bits import product, solve
 
 FIRST_DAMPING = 1e-2
 """Of Levenberg-Marquardt, relative to the diagonal."""
@@ -54,7 +54,7 @@ class LinearModel:
 
     def predicted_cost(self, step: FloatArray) -> float:
         """Return the sum of squares after a step of shape (n, k), to first order of every residual."""
-        deviation = self.deviation + step @ self.ddeviation.T
+        deviation = self.deviation + product(step, self.ddeviation.T)
         move = self.move + self.scale * np.diff(np.einsum("nmi,ni->nm", self.dq, step), axis=0)
         beyond = np.maximum(self.beyond_after(step), 0.0)
         return float((deviation**2).sum() + (beyond**2).sum() + (move**2).sum())
@@ -65,7 +65,7 @@ class LinearModel:
 
     def gradient(self, active: BoolArray) -> FloatArray:
         """Return half the gradient of the sum if the limits in `active`, shape (n, h), count; shape (n, k)."""
-        gradient = self.deviation @ self.ddeviation + np.einsum(
+        gradient = product(self.deviation, self.ddeviation) + np.einsum(
             "nmi,nm->ni", self.dbeyond, np.where(active, self.beyond, 0.0)
         )
         pull = self.scale * self.move
@@ -73,22 +73,26 @@ class LinearModel:
         gradient[1:] += np.einsum("nmi,nm->ni", self.dq[1:], pull)
         return np.asarray(gradient, dtype=np.float64)
 
-    def band(self, active: BoolArray) -> FloatArray:
-        """Return the normal matrix if the limits in `active`, shape (n, h), count; lower banded, shape (2 k, k n)."""
-        n, k = len(self.deviation), self.dq.shape[2]
+    def normal(self, active: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """Return the normal matrix if the limits in `active`, shape (n, h), count.
+
+        Returns
+        -------
+        diagonal : ndarray, shape (n, k, k)
+            Blocks of the points.
+        coupling : ndarray, shape (n - 1, k, k)
+            Blocks between each point and the next: rows of the point, columns of the next.
+        """
         limits = self.dbeyond * active[:, :, None]
         before, after = self.scale[:, :, None] * self.dq[:-1], self.scale[:, :, None] * self.dq[1:]
-        diagonal = np.swapaxes(limits, 1, 2) @ limits + self.ddeviation.T @ self.ddeviation
-        diagonal[:-1] += np.swapaxes(before, 1, 2) @ before
-        diagonal[1:] += np.swapaxes(after, 1, 2) @ after
-        coupling = -np.swapaxes(before, 1, 2) @ after  # rows: coordinates of a point, columns: of the next
-        band = np.zeros((2 * k, n * k))  # band[d, j] holds element (j + d, j)
-        for i in range(k):
-            for j in range(k):
-                if i >= j:
-                    band[i - j, j::k] = diagonal[:, i, j]
-                band[k + j - i, i : (n - 1) * k : k] = coupling[:, i, j]
-        return band
+        diagonal = _squared(limits, limits) + product(self.ddeviation.T, self.ddeviation)
+        diagonal[:-1] += _squared(before, before)
+        diagonal[1:] += _squared(after, after)
+        return diagonal, -_squared(before, after)
+
+
+def _squared(a: FloatArray, b: FloatArray) -> FloatArray:
+    return product(np.swapaxes(a, 1, 2), b)
 
 
 def descend(
@@ -127,19 +131,58 @@ def damped_step(model: LinearModel, damping: float) -> FloatArray | None:
 
     Returns
     -------
-    ndarray, shape (n, k), or None. None where round-off makes the normal matrix indefinite.
+    ndarray, shape (n, k), or None. None where round-off makes the normal matrix singular.
     """
     active, step = model.beyond > 0, None
     for _ in range(ACTIVE_ROUNDS):
-        band = model.band(active)
-        band[0] += damping * band[0] + LEAST_CURVATURE
-        try:
-            flat = solveh_banded(band, -model.gradient(active).ravel(), lower=True, check_finite=False)
-        except LinAlgError:
+        diagonal, coupling = model.normal(active)
+        entries = np.arange(diagonal.shape[1])
+        diagonal[:, entries, entries] += damping * diagonal[:, entries, entries] + LEAST_CURVATURE
+        step = solve_chain(diagonal, coupling, -model.gradient(active)[:, :, None])[:, :, 0]
+        if not np.isfinite(step).all():
             return None
-        step = np.asarray(flat, dtype=np.float64).reshape(len(model.deviation), -1)
         after = model.beyond_after(step) > 0
         if (after == active).all():
             break
         active = after
     return step
+
+
+def solve_chain(diagonal: FloatArray, coupling: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a symmetric system whose blocks meet only their neighbours, by eliminating every other block.
+
+    Parameters
+    ----------
+    diagonal : ndarray, shape (n, k, k)
+    coupling : ndarray, shape (n - 1, k, k)
+        Rows of a block, columns of the next.
+    right : ndarray, shape (n, k, m)
+
+    Returns
+    -------
+    ndarray, shape (n, k, m)
+
+    Notes
+    -----
+    Cyclic reduction (Golub, Van Loan, Matrix Computations, 4.5.4): the depth is log2 n, and each step is a few
+    products of many small matrices.
+    """
+    n, k = diagonal.shape[:2]
+    if n == 1:
+        return solve(diagonal, right)[0]
+    left = np.swapaxes(coupling[0::2], 1, 2)  # of the odd blocks, to the block before
+    beyond = np.zeros((n // 2, k, k))
+    beyond[: (n - 1) // 2] = coupling[1::2]
+    odd, _ = solve(diagonal[1::2], np.concatenate([left, beyond, right[1::2]], axis=2))
+    back, ahead, alone = odd[..., :k], odd[..., k : 2 * k], odd[..., 2 * k :]
+    kept, rest = diagonal[0::2].copy(), right[0::2].copy()
+    kept[: n // 2] -= product(coupling[0::2], back)
+    rest[: n // 2] -= product(coupling[0::2], alone)
+    after = (n - 1) // 2
+    kept[1:] -= _squared(coupling[1::2], ahead[:after])
+    rest[1:] -= _squared(coupling[1::2], alone[:after])
+    x = np.empty(right.shape)
+    x[0::2] = solve_chain(kept, -product(coupling[0::2][:after], ahead[:after]), rest)
+    x[1::2] = alone - product(back, x[0::2][: n // 2])
+    x[1::2][:after] -= product(ahead[:after], x[2::2])
+    return x

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam_edit import Candidate, SeamEdit
 
@@ -141,7 +142,7 @@ class SeamFrames:
     def moved(self, transform: RigidTransform) -> SeamFrames:
         """Return the frames in the target frame of `transform`."""
         return SeamFrames(
-            self.s_mm, transform.apply(self.p), transform.R @ self.R, self.angle_rad, frame=transform.target
+            self.s_mm, transform.apply(self.p), product(transform.R, self.R), self.angle_rad, frame=transform.target
         )
 
 

@@ -4,14 +4,10 @@ import re
 import shlex
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from wpcal.cli.main import run
 
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
-PLANNED = 0.02
-"""mm and degrees: a search ends in the same plan, and its last digits depend on the processor."""
 ROOT = Path(__file__).parents[3]
 PAGES = ROOT / "docs" / "how-to"
 WHOLE = {
@@ -69,9 +65,4 @@ def test_the_page_shows_what_is_written(page, tmp_path, monkeypatch):
         (path,) = out.rglob(file)
         written = path.read_bytes().decode().replace("\r\n", "\n").rstrip("\n").split("\n")
         renew = f"{page}: run python docs/make_controller_files.py"
-        if command.startswith("export"):
-            assert lines == written, renew
-            continue
-        assert [NUMBER.sub("#", line) for line in lines] == [NUMBER.sub("#", line) for line in written], renew
-        both = [np.array([float(v) for line in text for v in NUMBER.findall(line)]) for text in (lines, written)]
-        np.testing.assert_allclose(*both, rtol=0.01, atol=PLANNED, err_msg=renew)
+        assert lines == written, renew

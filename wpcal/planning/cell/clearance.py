@@ -16,6 +16,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
+from wpcal.core.same_bits import length
 from wpcal.planning.cell.bodies import BodyPairs, body_frames, body_pairs
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
 from wpcal.planning.cell.segments import Segments, segment_distances
@@ -103,7 +104,7 @@ def require_bases_apart(cell: RobotCell) -> None:
     clear = capsule_clearance(fixed, CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS))))
     if not clear.is_clear[0]:
         one, two = clear.nearest(0)
-        apart = float(np.linalg.norm(cell.T_base1_base2.t_mm))
+        apart = length(cell.T_base1_base2.t_mm)
         raise GeometryError(
             f"the robots stand too close (bases {apart:.0f} mm apart): {one} and {two} miss their safety distance by "
             f"{-clear.margin_mm[0]:.0f} mm, whatever the joints"

@@ -25,6 +25,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.same_bits import product, sine_cosine, solve
 from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
@@ -85,10 +86,9 @@ def seam_in_middle(coordinates: FloatArray) -> FloatArray:
 def torch_on_seam(coordinates: FloatArray) -> FloatArray:
     """Return the axes of the tool in the seam frame, ``Rx(work) Ry(-travel) Rx(π) Rz(spin)``; shape (N, 3, 3)."""
     zero = np.zeros(len(coordinates))
-    turned = rotation_from_zyx(coordinates[:, WORK], zero, zero) @ rotation_from_zyx(
-        zero, -coordinates[:, TRAVEL], zero
-    )
-    return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ rotation_from_zyx(zero, zero, coordinates[:, SPIN]))
+    worked = rotation_from_zyx(coordinates[:, WORK], zero, zero)
+    turned = product(worked, rotation_from_zyx(zero, -coordinates[:, TRAVEL], zero)) * [1.0, -1.0, -1.0]
+    return product(turned, rotation_from_zyx(zero, zero, coordinates[:, SPIN]))
 
 
 def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -106,15 +106,15 @@ def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tu
         mm.
     """
     R_middle_seam = seam_in_middle(coordinates)
-    R_middle_part = R_middle_seam @ np.swapaxes(path.R, 1, 2)
+    R_middle_part = product(R_middle_seam, np.swapaxes(path.R, 1, 2))
     origin = coordinates[:, PLACE] - np.einsum("nij,nj->ni", R_middle_part, path.p)
     T_middle_part = _poses(R_middle_part, origin)
-    T_middle_tool = _poses(R_middle_seam @ torch_on_seam(coordinates), coordinates[:, PLACE])
+    T_middle_tool = _poses(product(R_middle_seam, torch_on_seam(coordinates)), coordinates[:, PLACE])
     T_base1_middle, T_base2_middle = (
         T.inverse() @ cell.T_world_middle for T in (cell.T_world_base1, cell.T_world_base2)
     )
-    flange1 = T_base1_middle.matrix @ T_middle_tool @ cell.T_flange1_tool.inverse().matrix
-    flange2 = T_base2_middle.matrix @ T_middle_part @ cell.T_flange2_part.inverse().matrix
+    flange1 = product(product(T_base1_middle.matrix, T_middle_tool), cell.T_flange1_tool.inverse().matrix)
+    flange2 = product(product(T_base2_middle.matrix, T_middle_part), cell.T_flange2_part.inverse().matrix)
     return flange1, flange2
 
 
@@ -213,7 +213,7 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
     T_middle_base1, T_middle_base2 = (
         cell.T_world_middle.inverse() @ T for T in (cell.T_world_base1, cell.T_world_base2)
     )
-    T_middle_flange2 = T_middle_base2.matrix @ cell.arm2.forward(joints[:, JOINTS:])
+    T_middle_flange2 = product(T_middle_base2.matrix, cell.arm2.forward(joints[:, JOINTS:]))
     weld = np.einsum("nji,nj->ni", T_middle_flange2[:, :3, :3], coordinates[:, PLACE] - T_middle_flange2[:, :3, 3])
     slopes = [
         _solved(cell.arm1, joints[:, :JOINTS], T_middle_base1.R, tip, motion1),
@@ -225,10 +225,11 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
 def _turning_axes(coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Axes in `middle` about which yaw, slope, rotation turn the seam, and work, travel, spin the tool; (n, 3, 3)."""
     R_seam = seam_in_middle(coordinates)
-    zero, yaw = np.zeros(len(coordinates)), coordinates[:, YAW]
+    zero = np.zeros(len(coordinates))
     up = np.stack([zero, zero, zero + 1.0], axis=1)
-    level = np.stack([np.sin(yaw), -np.cos(yaw), zero], axis=1)  # -Rz(yaw) e_y
-    worked = np.stack([zero, -np.cos(coordinates[:, WORK]), -np.sin(coordinates[:, WORK])], axis=1)  # -Rx(work) e_y
+    (yaw_sine, work_sine), (yaw_cosine, work_cosine) = sine_cosine(coordinates[:, [YAW, WORK]].T)
+    level = np.stack([yaw_sine, -yaw_cosine, zero], axis=1)  # -Rz(yaw) e_y
+    worked = np.stack([zero, -work_cosine, -work_sine], axis=1)  # -Rx(work) e_y
     wire = torch_on_seam(coordinates)[:, :, 2]
     tool = [R_seam[:, :, 0], np.einsum("nij,nj->ni", R_seam, worked), np.einsum("nij,nj->ni", R_seam, wire)]
     return np.stack([up, level, R_seam[:, :, 0]], axis=2), np.stack(tool, axis=2)
@@ -244,11 +245,10 @@ def _solved(arm: Arm, q: FloatArray, R_middle_base: FloatArray, point: FloatArra
     """Return joint slopes (n, 6, 9) for motions of the flange (n, 6, 9) given in `middle` at a point of the flange."""
     J = arm.jacobian(q, point=point.T)
     scale = np.array([1.0, 1.0, 1.0, *(1.0 / ARM_LENGTH_MM,) * 3])[:, None]
-    local = np.concatenate([R_middle_base.T @ motion[:, :3], R_middle_base.T @ motion[:, 3:]], axis=1) * scale
+    local = np.concatenate([product(R_middle_base.T, part) for part in (motion[:, :3], motion[:, 3:])], axis=1) * scale
     J = J * scale
     Jt = np.swapaxes(J, 1, 2)
-    plain = np.abs(np.linalg.det(J)) > LEAST_PIVOT
-    regular = np.where(plain[:, None, None], J, np.eye(6))
-    exact = np.linalg.solve(regular, local)
-    damped = np.linalg.solve(Jt @ J + LEAST_PIVOT * np.eye(6), Jt @ local)
-    return np.asarray(np.where(plain[:, None, None], exact, damped), dtype=np.float64)
+    slopes, size = solve(J, local)
+    flat = size <= LEAST_PIVOT
+    slopes[flat] = solve(product(Jt, J)[flat] + LEAST_PIVOT * np.eye(6), product(Jt, local)[flat])[0]
+    return slopes

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import arm_frames
 from wpcal.planning.cell.one_robot import OneRobotCell
@@ -63,7 +64,7 @@ def _torch_down(cell: OneRobotCell) -> FloatArray:
     T = np.repeat(np.eye(4)[None], len(places) * len(R), axis=0)
     T[:, :3, :3] = np.tile(R, (len(places), 1, 1))
     T[:, [0, 2], 3] = np.repeat(places, len(R), axis=0)
-    joints = solve_inverse(arm, T @ cell.T_flange_tool.inverse().matrix).joints
+    joints = solve_inverse(arm, product(T, cell.T_flange_tool.inverse().matrix)).joints
     good = (is_within_turns(arm, joints) & is_regular(arm, joints)).reshape(-1)
     flat = joints.reshape(-1, joints.shape[-1])[good]
     if not len(flat):

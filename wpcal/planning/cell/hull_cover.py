@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.distance_field import DistanceField
 
 ALONG = 6
@@ -61,7 +62,7 @@ class HullCover:
         levels: list[_Level] = []
         for number in range(LEVELS):
             radius = step / 2**number * math.sqrt(3.0) / 2
-            inside = -(planes[:, :3] @ centres.T + planes[:, 3:]).max(axis=0)
+            inside = -(product(planes[:, :3], centres.T) + planes[:, 3:]).max(axis=0)
             near = inside >= -radius  # the cube around another centre has nothing of the hull
             if levels:
                 levels[-1].parts[...] = np.where(near, np.cumsum(near) - 1, -1).reshape(-1, len(HALVES))
@@ -88,7 +89,7 @@ class HullCover:
         """
         normal = np.einsum("nij,fj->nfi", T[:, :3, :3], self.planes[:, :3])  # in the frame of the surface
         off = self.planes[:, 3] - np.einsum("nfi,ni->nf", normal, T[:, :3, 3])
-        out = np.min([normal @ point for point in outline], axis=0) + off
+        out = np.min([product(normal, point) for point in outline], axis=0) + off
         return np.asarray(np.maximum(out.max(axis=1), 0.0), dtype=np.float64)
 
     def settled(self, field: DistanceField, T: FloatArray, needed_mm: float) -> tuple[FloatArray, BoolArray]:

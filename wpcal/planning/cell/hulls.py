@@ -19,6 +19,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.same_bits import length, product
 from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_frames, body_pairs
 from wpcal.planning.cell.clearance import STATES, Clearance, pair_margins
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
@@ -86,21 +87,21 @@ def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
 
 def _capsule_along(x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Return the capsule along the first of three axes (rows)."""
-    local = x @ axes.T
+    local = product(x, axes.T)
     middle = (local.min(axis=0) + local.max(axis=0)) / 2
-    across = np.hypot(local[:, 1] - middle[1], local[:, 2] - middle[2])
+    across = np.sqrt((local[:, 1] - middle[1]) ** 2 + (local[:, 2] - middle[2]) ** 2)
     radius = float(across.max())
     cap = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
     low, high = (local[:, 0] + cap).min(), (local[:, 0] - cap).max()  # both ends as far inwards as all points allow
     if low > high:
         low = high = (low + high) / 2
-    ends = np.array([[low, middle[1], middle[2]], [high, middle[1], middle[2]]]) @ axes
+    ends = product(np.array([[low, middle[1], middle[2]], [high, middle[1], middle[2]]]), axes)
     return ends[0], ends[1], radius
 
 
 def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
     p, q, radius = capsule
-    return float(np.pi * radius**2 * (np.linalg.norm(q - p) + 4.0 / 3.0 * radius))
+    return float(np.pi * radius**2 * (length(q - p) + 4.0 / 3.0 * radius))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +161,7 @@ class HullMeasure:
             if len(rows):
                 shape = self.bounded.bodies[self.pairs.first[k]].shape
                 frame = frames[self.pairs.bodies[self.pairs.first[k]].carrier].at(rows)
-                off = np.minimum(*(planes[:, :3] @ frame.point(end) for end in (shape.p[0], shape.q[0]))).T
+                off = np.minimum(*(product(planes[:, :3], frame.point(end)) for end in (shape.p[0], shape.q[0]))).T
                 out = (off + planes[:, 3]).max(axis=1) - shape.radius_mm[0] - self.pairs.safety_mm[k]
                 bounds[k, rows] = np.maximum(bounds[k, rows], out)
         close = (bounds <= 0.0) & self.has_hull[:, None]
@@ -188,7 +189,7 @@ class HullMeasure:
             objects[0][0].setTransform(Transform(R, p))
             return [objects[0][0]]
         for shape, R_local, p_local in objects:
-            shape.setTransform(Transform(R @ R_local, R @ p_local + p))
+            shape.setTransform(Transform(product(R, R_local), product(R, p_local) + p))
         return [shape for shape, _, _ in objects]
 
 
@@ -231,8 +232,8 @@ def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
         return [(convex_hull_object(shape), np.eye(3), np.zeros(3))]
     objects = []
     for p, q, radius in zip(shape.p, shape.q, shape.radius_mm, strict=True):
-        length = float(np.linalg.norm(q - p))
-        geometry = fcl.Capsule(radius, length) if length > 0 else fcl.Sphere(radius)
+        along = length(q - p)
+        geometry = fcl.Capsule(radius, along) if along > 0 else fcl.Sphere(radius)
         objects.append((fcl.CollisionObject(geometry, fcl.Transform()), _rotation_to(q - p), (p + q) / 2))
     return objects
 
@@ -268,12 +269,12 @@ def _fcl_hull(shape: Shape) -> Any:
 
 def _rotation_to(direction: FloatArray) -> FloatArray:
     """Return a rotation whose z is along a direction; the identity for a zero vector."""
-    length = float(np.linalg.norm(direction))
-    if length == 0.0:
+    size = length(direction)
+    if size == 0.0:
         return np.eye(3)
-    z = direction / length
+    z = direction / size
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
-    x /= np.linalg.norm(x)
+    x /= length(x)
     return np.column_stack([x, np.cross(z, x), z])
 
 

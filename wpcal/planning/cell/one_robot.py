@@ -13,6 +13,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import arm_frames
 from wpcal.planning.cell.robot_cell import JOINTS, Shape, joint_speeds
@@ -55,7 +56,7 @@ class Rail:
 
     def __post_init__(self) -> None:
         direction = frozen(self.direction)
-        length = float(np.linalg.norm(direction)) if direction.shape == (3,) else math.nan
+        length = float(np.sqrt(product(direction, direction))) if direction.shape == (3,) else math.nan
         if not 0.0 < length < math.inf:
             raise InputError(f"rail: expected a direction of three numbers, got {np.asarray(direction).tolist()}")
         if not self.min_mm < self.max_mm or not 0.0 < self.speed_mm_s < math.inf:
@@ -243,16 +244,16 @@ class OneRobotCell:
         if self.positioner is None:
             return np.repeat(np.eye(4)[None], len(q), axis=0)
         turned = self.positioner.arm.forward(q[:, self.first_turning :])
-        return np.asarray(self.positioner.T_world_base.matrix @ turned, dtype=np.float64)
+        return np.asarray(product(self.positioner.T_world_base.matrix, turned))
 
     def part_places(self, q: FloatArray) -> FloatArray:
         """Return ``T_world_part`` for axes of shape (n, k); shape (n, 4, 4), mm."""
-        return np.asarray(self.carrier_places(q) @ self.T_part.matrix, dtype=np.float64)
+        return product(self.carrier_places(q), self.T_part.matrix)
 
     def tool_places(self, q: FloatArray) -> FloatArray:
         """Return ``T_world_tool`` for axes of shape (n, k); shape (n, 4, 4), mm."""
-        flange = self.base_places(q) @ self.arm.forward(q[:, :JOINTS])
-        return np.asarray(flange @ self.T_flange_tool.matrix, dtype=np.float64)
+        flange = product(self.base_places(q), self.arm.forward(q[:, :JOINTS]))
+        return product(flange, self.T_flange_tool.matrix)
 
     def frames(self, q: FloatArray) -> tuple[Frames, ...]:
         """Return the frames that carry bodies, in `world`, mm.
@@ -292,6 +293,6 @@ class OneRobotCell:
             Result of a calibration in the base of the robot.
         """
         q = np.concatenate([self.home[:JOINTS], self.touched_at])[None]
-        T_world_part = self.base_places(q)[0] @ T_base_part.matrix
-        matrix = np.linalg.inv(self.carrier_places(q)[0]) @ T_world_part
+        T_world_part = product(self.base_places(q)[0], T_base_part.matrix)
+        matrix = product(inverse_pose(self.carrier_places(q)[0]), T_world_part)
         return replace(self, T_carrier_part=RigidTransform.from_matrix(matrix, target="carrier", source="part"))

@@ -24,6 +24,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, BodyPairs, Owner
 from wpcal.planning.cell.clearance import pair_margins
@@ -284,7 +285,9 @@ class OneRobotClearance:
         if PART not in self._objects:
             self._objects[PART] = _mesh_object(self.part)
         hull, cover = self._objects[number]
-        T = np.linalg.inv(frames[self.cell.part_row].at(rows).matrices()) @ frames[body.carrier].at(rows).matrices()
+        T = product(
+            inverse_pose(frames[self.cell.part_row].at(rows).matrices()), frames[body.carrier].at(rows).matrices()
+        )
         needed = float(self._capsules.needed_mm[column]) + self.part.deflection_mm
         T = np.broadcast_to(T, (len(rows), 4, 4))
         margin = cover.beyond_a_face(self._outline, T) - needed

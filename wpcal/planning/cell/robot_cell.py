@@ -13,6 +13,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.same_bits import arc_tangent, product
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 
@@ -162,7 +163,7 @@ class RobotCell:
         """The frame between the robots: origin midway between the bases, x horizontal from base 1 to base 2, z up."""
         one, two = self.T_world_base1.t_mm, self.T_world_base2.t_mm
         x, y, _ = two - one
-        R = rotation_from_zyx(0.0, 0.0, np.arctan2(y, x))
+        R = rotation_from_zyx(0.0, 0.0, arc_tangent(y, x))
         return RigidTransform(R, (one + two) / 2, target="world", source="middle")
 
 
@@ -207,9 +208,9 @@ def joint_speeds(arm: Arm) -> FloatArray:
 
 def tool_in_world(cell: RobotCell, joints1: FloatArray) -> FloatArray:
     """Return ``T_world_tool`` for joints of robot 1 of shape (n, 6), rad; shape (n, 4, 4), mm."""
-    return np.asarray(cell.T_world_base1.matrix @ cell.arm1.forward(joints1) @ cell.T_flange1_tool.matrix)
+    return product(product(cell.T_world_base1.matrix, cell.arm1.forward(joints1)), cell.T_flange1_tool.matrix)
 
 
 def part_in_world(cell: RobotCell, joints2: FloatArray) -> FloatArray:
     """Return ``T_world_part`` for joints of robot 2 of shape (n, 6), rad; shape (n, 4, 4), mm."""
-    return np.asarray(cell.T_world_base2.matrix @ cell.arm2.forward(joints2) @ cell.T_flange2_part.matrix)
+    return product(product(cell.T_world_base2.matrix, cell.arm2.forward(joints2)), cell.T_flange2_part.matrix)

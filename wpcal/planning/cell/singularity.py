@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.same_bits import arc_tangent, length, product, sine_cosine
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import OPWGeometry
@@ -39,19 +40,17 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     theta = arm.model_angles(q) * g.signs + g.offsets
     t2, t3, t5 = theta[:, 1], theta[:, 2], theta[:, 4]
-    kappa, bend = np.hypot(g.a2, g.c3), np.arctan2(g.a2, g.c3)
+    kappa, bend = length([g.a2, g.c3]), arc_tangent(g.a2, g.c3)
     upper, fore = g.c2 / (g.c2 + kappa), kappa / (g.c2 + kappa)
-    values = np.stack(
-        [np.sin(t5), np.sin(t3 + bend), g.a1 / (g.c2 + kappa) + upper * np.sin(t2) + fore * np.sin(t2 + t3 + bend)],
-        axis=1,
-    )
+    (s5, s3, s2, s23), (c5, c3, c2, c23) = sine_cosine(np.stack([t5, t3 + bend, t2, t2 + t3 + bend]))
+    values = np.stack([s5, s3, g.a1 / (g.c2 + kappa) + upper * s2 + fore * s23], axis=1)
     slopes = np.zeros((len(theta), 3, 6))
-    slopes[:, 0, 4] = np.cos(t5)
-    slopes[:, 1, 2] = np.cos(t3 + bend)
-    slopes[:, 2, 2] = fore * np.cos(t2 + t3 + bend)
-    slopes[:, 2, 1] = upper * np.cos(t2) + slopes[:, 2, 2]
+    slopes[:, 0, 4] = c5
+    slopes[:, 1, 2] = c3
+    slopes[:, 2, 2] = fore * c23
+    slopes[:, 2, 1] = upper * c2 + slopes[:, 2, 2]
     signs = np.sign(values)
-    return np.abs(values), signs[:, :, None] * (slopes * g.signs) @ arm.coupling_matrix
+    return np.abs(values), product(signs[:, :, None] * (slopes * g.signs), arm.coupling_matrix)
 
 
 def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:

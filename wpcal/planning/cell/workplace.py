@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import inverse_pose, length, product
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.opw import OPWGeometry
@@ -20,12 +21,12 @@ GRID = (np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.4
 def reach_mm(arm: Arm) -> float:
     """Return the distance from the shoulder to the centre of the wrist of the stretched arm, mm."""
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
-    return float(g.c2 + np.hypot(g.a2, g.c3))
+    return g.c2 + length([g.a2, g.c3])
 
 
 def weld_zone(cell: RobotCell) -> tuple[FloatArray, FloatArray]:
     """Return the least and largest place of the weld point, shape (3,) each, mm in `middle`."""
-    side = ZONE_SIDE * float(np.linalg.norm(cell.T_base1_base2.t_mm))
+    side = ZONE_SIDE * length(cell.T_base1_base2.t_mm)
     reach = min(reach_mm(cell.arm1), reach_mm(cell.arm2))
     low, high = (reach * height for height in ZONE_HEIGHTS)
     return np.array([-side, -side, low]), np.array([side, side, high])
@@ -52,9 +53,9 @@ def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
         mm; zero within the shell.
     """
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
-    local = np.linalg.inv(g.T_base_opw) @ T_base_flange @ np.linalg.inv(g.T_wrist_flange)
+    local = product(product(inverse_pose(g.T_base_opw), T_base_flange), inverse_pose(g.T_wrist_flange))
     across = np.sqrt(np.maximum(local[:, 0, 3] ** 2 + local[:, 1, 3] ** 2 - g.b**2, 0.0))
-    kappa = float(np.hypot(g.a2, g.c3))
-    distance = np.hypot(across - g.a1, local[:, 2, 3] - g.c1)
+    kappa = length([g.a2, g.c3])
+    distance = np.sqrt((across - g.a1) ** 2 + (local[:, 2, 3] - g.c1) ** 2)
     short = np.maximum(np.maximum(distance - g.c2 - kappa, abs(g.c2 - kappa) - distance), 0.0)
     return np.asarray(short, dtype=np.float64)

@@ -15,6 +15,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.planning.plan.holder_moves import HolderMove, HolderPath, HolderTolerance, differences
@@ -140,7 +141,7 @@ def _coordinated(
 ) -> CoordinatedRun:
     plan = run.plan
     part = HolderPath(cell, plan.s_mm, plan.state.joints2, path.p, holder, attempt.holder)
-    T = np.linalg.inv(part_in_world(cell, plan.state.joints2)) @ tool_in_world(cell, plan.state.joints1)
+    T = product(inverse_pose(part_in_world(cell, plan.state.joints2)), tool_in_world(cell, plan.state.joints1))
     moves = fit_moves(
         T[:, :3, 3],
         T[:, :3, :3],
@@ -241,8 +242,8 @@ class _Places:
         at = moves.arrays.select(self.move)
         T = np.zeros((len(self.move), 4, 4))
         T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = at.rotations(self.share), at.positions(self.share), 1.0
-        tool = cell.T_world_base1.inverse().matrix @ part_in_world(cell, joints2) @ T
-        joints1 = follow_path(cell.arm1, tool @ cell.T_flange1_tool.inverse().matrix, near)
+        tool = product(cell.T_world_base1.inverse().matrix, product(part_in_world(cell, joints2), T))
+        joints1 = follow_path(cell.arm1, product(tool, cell.T_flange1_tool.inverse().matrix), near)
         steps = np.abs(np.diff(joints1, axis=0))
         if steps.max(initial=0.0) > LARGEST_STEP_RAD:
             row, joint = np.unravel_index(int(np.argmax(steps)), steps.shape)

@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.robot_cell import RobotCell, part_in_world
 from wpcal.robot.kinematics.inverse import nearest_joints
@@ -88,7 +89,9 @@ class HolderPath:
             return even
         start, end = np.split(part_in_world(self.cell, ends), 2)
         T = _on_line(start, end, share)
-        flange = self.cell.T_world_base2.inverse().matrix @ T @ self.cell.T_flange2_part.inverse().matrix
+        flange = product(
+            product(self.cell.T_world_base2.inverse().matrix, T), self.cell.T_flange2_part.inverse().matrix
+        )
         return nearest_joints(self.cell.arm2, flange, even)
 
     def is_near(self, s0: FloatArray, s1: FloatArray) -> BoolArray:
@@ -143,7 +146,7 @@ def differences(T: FloatArray, T_planned: FloatArray, p_part: FloatArray) -> tup
     turned, off : ndarray, shape (m, 3)
         Rotation vectors, rad, and what the points are off, mm.
     """
-    turned = log_rotation(T[:, :3, :3] @ np.swapaxes(T_planned[:, :3, :3], 1, 2))
+    turned = log_rotation(product(T[:, :3, :3], np.swapaxes(T_planned[:, :3, :3], 1, 2)))
     gap = T - T_planned
     return turned, np.einsum("nij,nj->ni", gap[:, :3, :3], p_part) + gap[:, :3, 3]
 
@@ -152,7 +155,7 @@ def _on_line(T0: FloatArray, T1: FloatArray, share: FloatArray) -> FloatArray:
     """Return poses on the way from T0 to T1, both of shape (m, 4, 4) or (1, 4, 4): a line, and one axis."""
     T = np.zeros((len(share), 4, 4))
     turn = turns_between(T0[:, :3, :3], T1[:, :3, :3])
-    T[:, :3, :3] = exp_rotation(share[:, None] * turn) @ T0[:, :3, :3]
+    T[:, :3, :3] = product(exp_rotation(share[:, None] * turn), T0[:, :3, :3])
     T[:, :3, 3] = T0[:, :3, 3] + share[:, None] * (T1[:, :3, 3] - T0[:, :3, 3])
     T[:, 3, 3] = 1.0
     return T

@@ -15,6 +15,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import body_frames
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
@@ -236,8 +237,8 @@ def _tip_error(cell: RobotCell, state: CellState, refine: int) -> float:
 
 def _tip_in_part(cell: RobotCell, state: CellState) -> FloatArray:
     """Return the tip of the wire in the frame of the part, shape (m, 3), mm."""
-    T_part_world = np.linalg.inv(part_in_world(cell, state.joints2))
-    return np.asarray((T_part_world @ tool_in_world(cell, state.joints1))[:, :3, 3], dtype=np.float64)
+    T_part_world = inverse_pose(part_in_world(cell, state.joints2))
+    return np.asarray(product(T_part_world, tool_in_world(cell, state.joints1))[:, :3, 3], dtype=np.float64)
 
 
 def _off_chords(tip: FloatArray, refine: int) -> FloatArray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, joint_speeds
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
@@ -172,7 +173,7 @@ def away_along_wire(
 def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -> FloatArray:
     """Return joints of robot 1 at steps away from a pose, against the wire, as far as they can be reached."""
     T = cell.arm1.forward(joints1[None])[0]
-    wire = T[:3, :3] @ cell.T_flange1_tool.R[:, 2]
+    wire = product(T[:3, :3], cell.T_flange1_tool.R[:, 2])
     found = [joints1]
     for back in np.linspace(0.0, distance_mm, math.ceil(distance_mm / AIR_STEP_MM) + 1)[1:]:
         pose = T.copy()

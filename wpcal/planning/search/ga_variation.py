@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product, sine
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, SPIN, YAW, all_joints, flange_poses
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
@@ -149,12 +150,12 @@ class PathEncoding:
     def _coordinates(self, genes: FloatArray) -> FloatArray:
         s = self.problem.path.s_mm
         u = (s - s[0]) / (s[-1] - s[0])
-        shapes = np.column_stack([np.ones(len(s)), u - 0.5, np.sin(np.pi * np.arange(1, TERMS - 1) * u[:, None])])
+        shapes = np.column_stack([np.ones(len(s)), u - 0.5, sine(np.pi * np.arange(1, TERMS - 1) * u[:, None])])
         before = np.clip(np.floor(genes[:, -3]), 0, max(len(self.bases) - 2, 0)).astype(np.int64)
         part = (genes[:, -3] - before)[:, None, None]
         after = np.minimum(before + 1, len(self.bases) - 1)
         base = (1.0 - part) * self.bases[before] + part * self.bases[after]
-        beside = genes[:, :-3].reshape(len(genes), COORDINATES, TERMS) @ shapes.T
+        beside = product(genes[:, :-3].reshape(len(genes), COORDINATES, TERMS), shapes.T)
         return np.asarray(base + np.swapaxes(beside, 1, 2), dtype=np.float64)
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.same_bits import first_least, product
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.search.diagnosis import LEANS, farthest_from_a_plan, obstacle_at
@@ -215,15 +216,15 @@ def _cheapest_way(problem: PlanningProblem, ladder: Ladder, weights: Weights) ->
     K = problem.cell.joint_weights
     scale = np.sqrt(joint_step_weight(weights) * K / (K.sum() * (s[-1] - s[0])))
     off = np.degrees(deviations(ladder.coordinates, problem.targets))
-    state_cost = (off**2) @ deviation_weights(weights) / len(s)
+    state_cost = product(off**2, deviation_weights(weights)) / len(s)
     cost, back = state_cost[ladder.attitude[0]], []
     for i in range(1, len(s)):
         before, after = (np.degrees(joints) * scale for joints in ladder.joints[i - 1 : i + 1])
         edge_cost = _squared_distances(after, before) / (s[i] - s[i - 1])
         total = edge_cost + cost
-        back.append(np.argmin(total, axis=1))
+        back.append(first_least(total, axis=1))
         cost = total[np.arange(len(total)), back[-1]] + state_cost[ladder.attitude[i]]
-    way = [int(np.argmin(cost))]
+    way = [int(first_least(cost))]
     for best in reversed(back):
         way.append(int(best[way[-1]]))
     return _filled_in(problem, ladder, way[::-1])
@@ -231,7 +232,7 @@ def _cheapest_way(problem: PlanningProblem, ladder: Ladder, weights: Weights) ->
 
 def _squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return |a_i - b_j|², shape (len(a), len(b)): one matrix product; round-off is far below a grid step."""
-    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * (a @ b.T)
+    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * product(a, b.T)
     return np.asarray(np.maximum(squares, 0.0), dtype=np.float64)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import product
 from wpcal.optim.banded import LinearModel
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, joint_slopes
 from wpcal.planning.cell.robot_cell import JOINTS
@@ -97,7 +98,7 @@ def _regular_limits(problem: PlanningProblem, path: CandidatePath, slopes: Float
     for arm, columns in ((problem.cell.arm1, slice(0, JOINTS)), (problem.cell.arm2, slice(JOINTS, None))):
         measure, slope = regularity(arm, path.joints[:, columns])
         values.append(STIFFNESS * (np.degrees(LEAST_REGULARITY - measure) + KEEP_OFF_DEG))
-        derivatives.append(-STIFFNESS * (slope @ slopes[:, columns]))
+        derivatives.append(-STIFFNESS * product(slope, slopes[:, columns]))
     return np.concatenate(values, axis=1), np.concatenate(derivatives, axis=1)
 
 

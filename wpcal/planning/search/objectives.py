@@ -23,6 +23,7 @@ from enum import Enum
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import arc_tangent, product, sine_cosine
 from wpcal.planning.cell.closed_chain import COORDINATES, ROTATION, SLOPE, TRAVEL, WORK
 from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.search.targets import ATTITUDE, WeldTargets
@@ -144,7 +145,7 @@ def joint_motion(path: PathValues) -> FloatArray:
     """
     s_mm, steps = path.s_mm, np.diff(path.joints, axis=-2)
     weights = path.cell.joint_weights
-    squares = ((steps**2) @ weights / np.diff(s_mm)).sum(axis=-1)
+    squares = (product(steps**2, weights) / np.diff(s_mm)).sum(axis=-1)
     return np.asarray(np.degrees(np.sqrt(squares / (weights.sum() * (s_mm[-1] - s_mm[0])))), dtype=np.float64)
 
 
@@ -186,11 +187,16 @@ def printed_torch(path: PathValues) -> float:
     largest allowed values are 90° plus the range around the target. The text at hand prints no sum.
     """
     work, travel, targets = path.coordinates[:, WORK], path.coordinates[:, TRAVEL], path.targets
-    alpha = np.arccos(np.cos(travel) * np.sin(work))
-    beta = np.arccos(np.sin(travel))
+    (work_sine, travel_sine), (_, travel_cosine) = sine_cosine(np.stack([work, travel]))
+    alpha = _arc_cosine(travel_cosine * work_sine)
+    beta = _arc_cosine(travel_sine)
     alpha_max = math.pi / 2 + abs(targets.work_rad) + targets.torch_range_rad
     beta_max = math.pi / 2 + abs(targets.travel_rad) + targets.torch_range_rad
     return float(np.mean((1.0 - alpha / alpha_max) * (1.0 - beta / beta_max)))
+
+
+def _arc_cosine(x: FloatArray) -> FloatArray:
+    return arc_tangent(np.sqrt((1.0 - x) * (1.0 + x)), x)
 
 
 def printed_smoothness(path: PathValues) -> float:
@@ -203,7 +209,7 @@ def printed_smoothness(path: PathValues) -> float:
     weights = path.cell.joint_weights
     low, high = path.cell.joint_limits
     parts = np.abs(np.diff(path.joints, axis=0)) / (high - low)
-    return float((parts @ weights).sum() / (len(path.joints) * weights.sum()))
+    return float(product(parts, weights).sum() / (len(path.joints) * weights.sum()))
 
 
 POSITION = Objective(

@@ -9,6 +9,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import first_least
 from wpcal.planning.plan.plan import Plan
 from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, POSITION
 
@@ -61,11 +62,11 @@ class ParetoSet:
         """Return the row of the plan that a preference takes."""
         if preference in MINIMISED:
             name = MINIMISED[preference].name
-            return int(np.argmin([plan.objectives[name] for plan in self.plans]))
+            return int(first_least([plan.objectives[name] for plan in self.plans]))
         values = self.values
         low, high = values.min(axis=0), values.max(axis=0)
         scaled = (values - low) / np.where(high > low, high - low, 1.0)
-        return int(np.argmin(np.linalg.norm(scaled, axis=1)))
+        return int(first_least(np.linalg.norm(scaled, axis=1)))
 
 
 def is_nondominated(values: FloatArray) -> BoolArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from wpcal.core.same_bits import first_least
 from wpcal.planning.search.diagnosis import nearest_to_a_plan
 from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
 from wpcal.planning.search.linear_model import linearise
@@ -73,7 +74,7 @@ def _first_path(problem: PlanningProblem, progress: SearchProgress) -> Candidate
         paths, obstacles = _climb(problem, places, progress, leaning=True)
     if not paths:
         raise NoFeasiblePlanError("no way leads from the start of the seam to its end", nearest_to_a_plan(obstacles))
-    return min(paths, key=lambda path: linearise(problem, path, FIRST).cost)
+    return paths[int(first_least([linearise(problem, path, FIRST).cost for path in paths]))]
 
 
 def _climb(

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.same_bits import arc_tangent, first_least, length, product
 from wpcal.core.tangent import log_rotation
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.robot_cell import JOINTS
@@ -97,8 +98,9 @@ def external_axes(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets) 
     whole = np.concatenate([np.repeat(rail[:1], len(turning), axis=0), turning], axis=1)
     R_world_part = cell.part_places(axes_of(cell, whole))[:, :3, :3]
     R_seam = task.R[task.rungs()]
-    off = targets.off_position(R_world_part[:, None] @ R_seam).max(axis=1)
-    upright = np.arccos(np.clip((R_world_part @ R_seam[:, :, 2].mean(axis=0))[:, 2], -1.0, 1.0))
+    off = targets.off_position(product(R_world_part[:, None], R_seam)).max(axis=1)
+    up = np.clip(product(R_world_part, R_seam[:, :, 2].mean(axis=0))[:, 2], -1.0, 1.0)
+    upright = arc_tangent(np.sqrt((1.0 - up) * (1.0 + up)), up)
     moved = np.abs(turning - cell.home[cell.first_turning :]).max(axis=1, initial=0.0)
     beyond = np.maximum(off - targets.position_tol_rad, 0.0)
     keep = np.lexsort((moved, np.round(upright / ROUND_RAD), np.round(beyond / (ROUND_RAD / 5))))
@@ -129,7 +131,7 @@ def _turning_along(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets,
     rows = task.rungs()
     along = values_along(values, task, rows)
     R = cell.part_places(axes_of(cell, along.reshape(-1, count)))[:, :3, :3].reshape(*along.shape[:2], 3, 3)
-    off = targets.off_position(R @ task.R[rows]).max(axis=1, initial=0.0)
+    off = targets.off_position(product(R, task.R[rows])).max(axis=1, initial=0.0)
     moved = np.abs(grid - cell.home[cell.first_turning :]).max(axis=1, initial=0.0)
     keep = np.lexsort((moved, np.round(off / (ROUND_RAD / 5))))[: max(1, MOST_TURNING // len(rail))]
     places = np.tile(np.repeat(rail[:, None], 2, axis=1), (len(keep), 1, 1))
@@ -147,13 +149,14 @@ def _turn_of_joint(cell: OneRobotCell, task: SeamTask) -> float | None:
     here = cell.home[None, cell.first_turning :]
     there = here + np.eye(here.shape[1])[-1]  # 1 rad
     R = [cell.positioner.arm.forward(q)[0, :3, :3] for q in (here, there)]
-    axis = log_rotation(R[0].T @ R[1])
-    across = np.linalg.svd(axis[None])[2][1:]
-    across *= np.sign(np.dot(np.cross(*across), axis))
-    out = task.R[:, :, 2] @ cell.T_part.R.T @ across.T
+    axis = log_rotation(product(R[0].T, R[1]))
+    x = np.cross(np.eye(3)[int(first_least(np.abs(axis)))], axis)
+    across = np.array([x, np.cross(axis, x)]) / length(x)
+    across[1] /= length(axis)
+    out = product(product(task.R[:, :, 2], cell.T_part.R.T), across.T)
     if (np.linalg.norm(out, axis=1) < np.sin(ROUND_RAD)).any():
         return None
-    heading = np.unwrap(np.arctan2(out[:, 1], out[:, 0]))
+    heading = np.unwrap(arc_tangent(out[:, 1], out[:, 0]))
     return float(heading[0] - heading[-1]) if np.ptp(heading) >= LEAST_TURN_RAD else None
 
 

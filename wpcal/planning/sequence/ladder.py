@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.same_bits import first_least, product, sine_cosine
 
 STEP_WEIGHT = 1.0
 """Of the squared joint steps, rad², per rung ..."""
@@ -36,18 +37,18 @@ def cheapest_way(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, wei
         One state per rung, up to the last rung that can be reached; empty if the first cannot.
     """
     q = np.nan_to_num(joints)
-    ring = np.concatenate([np.cos(q), np.sin(q)], axis=2) * np.sqrt(np.tile(weights, 2))
+    ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))
     own = np.where(usable, OFF_WEIGHT * off_rad**2, np.inf)
     cost, back, ends = own[0], [], [own[0]]
     for i in range(1, len(joints)):
         now, before = np.flatnonzero(usable[i]), np.flatnonzero(np.isfinite(cost))
         if not len(now) or not len(before):
             break
-        step = 2.0 * weights.sum() - 2.0 * ring[i, now] @ ring[i - 1, before].T
+        step = 2.0 * weights.sum() - 2.0 * product(ring[i, now], ring[i - 1, before].T)
         apart = np.abs(q[i, now][:, None] - q[i - 1, before])
         swings = (np.abs(apart - 2 * np.pi * np.rint(apart / (2 * np.pi))) > LARGEST_STEP_RAD).any(axis=2)
         total = np.where(swings, np.inf, STEP_WEIGHT * step + cost[before])
-        best = np.argmin(total, axis=1)
+        best = first_least(total, axis=1)
         found = np.full(joints.shape[1], np.inf)
         came = np.zeros(joints.shape[1], dtype=np.int64)
         found[now], came[now] = total[np.arange(len(now)), best] + own[i, now], before[best]
@@ -58,7 +59,7 @@ def cheapest_way(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, wei
         ends.append(cost)
     if not np.isfinite(cost).any():
         return []
-    way = [int(np.argmin(cost))]
+    way = [int(first_least(cost))]
     for came in reversed(back):
         way.append(int(came[way[-1]]))
     return way[::-1]

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import CARRIER, TOOL, OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, one_robot_bodies
@@ -80,7 +81,7 @@ def _reaches(cell: OneRobotCell, frames: tuple[Frames, ...], carrier: int, balls
 def _axes(arm: Arm, T_world_base: FloatArray, frames: tuple[Frames, ...]) -> _Axes:
     """Return the lines of the joints of an arm: z of the frame before each link."""
     first: RigidTransform = arm.chain.T_base_dh0
-    start = T_world_base @ first.matrix
+    start = product(T_world_base, first.matrix)
     after = frames[1 : len(arm.joints)]
     origins = np.array([start[:3, 3], *(frame.p[:, 0] for frame in after)])
     return _Axes(origins, np.array([start[:3, 2], *(frame.z[:, 0] for frame in after)]))
@@ -100,6 +101,6 @@ def _distances(axes: _Axes, count: int, balls: FloatArray) -> FloatArray:
             beyond = float((np.linalg.norm(centres - origin, axis=1) + radius).max())
         else:
             link = axes.origin[axis + 1] - origin
-            found[axis] = np.linalg.norm(np.cross(link, z)) + beyond
-            beyond += float(np.linalg.norm(link))
+            found[axis] = length(np.cross(link, z)) + beyond
+            beyond += length(link)
     return found

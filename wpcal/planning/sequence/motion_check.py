@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.motion_bound import motion_per_axis
@@ -57,11 +58,11 @@ class MotionChecker:
 
     def motion_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
         """Return bounds of how far any body moves towards another between states (..., k); shape (...), mm."""
-        return np.asarray((np.abs(b - a) @ self._per_axis.T).max(axis=-1, initial=0.0), dtype=np.float64)
+        return np.asarray(product(np.abs(b - a), self._per_axis.T).max(axis=-1, initial=0.0), dtype=np.float64)
 
     def _shares_of_free(self, step: FloatArray, free: FloatArray) -> FloatArray:
         """Return the largest part that steps (n, k) use of the free distances (n, c) of their ends, shape (n,)."""
-        return np.asarray((np.abs(step) @ self._per_axis.T / free).max(axis=1, initial=0.0), dtype=np.float64)
+        return np.asarray((product(np.abs(step), self._per_axis.T) / free).max(axis=1, initial=0.0), dtype=np.float64)
 
     def check(self, states: FloatArray) -> CheckedMove:
         """Check the straight moves from state to state.

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import inverse_pose, product, solve
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.robot_cell import JOINTS
 
@@ -55,22 +56,23 @@ def states_on_lines(cell: OneRobotCell, q: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _in_part(cell: OneRobotCell, q: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.inv(cell.part_places(q)) @ cell.tool_places(q), dtype=np.float64)
+    return product(inverse_pose(cell.part_places(q)), cell.tool_places(q))
 
 
 def _solved(cell: OneRobotCell, start: FloatArray, p_part: FloatArray, R_part: Rotation) -> FloatArray:
     """Return states with the tool at places in the part, near given states of shape (n, k)."""
     q = start.copy()
-    T_base_part = np.linalg.inv(cell.base_places(q)) @ cell.part_places(q)
+    T_base_part = product(inverse_pose(cell.base_places(q)), cell.part_places(q))
     goal = np.einsum("nij,nj->ni", T_base_part[:, :3, :3], p_part) + T_base_part[:, :3, 3]
     attitude = Rotation.from_matrix(T_base_part[:, :3, :3]) * R_part
     left = np.full((len(q), 6), np.inf)
     for _ in range(STEPS):
-        tool = cell.arm.forward(q[:, :JOINTS]) @ cell.T_flange_tool.matrix
+        tool = product(cell.arm.forward(q[:, :JOINTS]), cell.T_flange_tool.matrix)
         turn = (attitude * Rotation.from_matrix(tool[:, :3, :3]).inv()).as_rotvec()
         left = np.concatenate([turn, goal - tool[:, :3, 3]], axis=1)
         J = cell.arm.jacobian(q[:, :JOINTS], point=cell.T_flange_tool.t_mm)
-        q[:, :JOINTS] += np.einsum("nij,nj->ni", np.linalg.pinv(J), left)
+        step = solve(J, left[:, :, None])[0][:, :, 0]
+        q[:, :JOINTS] += np.where(np.isfinite(step), step, 0.0)
     low, high = cell.limits
     good = (np.abs(left).max(axis=1) < SOLVED) & ((q >= low) & (q <= high)).all(axis=1)
     return np.where(good[:, None], q, start)

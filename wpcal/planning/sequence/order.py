@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import first_least, length
 from wpcal.planning.sequence.targets import WeldOrder
 
 MOST_MOVED = 60
@@ -112,7 +113,7 @@ def _apart(stops: Sequence[Stop]) -> list[int]:
     while rest:
         last = middles[order[-2:]]
         far = [float(np.linalg.norm(middles[row] - last, axis=1).min()) for row in rest]
-        order.append(rest.pop(int(np.argmax(far))))
+        order.append(rest.pop(int(first_least(-np.array(far)))))
     return order
 
 
@@ -126,13 +127,13 @@ def _in_pairs(stops: Sequence[Stop]) -> list[int]:
     rest, pairs = list(range(len(stops))), list[list[int]]()
     while rest:
         first = rest.pop(0)
-        away = [float(np.linalg.norm(middles[row] - opposite[first])) for row in rest]
-        pairs.append([first, rest.pop(int(np.argmin(away)))] if rest else [first])
+        away = [length(middles[row] - opposite[first]) for row in rest]
+        pairs.append([first, rest.pop(int(first_least(away)))] if rest else [first])
     order = pairs.pop(0)
     while pairs:
         last = middles[order[-2:]]
         far = [float(np.linalg.norm(middles[pair][:, None] - last, axis=2).min()) for pair in pairs]
-        order += pairs.pop(int(np.argmax(far)))
+        order += pairs.pop(int(first_least(-np.array(far))))
     return order
 
 
@@ -174,11 +175,11 @@ class _Seconds:
             least = min(self.rank[stop] for stop in rest)
             now = [stop for stop in rest if self.rank[stop] == least]
             found = [float((reach[self._rows(stop)] + self.cost[self._rows(stop)]).min()) for stop in now]
-            stop = now[int(np.argmin(found))]
+            stop = now[int(first_least(found))]
             rest.remove(stop)
             order.append(stop)
             rows = self._rows(stop)
-            way = int(np.argmin(reach[rows] + self.cost[rows]))
+            way = int(first_least(reach[rows] + self.cost[rows]))
             reach = self.between[rows.start + way]
         return order
 
@@ -189,10 +190,10 @@ class _Seconds:
         for before, stop in itertools.pairwise(stops):
             rows = self._rows(stop)
             every = total[:, None] + self.between[self._rows(before), rows]
-            came.append(np.argmin(every, axis=0))
+            came.append(first_least(every, axis=0))
             total = every.min(axis=0) + self.cost[rows]
         last = total + self.back[rows]
-        ways = [int(np.argmin(last))]
+        ways = [int(first_least(last))]
         for best in reversed(came):
             ways.append(int(best[ways[-1]]))
         return Order(tuple(stops), tuple(ways[::-1]), float(last.min()))

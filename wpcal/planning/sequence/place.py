@@ -18,6 +18,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
@@ -166,7 +167,7 @@ def map_places(
 def _middle(cell: OneRobotCell, tasks: Sequence[SeamTask]) -> FloatArray:
     T = cell.part_places(cell.home[None])[0]
     points = np.concatenate([task.p for task in tasks])
-    return np.asarray(T[:3, :3] @ ((points.min(axis=0) + points.max(axis=0)) / 2) + T[:3, 3])
+    return np.asarray(product(T[:3, :3], (points.min(axis=0) + points.max(axis=0)) / 2) + T[:3, 3])
 
 
 def _turned(cell: OneRobotCell, turn_deg: float, middle: FloatArray) -> OneRobotCell:
@@ -174,7 +175,7 @@ def _turned(cell: OneRobotCell, turn_deg: float, middle: FloatArray) -> OneRobot
     if turn_deg == 0.0:
         return cell
     R = rotation_from_zyx(0.0, 0.0, np.radians(turn_deg))
-    T = RigidTransform(R, middle - R @ middle, "world", "carrier")
+    T = RigidTransform(R, middle - product(R, middle), "world", "carrier")
     part = cell.T_part.relabelled(target="carrier", source="part")
     return replace(cell, T_carrier_part=(T @ part).relabelled(target="carrier", source="part"))
 
@@ -202,12 +203,12 @@ class _Grid:
         """Return 1 where one branch reaches a seam, free of collision; shape (a, b), 0 where `asked` is not."""
         cell, grid = self.cell, self.mm
         values = external_axes(cell, task, self.targets).values[:MOST_AXES]
-        T_base_world = np.linalg.inv(cell.base_places(axes_of(cell, values[:, 0])))
+        T_base_world = inverse_pose(cell.base_places(axes_of(cell, values[:, 0])))
         along = np.repeat(values_along(values, task, poses.rungs), poses.is_free.shape[1], axis=1)
         axes = axes_of(cell, along.reshape(along.shape[0] * along.shape[1], along.shape[2]))
         places = cell.part_places(axes).reshape(*along.shape[:2], 4, 4)
-        T_part_flange = poses.T_part_tool.reshape(-1, 4, 4) @ cell.T_flange_tool.inverse().matrix
-        T_flange = T_base_world[:, None] @ (places @ T_part_flange)
+        T_part_flange = product(poses.T_part_tool.reshape(-1, 4, 4), cell.T_flange_tool.inverse().matrix)
+        T_flange = product(T_base_world[:, None], product(places, T_part_flange))
         shape = (len(values), *poses.is_free.shape)
         outer = axes[:, JOINTS:].reshape(*shape, -1)
         sign = 1.0 if self.moved is Moved.PART else -1.0

@@ -14,6 +14,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.robot_cell import JOINTS
@@ -284,7 +285,7 @@ def _back_along_wire(checker: MotionChecker, q: FloatArray, distance_mm: float) 
     count = math.ceil(distance_mm / AIR_STEP_MM)
     back = np.linspace(0.0, distance_mm, count + 1)[1:]
     T = np.repeat(cell.arm.forward(q[None, :JOINTS]), count, axis=0)
-    T[:, :3, 3] -= back[:, None] * (T[0, :3, :3] @ cell.T_flange_tool.R[:, 2])
+    T[:, :3, 3] -= back[:, None] * product(T[0, :3, :3], cell.T_flange_tool.R[:, 2])
     solved = solve_inverse(cell.arm, T).joints
     found = [q[:JOINTS]]
     for every in solved:

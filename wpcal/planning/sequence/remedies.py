@@ -16,6 +16,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
@@ -209,9 +210,9 @@ def _raised(cell: OneRobotCell, up_mm: float) -> OneRobotCell:
 def _turned(cell: OneRobotCell, turn_deg: float, centre: FloatArray) -> OneRobotCell:
     """Return the cell with the part turned about the vertical through a point of the part, in its carrier."""
     T = cell.part_places(cell.home[None])[0]
-    pivot = np.asarray(T[:3, :3] @ centre + T[:3, 3], dtype=np.float64)
+    pivot = np.asarray(product(T[:3, :3], centre) + T[:3, 3], dtype=np.float64)
     R = rotation_from_zyx(0.0, 0.0, np.radians(turn_deg))
-    T_turn = RigidTransform(R, pivot - R @ pivot, "world", "world")
+    T_turn = RigidTransform(R, pivot - product(R, pivot), "world", "world")
     T_world_carrier = RigidTransform.from_matrix(
         cell.carrier_places(cell.home[None])[0], target="world", source="carrier"
     )

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.robot_cell import JOINTS
@@ -157,11 +158,11 @@ class SeamSearch:
 
     def flange_places(self, T_part_tool: FloatArray, values: FloatArray) -> FloatArray:
         """Return ``T_base_flange`` for n poses (n, 4, 4) and external axes (C, n, k - 6); shape (C, n, 4, 4), mm."""
-        T_part_flange = T_part_tool @ self.cell.T_flange_tool.inverse().matrix
+        T_part_flange = product(T_part_tool, self.cell.T_flange_tool.inverse().matrix)
         some = values[:, :1] if (values == values[:, :1]).all() else values  # mostly they stand still
         q = axes_of(self.cell, some.reshape(some.shape[0] * some.shape[1], some.shape[2]))
-        T_base_part = np.linalg.inv(self.cell.base_places(q)) @ self.cell.part_places(q)
-        return np.asarray(T_base_part.reshape(*some.shape[:2], 4, 4) @ T_part_flange, dtype=np.float64)
+        T_base_part = product(inverse_pose(self.cell.base_places(q)), self.cell.part_places(q))
+        return product(T_base_part.reshape(*some.shape[:2], 4, 4), T_part_flange)
 
     def _climb(
         self,
@@ -274,7 +275,7 @@ class SeamSearch:
             All axes, rad and mm.
         """
         R_world_part = self.cell.part_places(q)[:, :3, :3]
-        off = float(self.targets.off_position(R_world_part @ task.R).max())
+        off = float(self.targets.off_position(product(R_world_part, task.R)).max())
         asked = torch_angles(task, np.arange(len(task)), self.targets)
         torch = float(np.sqrt(((angles[:, :2] - asked) ** 2).sum(axis=1).mean()))
         return Candidate(task, q, angles, branch, off, torch)

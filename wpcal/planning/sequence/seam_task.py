@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import product
 from wpcal.seam.seam import Seam
 
 STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
@@ -69,7 +70,7 @@ class SeamTask:
 
     def rungs(self) -> IntArray:
         """Return the points at which the search decides, first and last included, shape (m,)."""
-        turned = Rotation.from_matrix(np.swapaxes(self.R[:-1], 1, 2) @ self.R[1:]).magnitude()
+        turned = Rotation.from_matrix(product(np.swapaxes(self.R[:-1], 1, 2), self.R[1:])).magnitude()
         way = np.diff(self.s_mm) / RUNG_MM + turned / RUNG_RAD
         along = np.concatenate([[0.0], np.cumsum(way)])
         count = max(LEAST_RUNGS, math.ceil(along[-1]) + 1)
@@ -89,12 +90,11 @@ class SeamTask:
 
     def backwards(self) -> SeamTask:
         """Return the same points in the other direction: x and y of the frames are turned about z."""
-        flip = np.diag([-1.0, -1.0, 1.0])
         return replace(
             self,
             s_mm=(self.s_mm[0] + self.s_mm[-1] - self.s_mm)[::-1],
             p=self.p[::-1],
-            R=(self.R @ flip)[::-1],
+            R=(self.R * [-1.0, -1.0, 1.0])[::-1],
             lean_rad=-self.lean_rad[::-1],
             is_source=self.is_source[::-1],
         )

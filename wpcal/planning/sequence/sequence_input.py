@@ -15,6 +15,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace, common_space
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.seam.names import seams_named
@@ -126,7 +127,7 @@ class SequenceInput:
         T = self.T_base_part
         if T is None:
             home = cell.home[None]
-            place = np.linalg.inv(cell.base_places(home)[0]) @ cell.part_places(home)[0]
+            place = product(inverse_pose(cell.base_places(home)[0]), cell.part_places(home)[0])
             T = RigidTransform.from_matrix(place, target="base", source="part")
         return T, tuple(replace(seam, frames=seam.frames.moved(T)) for seam in self.found)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.csv_text import csv_text
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
@@ -84,7 +85,7 @@ def checked_text(sequence: WeldSequence) -> str:
 def position_name(cell: OneRobotCell, piece: WeldPiece) -> tuple[float, float]:
     """Return slope and rotation in the middle of a piece, deg; the rotation is NaN in vertical travel."""
     candidate = piece.candidate
-    R = cell.part_places(candidate.q[:1])[0, :3, :3] @ candidate.task.R[len(candidate) // 2]
+    R = product(cell.part_places(candidate.q[:1])[0, :3, :3], candidate.task.R[len(candidate) // 2])
     return float(np.degrees(weld_slope(R[:, 0]))), float(np.degrees(weld_rotation(R[:, 0], R[:, 2])))
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.same_bits import product
 from wpcal.optim.banded import LinearModel, descend
 from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
@@ -97,7 +98,7 @@ class _Problem:
             deviation=off / math.sqrt(m),
             ddeviation=doff / math.sqrt(m),
             beyond=STIFFNESS * np.concatenate([beyond, missing], axis=1),
-            dbeyond=STIFFNESS * np.concatenate([slopes, -slopes, -(slopes_of @ slopes)], axis=1),
+            dbeyond=STIFFNESS * np.concatenate([slopes, -slopes, -(product(slopes_of, slopes))], axis=1),
             move=scale * np.diff(at.joints, axis=0),
             dq=slopes,
             scale=scale,

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import FLOOR, PART, OneRobotClearance
 from wpcal.planning.cell.robot_cell import JOINTS
@@ -44,7 +45,7 @@ def _require_above_floor(cell: OneRobotCell, clearance: OneRobotClearance) -> No
         return
     corners = clearance.part.corners.reshape(-1, 3)
     T = cell.part_places(cell.home[None])[0]
-    lowest = float((corners @ T[2, :3] + T[2, 3]).min())
+    lowest = float((product(corners, T[2, :3]) + T[2, 3]).min())
     if lowest < cell.floor_z_mm - ON_FLOOR_MM:
         raise InputError(
             f"the part is through the floor, by {cell.floor_z_mm - lowest:.0f} mm: its lowest place is at z = "

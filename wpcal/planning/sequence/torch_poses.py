@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, TRAVEL, WORK, torch_on_seam
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.part_capsules import tool_capsules
@@ -72,7 +73,7 @@ def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArr
     """
     coordinates = np.zeros((len(rows), COORDINATES))
     coordinates[:, [WORK, TRAVEL, SPIN]] = angles
-    R = task.R[rows] @ torch_on_seam(coordinates)
+    R = product(task.R[rows], torch_on_seam(coordinates))
     T = np.zeros((len(rows), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, task.p[rows] - task.more_wire_mm * R[:, :, 2], 1.0
     return T
@@ -96,7 +97,7 @@ def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotCle
     T = tool_on_seam(task, rows, angles.reshape(-1, 3))
     shape = (len(rungs), len(grid))
     free = torch_is_free(T, clearance).reshape(shape)
-    off = np.broadcast_to(np.hypot(grid[:, 0], grid[:, 1]), shape)
+    off = np.broadcast_to(np.sqrt(grid[:, 0] ** 2 + grid[:, 1] ** 2), shape)
     return TorchPoses(rungs, angles, T.reshape(*shape, 4, 4), off, free)
 
 

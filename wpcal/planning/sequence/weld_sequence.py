@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import product
 from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.sequence.air_path import AirPath
 from wpcal.planning.sequence.candidate import Candidate
@@ -129,9 +130,9 @@ def sequence_values(
     """
     length = np.array([candidate.task.length_mm for candidate in chosen])
     share = length / length.sum()
-    position = float(share @ [math.degrees(candidate.off_position_rad) for candidate in chosen])
-    torch = math.sqrt(float(share @ [math.degrees(candidate.off_torch_rad) ** 2 for candidate in chosen]))
-    motion = math.sqrt(float(share @ [math.degrees(candidate.motion_rad_mm) ** 2 for candidate in chosen]))
+    position = float(product(share, [math.degrees(candidate.off_position_rad) for candidate in chosen]))
+    torch = math.sqrt(float(product(share, [math.degrees(candidate.off_torch_rad) ** 2 for candidate in chosen])))
+    motion = math.sqrt(float(product(share, [math.degrees(candidate.motion_rad_mm) ** 2 for candidate in chosen])))
     weld = sum(c.task.length_mm / c.weld_speed(cell, targets.speed_mm_s)[0] for c in chosen)
     return SequenceValues(position, torch, motion, weld + air_s)
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.robot_space import RobotSpace
+from wpcal.core.same_bits import product, solve
 from wpcal.core.wording import listed
 from wpcal.robot.kinematics.chain import MDHChain
 from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
@@ -130,11 +131,11 @@ class Arm:
         shown = np.asarray(q, dtype=np.float64)
         if shown.shape[-1:] != (len(self.joints),):
             raise InputError(f"{self.name} has {len(self.joints)} joints, got angles of shape {shown.shape}")
-        return np.asarray(shown @ self.coupling_matrix.T, dtype=np.float64)
+        return np.asarray(product(shown, self.coupling_matrix.T))
 
     def shown_angles(self, theta: ArrayLike) -> FloatArray:
         """Return the angles that the controller shows for angles of the model, shape (..., n), rad."""
-        return np.asarray(np.asarray(theta) @ np.linalg.inv(self.coupling_matrix).T, dtype=np.float64)
+        return product(theta, solve(self.coupling_matrix[None], np.eye(len(self.joints))[None])[0][0].T)
 
     def forward(self, q: ArrayLike) -> FloatArray:
         """Return ``T_base_flange`` for shown joint angles of shape (N, n), rad; shape (N, 4, 4), mm."""
@@ -146,7 +147,7 @@ class Arm:
         Rows as in `geometric_jacobian`: turning (rad), then velocity of `point` in the flange frame (mm).
         """
         J = geometric_jacobian(self.chain, self.model_angles(q), point=point)
-        return np.asarray(J @ self.coupling_matrix, dtype=np.float64)
+        return product(J, self.coupling_matrix)
 
     def within_limits(self, q: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         """Tell for shown angles of shape (..., n) whether every one is within its limits; shape (...)."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.same_bits import sine_cosine
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.chain import MDHChain
 
@@ -81,22 +82,24 @@ def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMo
     theta : ndarray, shape (n, ...)
         Joint angles without the offsets of the table, rad.
     """
-    frame = start
-    for angle, (offset, d, a, alpha, beta) in zip(theta, np.moveaxis(table, 1, 0), strict=True):
+    frame, more = start, (1,) * (theta.ndim + 1 - table.ndim)
+    offsets, ds, lengths, alphas, betas = table.reshape(*table.shape[:2], *more, *table.shape[2:])
+    turns = (zip(*sine_cosine(angles), strict=True) for angles in (theta + offsets, alphas, betas))
+    for d, a, turn, twist, tilt in zip(ds, lengths, *turns, strict=True):
         z, p_before = frame.z, frame.p
-        x, y = _turn(frame.x, frame.y, angle + offset)  # Rz(θ)
+        x, y = _turn(frame.x, frame.y, turn)  # Rz(θ)
         p = p_before + d * z + a * x  # Tz(d) Tx(a)
-        y, z_end = _turn(y, z, alpha)  # Rx(α)
+        y, z_end = _turn(y, z, twist)  # Rx(α)
         x_end = x
-        if np.any(beta):
-            z_end, x_end = _turn(z_end, x, beta)  # Ry(β)
+        if np.any(tilt[0]):
+            z_end, x_end = _turn(z_end, x, tilt)  # Ry(β)
         frame = Frames(x_end, y, z_end, p)
         yield LinkMotion(z, p_before, x, frame)
 
 
-def _turn(u: FloatArray, v: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Turn the axes u and v in their plane, u towards v."""
-    c, s = np.cos(angle), np.sin(angle)
+def _turn(u: FloatArray, v: FloatArray, turn: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Turn the axes u and v in their plane, u towards v, by an angle with this sine and cosine."""
+    s, c = turn
     return c * u + s * v, c * v - s * u
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.same_bits import product, solve
 from wpcal.core.tangent import log_rotation
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.chain import MDHChain
@@ -107,7 +108,7 @@ def _newton(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
             return angles
         J = geometric_jacobian(chain, angles[open_rows]) * scale[:, None]
         Jt = np.swapaxes(J, 1, 2)
-        step = np.linalg.solve(Jt @ J + DAMPING * np.eye(6), Jt @ (error * scale)[:, :, None])
+        step, _ = solve(product(Jt, J) + DAMPING * np.eye(6), product(Jt, (error * scale)[:, :, None]))
         angles[open_rows] += step[:, :, 0]
     angles[open_rows] = np.nan
     return angles
@@ -116,7 +117,7 @@ def _newton(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
 def _pose_error(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray:
     """Error that remains, shape (M, 6): rotation vector (rad) and distance (mm), in the base."""
     now = forward_kinematics(chain, theta)
-    turn = log_rotation(T[:, :3, :3] @ np.swapaxes(now[:, :3, :3], 1, 2))
+    turn = log_rotation(product(T[:, :3, :3], np.swapaxes(now[:, :3, :3], 1, 2)))
     return np.concatenate([turn, T[:, :3, 3] - now[:, :3, 3]], axis=1)
 
 

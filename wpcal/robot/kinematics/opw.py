@@ -15,12 +15,15 @@ straight wrists, where the printed arc cosines lose half of the digits.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError
+from wpcal.core.rotations import rotation_from_zyx, rotation_from_zyz
+from wpcal.core.same_bits import arc_tangent, inverse_pose, length, product, sine_cosine
 from wpcal.robot.kinematics.chain import MDHChain
 from wpcal.robot.kinematics.forward import forward_kinematics, start_frames, walk
 
@@ -70,14 +73,19 @@ class OPWGeometry:
         GeometryError
             When the chain is not of the family; the message says which axes are not as they should be.
         """
-        if len(chain) != 6:
-            raise GeometryError(f"the closed form needs 6 joints, the chain has {len(chain)}")
-        axes, origins, wrist = _axes_at_zero(chain)
-        T_base_opw = np.eye(4)
-        T_base_opw[:3, :4] = np.column_stack([np.cross(axes[1], axes[0]), axes[1], axes[0], origins[0]])
-        rows = T_base_opw[:3, :3]  # a row vector times this is the vector in the family's base
-        bare = _measure(axes @ rows, (origins - origins[0]) @ rows, (wrist - origins[0]) @ rows)
-        return _with_flange(replace(bare, T_base_opw=frozen(T_base_opw)), chain)
+        return _geometry(chain)
+
+
+@lru_cache(maxsize=64)
+def _geometry(chain: MDHChain) -> OPWGeometry:
+    if len(chain) != 6:
+        raise GeometryError(f"the closed form needs 6 joints, the chain has {len(chain)}")
+    axes, origins, wrist = _axes_at_zero(chain)
+    T_base_opw = np.eye(4)
+    T_base_opw[:3, :4] = np.column_stack([np.cross(axes[1], axes[0]), axes[1], axes[0], origins[0]])
+    rows = T_base_opw[:3, :3]  # a row vector times this is the vector in the family's base
+    bare = _measure(product(axes, rows), product(origins - origins[0], rows), product(wrist - origins[0], rows))
+    return _with_flange(replace(bare, T_base_opw=frozen(T_base_opw)), chain)
 
 
 def _measure(axes: FloatArray, origins: FloatArray, wrist: FloatArray) -> OPWGeometry:
@@ -85,23 +93,23 @@ def _measure(axes: FloatArray, origins: FloatArray, wrist: FloatArray) -> OPWGeo
 
     Turning about +y by an angle carries z towards x, so tilts in the plane of the arm are ``atan2(x, z)``.
     """
-    upper, fore = origins[2] - origins[1], wrist - origins[2]
+    zero, upper, fore = np.zeros(()), origins[2] - origins[1], wrist - origins[2]
     s3 = float(np.sign(axes[2][1]))
-    s4 = -1.0 if fore @ axes[3] < 0 else 1.0
+    s4 = -1.0 if product(fore, axes[3]) < 0 else 1.0
     forward = s4 * axes[3]
     across = np.array([forward[2], 0.0, -forward[0]])  # the x axis of the forearm
-    tilt_upper, tilt_fore = np.arctan2(upper[0], upper[2]), np.arctan2(forward[0], forward[2])
-    turn4 = np.arctan2(-axes[4] @ across, axes[4][1])  # axis 5 lies along y when θ4 is zero
-    turn5 = np.arctan2(np.cross(forward, axes[5]) @ axes[4], forward @ axes[5])
+    tilt_upper, tilt_fore = arc_tangent(upper[0], upper[2]), arc_tangent(forward[0], forward[2])
+    turn4 = arc_tangent(-product(axes[4], across), axes[4][1])  # axis 5 lies along y when θ4 is zero
+    turn5 = arc_tangent(product(np.cross(forward, axes[5]), axes[4]), product(forward, axes[5]))
     return OPWGeometry(
         a1=float(origins[1][0]),
-        a2=float(fore @ across),
+        a2=float(product(fore, across)),
         b=float(wrist[1]),
         c1=float(origins[1][2]),
-        c2=float(np.hypot(upper[0], upper[2])),
-        c3=float(fore @ forward),
+        c2=float(length([upper[0], upper[2]])),
+        c3=float(product(fore, forward)),
         signs=frozen([1.0, 1.0, s3, s4, 1.0, 1.0]),
-        offsets=frozen([0.0, tilt_upper, tilt_fore - tilt_upper, turn4, turn5, 0.0]),
+        offsets=frozen(np.stack([zero, tilt_upper, tilt_fore - tilt_upper, turn4, turn5, zero])),
         T_base_opw=frozen(np.eye(4)),
         T_wrist_flange=frozen(np.eye(4)),
     )
@@ -116,7 +124,7 @@ def _axes_at_zero(chain: MDHChain) -> tuple[FloatArray, FloatArray, FloatArray]:
     # The wrist centre is the point of axis 4 nearest to axis 5.
     n = np.cross(axes[3], axes[4])
     gap = origins[4] - origins[3]
-    wrist = origins[3] + axes[3] * (np.cross(gap, axes[4]) @ n) / max(float(n @ n), FAMILY_ATOL)
+    wrist = origins[3] + axes[3] * product(np.cross(gap, axes[4]), n) / max(float(product(n, n)), FAMILY_ATOL)
     faults = {
         "axis 2 is not normal to axis 1": abs(axes[0] @ axes[1]),
         "axis 3 is not parallel to axis 2": np.linalg.norm(np.cross(axes[1], axes[2])),
@@ -135,8 +143,8 @@ def _axes_at_zero(chain: MDHChain) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _with_flange(geometry: OPWGeometry, chain: MDHChain) -> OPWGeometry:
     """Complete the geometry with the constant step from its wrist frame to the chain's flange."""
     zero = np.zeros((1, 6))
-    T_base_wrist = geometry.T_base_opw @ forward_opw(geometry, zero)[0]
-    flange = np.linalg.inv(T_base_wrist) @ forward_kinematics(chain, zero)[0]
+    T_base_wrist = product(geometry.T_base_opw, forward_opw(geometry, zero)[0])
+    flange = product(inverse_pose(T_base_wrist), forward_kinematics(chain, zero)[0])
     return replace(geometry, T_wrist_flange=frozen(flange))
 
 
@@ -145,28 +153,15 @@ def forward_opw(geometry: OPWGeometry, theta: ArrayLike) -> FloatArray:
     t1, t2, t3, t4, t5, t6 = (np.asarray(theta) * geometry.signs + geometry.offsets).T
     g = geometry
     T = np.zeros((len(t1), 4, 4))
-    s2, c2, s23, c23 = np.sin(t2), np.cos(t2), np.sin(t2 + t3), np.cos(t2 + t3)
+    (s1, s2, s23), (c1, c2, c23) = sine_cosine(np.stack([t1, t2, t2 + t3]))
     r = g.a1 + g.c2 * s2 + g.a2 * c23 + g.c3 * s23
     z = g.c1 + g.c2 * c2 - g.a2 * s23 + g.c3 * c23
-    T[:, 0, 3], T[:, 1, 3], T[:, 2, 3] = np.cos(t1) * r - np.sin(t1) * g.b, np.sin(t1) * r + np.cos(t1) * g.b, z
+    T[:, 0, 3], T[:, 1, 3], T[:, 2, 3] = c1 * r - s1 * g.b, s1 * r + c1 * g.b, z
     T[:, 3, 3] = 1.0
-    R = _about_z(t1) @ _about_y(t2 + t3) @ _about_z(t4) @ _about_y(t5) @ _about_z(t6)
-    T[:, :3, :3] = R
+    zero = np.zeros(len(t1))
+    arm, wrist = rotation_from_zyx(zero, t2 + t3, t1), rotation_from_zyz(t4, t5, t6)
+    T[:, :3, :3] = product(arm, wrist)
     return T
-
-
-def _about_z(angle: FloatArray) -> FloatArray:
-    R = np.zeros((len(angle), 3, 3))
-    R[:, 0, 0] = R[:, 1, 1] = np.cos(angle)
-    R[:, 1, 0], R[:, 0, 1], R[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
-    return R
-
-
-def _about_y(angle: FloatArray) -> FloatArray:
-    R = np.zeros((len(angle), 3, 3))
-    R[:, 0, 0] = R[:, 2, 2] = np.cos(angle)
-    R[:, 0, 2], R[:, 2, 0], R[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0
-    return R
 
 
 def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: float = 0.0) -> FloatArray:
@@ -191,10 +186,10 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: fl
     At a straight wrist only the sum of θ4 and θ6 is defined; both are finite and the pose is met.
     """
     T = np.asarray(T_base_flange, dtype=np.float64)
-    to_opw, to_wrist = np.linalg.inv(geometry.T_base_opw), np.linalg.inv(geometry.T_wrist_flange)
+    to_opw, to_wrist = inverse_pose(geometry.T_base_opw), inverse_pose(geometry.T_wrist_flange)
     # T_opw_wrist as rows: frames[j] holds column j of all poses, shape (3, N)
     local = np.ascontiguousarray(np.moveaxis(T[:, :3, :], 0, 2))  # (3, 4, N)
-    columns = np.tensordot(to_opw[:3, :3], local, axes=1)
+    columns = np.einsum("ij,jkn->ikn", to_opw[:3, :3], local)
     columns[:, 3] += to_opw[:3, 3, None]
     R = np.einsum("ikn,kj->ijn", columns[:, :3], to_wrist[:3, :3])
     wrist = np.einsum("ikn,k->in", columns[:, :3], to_wrist[:3, 3]) + columns[:, 3]
@@ -219,7 +214,7 @@ def _solve_arm(g: OPWGeometry, wrist: FloatArray, least_bend: float) -> tuple[Fl
     x, y, z = wrist
     rho = _root(x * x + y * y - g.b * g.b, scale=g.c2 * g.c2)
     side = np.stack([rho, -rho])  # shoulder in front of axis 1, or turned back
-    t1 = np.arctan2(y, x) - np.arctan2(g.b, side)
+    t1 = arc_tangent(y, x) - arc_tangent(g.b, side)
     r, h = side - g.a1, z - g.c1
     kappa2 = g.a2 * g.a2 + g.c3 * g.c3
     kappa = np.sqrt(kappa2)
@@ -227,9 +222,9 @@ def _solve_arm(g: OPWGeometry, wrist: FloatArray, least_bend: float) -> tuple[Fl
     square = (1.0 - cos3) * (1.0 + cos3)
     sin3 = _root(np.where(np.abs(square) < least_bend**2, least_bend**2, square), scale=1.0)
     sin3 = np.stack([sin3, -sin3], axis=1)
-    t3 = np.arctan2(sin3, cos3[:, None])
-    t2 = np.arctan2(r, h)[:, None] - np.arctan2(kappa * sin3, (g.c2 + kappa * cos3)[:, None])
-    return t1, t2, t3 - np.arctan2(g.a2, g.c3)
+    t3 = arc_tangent(sin3, cos3[:, None])
+    t2 = arc_tangent(r, h)[:, None] - arc_tangent(kappa * sin3, (g.c2 + kappa * cos3)[:, None])
+    return t1, t2, t3 - arc_tangent(g.a2, g.c3)
 
 
 def _root(square: FloatArray, *, scale: float) -> FloatArray:
@@ -239,13 +234,14 @@ def _root(square: FloatArray, *, scale: float) -> FloatArray:
 
 def _solve_wrist(R: FloatArray, t1: FloatArray, t23: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Angles 4, 5, 6 of ``Rz(θ4) Ry(θ5) Rz(θ6) = (Rz(θ1) Ry(θ2 + θ3))ᵀ R``, each of shape (2, 2, N)."""
-    c1, s1, c23, s23 = np.cos(t1), np.sin(t1), np.cos(t23), np.sin(t23)
+    s1, c1 = sine_cosine(t1)
+    s23, c23 = sine_cosine(t23)
     u = c1 * R[0][:, None, None] + s1 * R[1][:, None, None]  # row 0 of Rz(-θ1) R for each column
     M0 = c23 * u - s23 * R[2][:, None, None]
     M1 = c1 * R[1][:, None, None] - s1 * R[0][:, None, None]
     m22 = s23 * u[2] + c23 * R[2][2]
-    t4 = np.arctan2(M1[2], M0[2])
-    c4, s4 = np.cos(t4), np.sin(t4)
-    t5 = np.arctan2(c4 * M0[2] + s4 * M1[2], m22)
-    t6 = np.arctan2(c4 * M1[0] - s4 * M0[0], c4 * M1[1] - s4 * M0[1])
+    t4 = arc_tangent(M1[2], M0[2])
+    s4, c4 = sine_cosine(t4)
+    t5 = arc_tangent(c4 * M0[2] + s4 * M1[2], m22)
+    t6 = arc_tangent(c4 * M1[0] - s4 * M0[0], c4 * M1[1] - s4 * M0[1])
     return t4, t5, t6

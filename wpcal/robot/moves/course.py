@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.moves.interpolation import turns_between
 
@@ -80,7 +81,7 @@ class Course:
         first = np.repeat(np.arange(len(parts)), parts)
         starts = np.concatenate([[0], np.cumsum(parts)])
         t = (np.arange(len(first)) - starts[first]) / parts[first]
-        R_all = np.concatenate([exp_rotation(_turned(R, np.diff(s_mm), first, t)) @ R[first], R[-1:]])
+        R_all = np.concatenate([product(exp_rotation(_turned(R, np.diff(s_mm), first, t)), R[first]), R[-1:]])
         chord = tip[first] + t[:, None] * step[first]
         curve = chord if headings is None else _hermite(tip, length, headings, _is_curve(step, headings), first, t)
         is_node = t == 0.0

@@ -31,6 +31,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.rotations import quaternion_from_rotation
+from wpcal.core.same_bits import arc_tangent, cosine, product, sine
 from wpcal.core.tangent import exp_rotation
 
 LARGEST_TURN_RAD = np.radians(170.0)
@@ -90,7 +91,7 @@ class Moves:
         u = np.where(is_round[:, None], -from_start, 0.0)
         v = np.cross(normal / np.sqrt(np.where(is_round, square, 1.0))[:, None], u)
         end = np.where(is_round[:, None], p1 - centre, 0.0)
-        sweep = np.arctan2(np.einsum("ij,ij->i", end, v), np.einsum("ij,ij->i", end, u)) % (2.0 * np.pi)
+        sweep = arc_tangent(np.einsum("ij,ij->i", end, v), np.einsum("ij,ij->i", end, u)) % (2.0 * np.pi)
         sweep = np.where(is_round, sweep, 0.0)
         sound = (np.linalg.norm(turn, axis=1) < LARGEST_TURN_RAD) & (is_round == is_arc)
         sound &= ~is_arc | ((sweep >= LEAST_SWEEP_RAD) & (sweep <= LARGEST_SWEEP_RAD))
@@ -111,7 +112,7 @@ class Moves:
         length = np.einsum("ij,ij->i", self.chord, self.chord)
         along = np.einsum("ij,ij->i", points - self.p0, self.chord) / np.where(length > 0.0, length, 1.0)
         w = points - self.centre
-        angle = np.arctan2(np.einsum("ij,ij->i", w, self.v), np.einsum("ij,ij->i", w, self.u)) % (2.0 * np.pi)
+        angle = arc_tangent(np.einsum("ij,ij->i", w, self.v), np.einsum("ij,ij->i", w, self.u)) % (2.0 * np.pi)
         is_before = (angle - self.sweep) > (2.0 * np.pi - angle)
         round_ = np.where(is_before, 0.0, angle) / np.where(self.sweep > 0.0, self.sweep, 1.0)
         return np.clip(np.where(self.sweep > 0.0, round_, along), 0.0, 1.0)
@@ -119,12 +120,12 @@ class Moves:
     def positions(self, share: FloatArray) -> FloatArray:
         """Return where the tool centre points are at shares of shape (m,); shape (m, 3), mm."""
         angle = (share * self.sweep)[:, None]
-        on_arc = self.centre + np.cos(angle) * self.u + np.sin(angle) * self.v
+        on_arc = self.centre + cosine(angle) * self.u + sine(angle) * self.v
         return np.where(self.sweep[:, None] > 0.0, on_arc, self.p0 + share[:, None] * self.chord)
 
     def rotations(self, share: FloatArray) -> FloatArray:
         """Return the axes of the tools at shares of shape (m,); shape (m, 3, 3)."""
-        return np.asarray(exp_rotation(share[:, None] * self.turn) @ self.R0, dtype=np.float64)
+        return np.asarray(product(exp_rotation(share[:, None] * self.turn), self.R0), dtype=np.float64)
 
     def directions(self, share: FloatArray, axis: int) -> FloatArray:
         """Return one axis of the tools at shares of shape (m,); shape (m, 3)."""
@@ -133,22 +134,22 @@ class Moves:
         about = self.turn / np.where(size > NO_TURN_RAD, size, 1.0)
         along = np.einsum("ij,ij->i", about, first)[:, None] * about
         angle = share[:, None] * size
-        return np.asarray(along + np.cos(angle) * (first - along) + np.sin(angle) * np.cross(about, first))
+        return np.asarray(along + cosine(angle) * (first - along) + sine(angle) * np.cross(about, first))
 
     def headings(self, share: FloatArray) -> FloatArray:
         """Return unit directions of travel at shares of shape (m,); shape (m, 3). Zero for a move without length."""
         angle = (share * self.sweep)[:, None]
-        way = np.where(self.sweep[:, None] > 0.0, np.cos(angle) * self.v - np.sin(angle) * self.u, self.chord)
+        way = np.where(self.sweep[:, None] > 0.0, cosine(angle) * self.v - sine(angle) * self.u, self.chord)
         length = np.linalg.norm(way, axis=1, keepdims=True)
         return np.asarray(way / np.where(length > 0.0, length, 1.0), dtype=np.float64)
 
 
 def turns_between(R0: FloatArray, R1: FloatArray) -> FloatArray:
     """Return rotation vectors from R0 to R1, both of shape (m, 3, 3), in their common frame; shape (m, 3), rad."""
-    q = quaternion_from_rotation(R1 @ np.swapaxes(R0, -1, -2))
+    q = quaternion_from_rotation(product(R1, np.swapaxes(R0, -1, -2)))
     half = np.linalg.norm(q[:, :3], axis=1)
     is_turn = half > NO_TURN_RAD
-    factor = np.where(is_turn, 2.0 * np.arctan2(half, q[:, 3]) / np.where(is_turn, half, 1.0), 2.0)
+    factor = np.where(is_turn, 2.0 * arc_tangent(half, q[:, 3]) / np.where(is_turn, half, 1.0), 2.0)
     return np.asarray(factor[:, None] * q[:, :3], dtype=np.float64)
 
 
@@ -161,7 +162,7 @@ def swings_between(d0: FloatArray, d1: FloatArray) -> FloatArray:
     """
     normal = np.cross(d0, d1)
     sine = np.linalg.norm(normal, axis=1)
-    angle = np.arctan2(sine, np.einsum("ij,ij->i", d0, d1))
+    angle = arc_tangent(sine, np.einsum("ij,ij->i", d0, d1))
     return np.asarray((angle / np.where(sine > NO_TURN_RAD, sine, 1.0))[:, None] * normal, dtype=np.float64)
 
 
@@ -180,5 +181,5 @@ def turns_through(d0: FloatArray, middle: FloatArray, d1: FloatArray) -> FloatAr
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     about = np.where(length > NO_TURN_RAD, normal / np.where(length > NO_TURN_RAD, length, 1.0), np.nan)
     e0, e1 = (d - np.einsum("ij,ij->i", about, d)[:, None] * about for d in (d0, d1))
-    angle = np.arctan2(np.einsum("ij,ij->i", np.cross(e0, e1), about), np.einsum("ij,ij->i", e0, e1)) % (2.0 * np.pi)
+    angle = arc_tangent(np.einsum("ij,ij->i", np.cross(e0, e1), about), np.einsum("ij,ij->i", e0, e1)) % (2.0 * np.pi)
     return np.asarray(angle[:, None] * about, dtype=np.float64)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.same_bits import arc_tangent, product
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.moves.interpolation import Moves, turns_between
 
@@ -89,7 +90,7 @@ class MovePath:
     def turned_about(self, axis: int, spin_rad: float) -> MovePath:
         """Return the same path with the tool turned about one of its axes everywhere by the same angle, rad."""
         turn = exp_rotation(spin_rad * np.eye(3)[axis])
-        return replace(self, R=frozen(self.R @ turn), _arrays=[])
+        return replace(self, R=frozen(product(self.R, turn)), _arrays=[])
 
     @property
     def corner_rad(self) -> FloatArray:
@@ -97,7 +98,7 @@ class MovePath:
         moves = self.arrays
         before, after = moves.headings(np.ones(len(moves)))[:-1], moves.headings(np.zeros(len(moves)))[1:]
         sine = np.linalg.norm(np.cross(before, after), axis=1)
-        return np.asarray(np.arctan2(sine, np.einsum("ij,ij->i", before, after)), dtype=np.float64)
+        return np.asarray(arc_tangent(sine, np.einsum("ij,ij->i", before, after)), dtype=np.float64)
 
     def stops(self, blend_mm: float) -> tuple[bool, ...]:
         r"""Tell where the tool has to stop, because it would otherwise leave the path at a corner.

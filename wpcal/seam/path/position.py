@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import arc_tangent, product
 from wpcal.seam.seam import WeldType
 
 UP = (0.0, 0.0, 1.0)
@@ -81,8 +82,8 @@ def weld_slope(tangent: ArrayLike, up: ArrayLike = UP) -> FloatArray:
     >>> float(np.degrees(weld_slope([0, 0, 1])).round(3))
     90.0
     """
-    x = np.asarray(tangent, dtype=np.float64)
-    return np.asarray(np.arcsin(np.clip(x @ np.asarray(up, dtype=np.float64), -1.0, 1.0)), dtype=np.float64)
+    sine = np.clip(product(tangent, up), -1.0, 1.0)
+    return arc_tangent(sine, np.sqrt((1.0 - sine) * (1.0 + sine)))
 
 
 def weld_rotation(tangent: ArrayLike, outward: ArrayLike, up: ArrayLike = UP) -> FloatArray:
@@ -107,9 +108,9 @@ def weld_rotation(tangent: ArrayLike, outward: ArrayLike, up: ArrayLike = UP) ->
     """
     x, z = np.asarray(tangent, dtype=np.float64), np.asarray(outward, dtype=np.float64)
     u = np.asarray(up, dtype=np.float64)
-    across = u - (x @ u)[..., None] * x
+    across = u - product(x, u)[..., None] * x
     sine = np.einsum("...i,...i->...", x, np.cross(across, z))
-    angle = np.arctan2(sine, np.einsum("...i,...i->...", across, z))
+    angle = arc_tangent(sine, np.einsum("...i,...i->...", across, z))
     vertical = np.abs(weld_slope(x, u)) > np.pi / 2 - VERTICAL_RAD
     return np.asarray(np.where(vertical, np.nan, angle), dtype=np.float64)
 
