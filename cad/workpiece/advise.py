@@ -23,8 +23,7 @@ from wpcal.taught.features import POINT_KINDS, FeatureKind, ReferenceFeature, To
 from wpcal.touch.advise import Advice, advise
 from wpcal.touch.advise.moved_advice import MovedAdvice
 
-USUAL_POINTS = 4
-"""With three points no residual shows that one of them is wrong."""
+USUAL_POINTS = 4  #: With three points no residual shows that one of them is wrong.
 
 
 @dataclass(frozen=True, slots=True)

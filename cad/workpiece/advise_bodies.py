@@ -27,14 +27,10 @@ from wpcal.touch.advise.design import farthest_rows
 from wpcal.touch.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
 from wpcal.touch.advise.moved_model import MovedModel, SeamPoints, Tacked
 
-PER_BODY = 12
-"""Features of a body that are judged, far from one another, if there are many bodies."""
-MOST_CHOICES = 400
-"""Features that are judged together."""
-TOUCHES_PER_BODY = 2
-"""How many are advised if nothing is said."""
-MOST_TAUGHT = 60
-"""A person teaches no more to reach a tolerance."""
+PER_BODY = 12  #: Features of a body that are judged, far from one another, if there are many bodies.
+MOST_CHOICES = 400  #: Features that are judged together.
+TOUCHES_PER_BODY = 2  #: How many are advised if nothing is said.
+MOST_TAUGHT = 60  #: A person teaches no more to reach a tolerance.
 
 
 def tacked_bodies(

@@ -33,16 +33,13 @@ from wpcal.core.numbers import parse_number
 FOLDER_VARIABLE, SIZE_VARIABLE = "WPCAL_CACHE", "WPCAL_CACHE_MB"
 """Environment variables: the folder (or `OFF`), and the largest size of all files, MB."""
 OFF = "off"
-USUAL_MOST_MB = 500.0
-"""About 30 parts of 6000 faces, or thousands of small ones."""
+USUAL_MOST_MB = 500.0  #: About 30 parts of 6000 faces, or thousands of small ones.
 BYTES_PER_MB = 1_000_000
 SUFFIX, NEW_SUFFIX = ".answer", ".new"
-ABANDONED_S = 3600.0
-"""A file that was begun so long ago belongs to a process that was ended."""
+ABANDONED_S = 3600.0  #: A file that was begun so long ago belongs to a process that was ended.
 _HEAD = b"wpcal answer 1\n"
 _NO_UNNAMED = (errno.EOPNOTSUPP, errno.EISDIR, errno.EINVAL, errno.ENOENT)
 """Errors of a place where files cannot be without a name."""
-
 Answer = TypeVar("Answer")
 
 
@@ -95,8 +92,7 @@ class AnswerCache:
             _remove_oldest(folder, self.most_mb * BYTES_PER_MB)
 
 
-NO_CACHE = AnswerCache()
-"""Keeps nothing."""
+NO_CACHE = AnswerCache()  #: Keeps nothing.
 
 
 def user_cache() -> AnswerCache:

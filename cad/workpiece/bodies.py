@@ -23,7 +23,6 @@ from wpcal.core.records import read_json
 from wpcal.core.wording import listed
 
 BODIES_SCHEMA = "wpcal/bodies/1"
-
 KNOWN = ("name", "solids", "tack_mm", "tack_mrad", "faces", "centre_mm", "size_mm")
 """What a body may have in a file. The last three are written to recognise it by, and are not read."""
 

@@ -14,8 +14,7 @@ from wpcal.core.errors import blamed_on
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 
-DIGITS = 3
-"""Micrometres: centre and size are for a person to recognise a body by."""
+DIGITS = 3  #: Micrometres: centre and size are for a person to recognise a body by.
 
 
 def list_bodies(

@@ -42,8 +42,7 @@ from wpcal.touch.touch_results import SilentRows
 if TYPE_CHECKING:
     from wpcal.planning.cell.grasp import Holding
 
-SEAM_RGB = (0.9, 0.2, 0.1)
-"""Colour of seams that are written as edges into the moved STEP file (sRGB)."""
+SEAM_RGB = (0.9, 0.2, 0.1)  #: Colour of seams that are written as edges into the moved STEP file (sRGB).
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,12 +25,9 @@ from wpcal.taught.features import ReferenceFeature, feature_named
 SAME_EDGE_MM = 1e-3
 """An edge of the file and an edge of the graph are the same if their middles and ends agree within this. Kernels keep
 vertices at least this exactly."""
-PICK_MM = 2.0
-"""A place picked on a screen, or typed with one decimal, is within this distance of its edge."""
-SAME_COLOUR = 1.5 / 255
-"""Colours are equal within this: #rrggbb is rounded to 1/255."""
-MOST_NAMES = 6
-"""Names shown in a message."""
+PICK_MM = 2.0  #: A place picked on a screen, or typed with one decimal, is within this distance of its edge.
+SAME_COLOUR = 1.5 / 255  #: Colours are equal within this: #rrggbb is rounded to 1/255.
+MOST_NAMES = 6  #: Names shown in a message.
 
 
 def find_marked(

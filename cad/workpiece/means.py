@@ -33,5 +33,4 @@ class Means:
     seal: Callable[[WorkpieceCalibration, Path], None] = _not_sealed
 
 
-USUAL_MEANS = Means()
-"""Those of one calibration."""
+USUAL_MEANS = Means()  #: Those of one calibration.

@@ -34,12 +34,9 @@ from wpcal.taught.table import TaughtPoints
 
 STILL_TRUE = (RIVAL, SILENT, TWO_BODIES)
 """Codes of issues of the part as one body that hold for its bodies, too: another place of the whole is not excluded."""
-
 USUAL_CONTACT_SHARE = 0.5
 """Of the gap up to which members count as in contact: 95 % of the tacked plates are then within this gap."""
-
-OVERLAP_MM = 0.05
-"""A smaller overlap of two plates is a burr or round-off, and is not told."""
+OVERLAP_MM = 0.05  #: A smaller overlap of two plates is a burr or round-off, and is not told.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,8 +12,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 
-SeamLine = tuple[str, FloatArray, Rgb]
-"""Name, points, shape (m, 3), in `part`, mm, and sRGB colour."""
+SeamLine = tuple[str, FloatArray, Rgb]  #: Name, points, shape (m, 3), in `part`, mm, and sRGB colour.
 
 
 def write_moved(

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from cad.step.read import StepPart
 
 Answer = TypeVar("Answer")
-
 PART, MESH, LINES = "part", "mesh", "lines"
 """Questions that the file alone answers: what is in it, its triangles, and its lines in the views of a sheet."""
 

@@ -17,8 +17,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.wording import listed
 
-NAMED_MM = 1e-3
-"""A point this near to a vertex or to the centre of a circle is taken for it."""
+NAMED_MM = 1e-3  #: A point this near to a vertex or to the centre of a circle is taken for it.
 
 
 def bodies_of(touches: Touches, face_body: IntArray, solid_of: Mapping[str, int] | None = None) -> IntArray:

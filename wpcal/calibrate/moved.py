@@ -21,10 +21,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 
-BOW_POINTS = 13
-"""Points along a body at which a record tells its bow: three on the shortest wave."""
-MOST_TOLD = 5
-"""Bodies whose motions a sentence names; a table has all."""
+BOW_POINTS = 13  #: Points along a body at which a record tells its bow: three on the shortest wave.
+MOST_TOLD = 5  #: Bodies whose motions a sentence names; a table has all.
 
 
 class ToleranceSource(Enum):

@@ -24,11 +24,8 @@ from wpcal.core.errors import InputError
 from wpcal.optim.search_box import SearchBox
 
 Cost = Callable[[FloatArray], FloatArray]
-
 LEAST_TEMPERATURE = 1e-300
 """Temperature when all sampled costs are equal: any rise is then refused, and no division by zero occurs."""
-
-
 DRAWN = 64
 """Moves whose random numbers are drawn at once: enough to hide the call, few enough to waste none of note."""
 

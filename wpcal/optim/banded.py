@@ -18,12 +18,9 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.same_bits import product, solve
 
-FIRST_DAMPING = 1e-2
-"""Of Levenberg-Marquardt, relative to the diagonal."""
-LARGEST_DAMPING = 1e6
-"""Steps as short as this demands improve nothing any more."""
-LEAST_DAMPING = 1e-6
-"""Below this the damping has no effect on a step, and would take long to come back."""
+FIRST_DAMPING = 1e-2  #: Of Levenberg-Marquardt, relative to the diagonal.
+LARGEST_DAMPING = 1e6  #: Steps as short as this demands improve nothing any more.
+LEAST_DAMPING = 1e-6  #: Below this the damping has no effect on a step, and would take long to come back.
 WINDOW, LEAST_GAIN = 5, 2e-3
 """The loop ends if this many steps together gain less than this part of the sum: an objective then changes by a
 thousandth."""
@@ -31,7 +28,6 @@ LEAST_CURVATURE = 1e-9
 """Added to the diagonal: a coordinate without influence (the spin of a torch at rest) does not move."""
 ACTIVE_ROUNDS = 4
 """Most rounds that look for the limits which count after a step. Two or three are usually enough."""
-
 Path = TypeVar("Path")
 
 

@@ -18,16 +18,11 @@ from numpy.typing import ArrayLike
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 
-BatchedCost = Callable[[FloatArray], FloatArray]
-"""Costs, shape (m,), of states, shape (m, d)."""
-
+BatchedCost = Callable[[FloatArray], FloatArray]  #: Costs, shape (m,), of states, shape (m, d).
 OVERSHOOT = 0.25
 """Recombination draws a child's coordinate from the stretch between its parents made longer by this part at each end;
 the usual value, at which the spread of a population neither grows nor shrinks by recombination alone."""
-
-MUTATION_RANGE = 0.5
-"""Largest mutation, as a part of the bounds: from the middle it reaches every place."""
-
+MUTATION_RANGE = 0.5  #: Largest mutation, as a part of the bounds: from the middle it reaches every place.
 MUTATION_BITS = 16
 """A mutation is 2^-u of the largest, u uniform up to this: small steps are as likely in every power of two."""
 

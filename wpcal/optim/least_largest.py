@@ -20,14 +20,12 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 
-MOST_STEPS = 60
-"""A regular problem takes 8 to 20 steps."""
+MOST_STEPS = 60  #: A regular problem takes 8 to 20 steps.
 GOAL = 1e-15
 """Scaled optimality error at which a problem is done, in units of the square of its first largest residual."""
 TO_BOUNDARY = 0.995
 """Part of the way to a zero slack or multiplier that one step may go: the usual choice, 1 would end the iteration."""
-EXACT_MM = 1e-12
-"""A first largest residual below this is round-off: such a problem is its own answer."""
+EXACT_MM = 1e-12  #: A first largest residual below this is round-off: such a problem is its own answer.
 
 
 def least_largest(

@@ -25,11 +25,9 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 
 State = TypeVar("State")
-
 DAMPING_FACTOR = 10.0
 """The damping is divided by this after an accepted step and multiplied by it after a refused one."""
-MOST_DAMPING = 1e12
-"""Steps this short no longer change the sum."""
+MOST_DAMPING = 1e12  #: Steps this short no longer change the sum.
 LEAST_SINGULAR = 1e-13
 """Singular values of the scaled normal matrix below this share of the largest are round-off: no residual sees that
 direction, and the state does not move along it."""

@@ -22,9 +22,7 @@ from wpcal.optim.genetic import BatchedCost
 RING_RATIO = 4.0
 """Ours: each ring is smaller than the next one by this factor, so that four rings span two orders of magnitude and some
 neighbour is always of a useful size. Equal widths (ratio towards 1) stall at a tenth of the start's cost."""
-
-FIRST_RADIUS = 0.1
-"""Ours, the lost factor of eq. (11): outer radius at the start, as a part of the bounds."""
+FIRST_RADIUS = 0.1  #: Ours, the lost factor of eq. (11): outer radius at the start, as a part of the bounds.
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,10 +22,7 @@ from wpcal.core.transform import RigidTransform
 
 CHUNK = 4096
 """Trials that are solved together: large enough to hide Python, small enough to stay in the processor's cache."""
-
-PAPER_USUAL_MM = 0.5
-"""The paper: the error is usually below this."""
-
+PAPER_USUAL_MM = 0.5  #: The paper: the error is usually below this.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
 

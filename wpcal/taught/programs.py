@@ -17,8 +17,7 @@ from wpcal.taught.table import TaughtPoints
 
 LEAST_JOINTS = 4
 """Welding arms have six joints, palletising arms four. With fewer numbers, the line was cut."""
-BASE = "base"
-"""Name of the user frame that is the robot's base itself."""
+BASE = "base"  #: Name of the user frame that is the robot's base itself.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,8 +19,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.taught.programs import BASE, JointValues, ProgramPoint, TaughtProgram
 from wpcal.taught.table import TaughtPoints
 
-ANY_FRAME = ""
-"""Key of the user frame for all points whose own frame is not known."""
+ANY_FRAME = ""  #: Key of the user frame for all points whose own frame is not known.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

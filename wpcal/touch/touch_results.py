@@ -38,8 +38,7 @@ SAME_POSTURE_RAD = np.radians(2.0)
 TOUCH_LEFT_OUT = "touch-left-out"
 STICK_OUT = "stick-out"
 FREEDOMS = 6
-NUMBERS = {"edge": 2, "point": 3}
-"""How many numbers a touch gives that is not on a face."""
+NUMBERS = {"edge": 2, "point": 3}  #: How many numbers a touch gives that is not on a face.
 MOST_STICK_OUT_MM = 20.0
 """A post that is found further along the wire is not the post, or the tool centre point is wrong."""
 MOST_SHARED = 0.99

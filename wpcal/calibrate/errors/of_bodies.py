@@ -24,8 +24,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 
 SAMPLES = 2000
-MOST_POINTS = 200
-"""The largest error of all seams is among the points with the largest errors of their own."""
+MOST_POINTS = 200  #: The largest error of all seams is among the points with the largest errors of their own.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

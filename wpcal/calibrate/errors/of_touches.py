@@ -28,8 +28,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import translation_adjoint
 from wpcal.optim.least_largest import least_largest
 
-MOST_ROWS = 20_000
-"""Touches of all samples that are solved at once: a few megabytes."""
+MOST_ROWS = 20_000  #: Touches of all samples that are solved at once: a few megabytes.
 
 
 def propagate_covariance(

@@ -22,35 +22,25 @@ from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
-USUAL_SIGMA_MM = 0.3
-"""Teaching error per axis if none is stated: a careful touch with a worn wire tip."""
-RESOLUTION_MM = 0.01
-"""Last digit that a controller shows. No point is known better than that."""
+USUAL_SIGMA_MM = 0.3  #: Teaching error per axis if none is stated: a careful touch with a worn wire tip.
+RESOLUTION_MM = 0.01  #: Last digit that a controller shows. No point is known better than that.
 RESOLUTION_SIGMA_MM = RESOLUTION_MM / math.sqrt(12.0)
 """Least teaching error per axis: that of rounding to the last digit. Exact residuals do not show a smaller one."""
-COVERAGE = 0.95
-"""Share of the errors that stay below the predicted error."""
-
+COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
 LEAST_FREEDOM = 4
 """With fewer degrees of freedom residuals may be small by luck: they do not lower the error below that of the usual
 teaching error. Three points have three."""
-
 JOINT_SAMPLES = 8192
 """Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
-
 DIRECTIONS = 128
 """A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
-
 ROUGH_NODES, ROUGH = 65, 1e-2
 """Lines between so many nodes are far closer to the quantile than this share of it."""
-
 EXCESS_POINTS = 512
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
-EXCESS_GOAL = 1e-8
-"""Scaled optimality error of a simulated fit: far below the sampling error."""
+EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the sampling error.
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
-
 POSTURE_FACTOR = math.sqrt(2.0)
 """A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn."""
 

@@ -12,8 +12,7 @@ from wpcal.calibrate.observe.bending import Bends
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 
-LARGEST = 1e4
-"""Of a tolerance in mm and mrad: it holds nothing any more, and a larger one costs digits."""
+LARGEST = 1e4  #: Of a tolerance in mm and mrad: it holds nothing any more, and a larger one costs digits.
 
 
 @dataclass(frozen=True, slots=True)

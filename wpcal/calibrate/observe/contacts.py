@@ -17,16 +17,13 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.calibrate.observe.bodies import Contacts
 from wpcal.core.arrays import FloatArray, IntArray
 
-PARALLEL_RAD = 0.01
-"""Faces that lie on each other are parallel to half a degree; a welded-on wedge is not."""
+PARALLEL_RAD = 0.01  #: Faces that lie on each other are parallel to half a degree; a welded-on wedge is not.
 PIECES = 8
 """Points along each line of a border that are tried: overlaps shorter than an eighth of both faces are not found."""
-LEAST_SPREAD_MM = 1.0
-"""Contact points nearer to each other say the same."""
+LEAST_SPREAD_MM = 1.0  #: Contact points nearer to each other say the same.
 FLUSH_MM = 0.1
 """A corner this near to the border of the other face lies on it: sides of plates that are flush."""
-HELD = 3
-"""A plane contact holds one height and two tilts. More points share the weight of three."""
+HELD = 3  #: A plane contact holds one height and two tilts. More points share the weight of three.
 
 
 def find_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, sigma_mm: float) -> Contacts:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 GRID = 48
 """Samples each way on a free-form face for the annealer: on a face of 500 mm they lie 10 mm apart, and the tangent
 plane of the nearest is then off by 25 / radius mm."""
-
-
 ON_SURFACE_MM = 1e-3
 """Surfaces of two faces are one when they are this near: files are written with three decimals."""
 SAME_LINE_COS = 1.0 - 1e-9

@@ -28,27 +28,17 @@ from wpcal.core.tangent import exp_rotation
 
 NEWTON_STEPS = 12
 """From a gap of 1e-11 Newton's method needs 2 or 3 steps; more are taken where the interior point gave up."""
-
-SET_CHANGES = 24
-"""Changes of the carrying set. The set is right at once in almost every problem."""
-
-AT_REST = 1e-14
-"""Motion in sizes of the cloud, per step, that is round-off."""
-
+SET_CHANGES = 24  #: Changes of the carrying set. The set is right at once in almost every problem.
+AT_REST = 1e-14  #: Motion in sizes of the cloud, per step, that is round-off.
 FREE = 1e-10
 """Singular values of the scaled conditions below this share of the largest are motions that nothing holds, or points
 that say the same. Coordinates of 1e6 mm leave 1e-12 in them."""
-
-SAME = 1e-8
-"""Share of the largest singular value below which conditions of the multipliers say the same."""
-
+SAME = 1e-8  #: Share of the largest singular value below which conditions of the multipliers say the same.
 NO_WEIGHT = 1e-9
 """Multipliers below this are round-off of the conditions: the point touches the limit and carries nothing."""
-
 ROUND_OFF = 1e-12
 """Round-off of a distance after Newton's method on odd sets, in sizes of the cloud; usual sets leave 1e-15. Fits with
 smaller distances are exact."""
-
 MOST_MOTION = 0.01
 """A correction that turns further, in rad, or moves further, in sizes, does not start from an optimum; the answer is
 then left as it is."""

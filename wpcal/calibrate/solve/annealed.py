@@ -23,7 +23,6 @@ from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingReport, AnnealingSchedule, Cost, StateVariables, anneal
 
 HALF_TURN = np.pi
-
 LEAST_RANGE_MM = 1.0
 """Least range of the search, for a part that is exactly where it was modelled: larger than any teaching error."""
 

@@ -13,10 +13,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
 from wpcal.core.transform import RigidTransform
 
-LEAST_HELD = 1e-9
-"""A direction whose information is below this share of the largest is not seen."""
-FREE = 100.0
-"""Times its tolerance: such a body is held by its touches alone."""
+LEAST_HELD = 1e-9  #: A direction whose information is below this share of the largest is not seen.
+FREE = 100.0  #: Times its tolerance: such a body is held by its touches alone.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

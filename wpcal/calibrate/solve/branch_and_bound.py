@@ -32,25 +32,17 @@ from wpcal.core.tangent import exp_rotation
 MOST_CELLS = 3_000_000
 """Cells looked at before the search gives up with the bound it has: about two minutes for ten points. Mirrored bodies
 take some thousands; five unrelated pairs of points took a million."""
-
-BATCH = 2048
-"""Cells that are bounded at once."""
-
+BATCH = 2048  #: Cells that are bounded at once.
 ASCENT_STEPS = 40
 """Steps of the weights of a cell; more steps bound a cell better, fewer look at more cells in the same time."""
-
 STEP = 0.3
 """Exponent of a step. 1 is the first order of Lawson's update with squared distances. On mirrored bodies 1.5 left gaps
 open, and 0.3 needed fewer cells than 0.7."""
-
 MOST_RISE = 4.0
 """A squared distance counts for at most this many times the mean in one step; a large ball may hold a perfect fit."""
-
 POOL_UNTIL = 0.1
 """Half side, rad, down to which cells try the whole pool; smaller ones go on from the weights of their parent."""
-
-TINY = 1e-300
-"""Keeps a division by a zero that is then multiplied by zero."""
+TINY = 1e-300  #: Keeps a division by a zero that is then multiplied by zero.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

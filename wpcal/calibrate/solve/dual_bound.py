@@ -7,11 +7,8 @@ import numpy as np
 from wpcal.calibrate.solve.least_squares import distances, kabsch, weighted_rms
 from wpcal.core.arrays import FloatArray
 
-TINY = 1e-300
-"""Keeps a division by zero, of exact fits, that is then multiplied by zero."""
-
-ASCENT_STEPS = 300
-"""Steps of the ascent that raises the bound if local multipliers prove nothing."""
+TINY = 1e-300  #: Keeps a division by zero, of exact fits, that is then multiplied by zero.
+ASCENT_STEPS = 300  #: Steps of the ascent that raises the bound if local multipliers prove nothing.
 
 
 def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatArray, float]:

@@ -20,17 +20,12 @@ from wpcal.core.rotations import rotation_from_zyx
 
 SAME_LENGTH = 1e-9
 """Lengths that differ by less than this share of the cloud's size are equal. Coordinates of 1e6 mm leave 1e-10 mm."""
-
 TIED = 1e-9
 """Singular values, eigenvalues and cosines that differ by less than this share cannot be told apart."""
-
-SAME_ROTATION = 1e-6
-"""Rotations whose matrices differ by less are one."""
-
+SAME_ROTATION = 1e-6  #: Rotations whose matrices differ by less are one.
 MOST_SYMMETRIES = 480
 """Permutations that are followed. Bodies in space have at most 120, flat rings of n points 2 n. While the first points
 are placed there may be n² of them."""
-
 FURTHER = rotation_from_zyx([0.0, 0.7, -1.9], [0.0, -0.4, 0.9], [0.0, 1.3, 2.6])[1:]
 """Rotations in no special place, for fits that are equally near to the one that was asked for."""
 

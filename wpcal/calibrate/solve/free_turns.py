@@ -17,37 +17,20 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import exp_rotation
 
-FREE = 1e-9
-"""An axis whose stiffness is below this share of the carrying points' sum of squares is free."""
-
+FREE = 1e-9  #: An axis whose stiffness is below this share of the carrying points' sum of squares is free.
 ROUND_OFF = 1e-12
 """Share of the largest lever times the distance of the carrying points: a stiffness below is round-off. Where the
 carrying points coincide (one feature taught twice), nothing but round-off resists a turn, and every turn is free."""
-
-ON_LINE = 1e-6
-"""Carrying points whose second spread is this share of the first lie on a line."""
-
-SLACK = 1e-10
-"""Share of the squared limit by which the search may exceed it, so that it has room to move."""
-
+ON_LINE = 1e-6  #: Carrying points whose second spread is this share of the first lie on a line.
+SLACK = 1e-10  #: Share of the squared limit by which the search may exceed it, so that it has room to move.
 NO_BETTER = 1e-7
 """The search is accurate to about this; what it finds must keep the limit and lower the sum to that accuracy."""
-
-TOUCHES = 1e-6
-"""A squared distance within this share of the limit may limit the turn."""
-
-LEAST_MULTIPLIER = 1e-9
-"""A point that does not carry and has a smaller multiplier only touches the limit."""
-
+TOUCHES = 1e-6  #: A squared distance within this share of the limit may limit the turn.
+LEAST_MULTIPLIER = 1e-9  #: A point that does not carry and has a smaller multiplier only touches the limit.
 NEWTON_STEPS = 8
 """From the accuracy of sequential quadratic programming two or three steps lead to round-off."""
-
-AT_REST = 1e-15
-"""Turn in rad that is round-off."""
-
-SMALL_ANGLE = 1e-5
-"""Below this the series of the derivative of a turn is exact to round-off."""
-
+AT_REST = 1e-15  #: Turn in rad that is round-off.
+SMALL_ANGLE = 1e-5  #: Below this the series of the derivative of a turn is exact to round-off.
 INDEPENDENT = 1e-7
 """Singular values of the conditions below this share of the largest belong to points that say the same."""
 

@@ -28,15 +28,12 @@ MOST_SEARCHED = 64
 OFF_FACE_MM = 5.0
 """A pose that puts a contact further than this beyond the border of its face is not the pose that was touched: the
 borders of faces are known to a tenth of this."""
-SAME_RMS_MM = 1e-6
-"""Root mean squares that differ by less are the same optimum."""
+SAME_RMS_MM = 1e-6  #: Root mean squares that differ by less are the same optimum.
 EXCLUDED = 2.0 * math.log(0.95 / 0.05)
 """A place is excluded if it is less than 1/19 as likely as the best one: twice the logarithm of that ratio."""
-FURTHER = 3.0
-"""A place this many times as far from the nominal place as the answer is not a rival of it."""
+FURTHER = 3.0  #: A place this many times as far from the nominal place as the answer is not a rival of it.
 SAME_TURN_RAD = 1e-4
-SAME_SHIFT_MM = 0.05
-"""Poses of the same value that differ by more are two answers."""
+SAME_SHIFT_MM = 0.05  #: Poses of the same value that differ by more are two answers.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,11 +25,9 @@ CARRIES = 1e-6
 """A point with a smaller share of the multipliers does not carry: the solver leaves 1e-9 and less on such points."""
 COLLINEAR = 1e-6
 """Carrying points whose spread across their line is this share of their spread along it lie on the line."""
-TOUCH = 1e-12
-"""A distance above the limit by less than this share of the cloud's size touches it."""
+TOUCH = 1e-12  #: A distance above the limit by less than this share of the cloud's size touches it.
 FULL_TURN = 2.0 * np.pi
-TINY = 1e-300
-"""Keeps a division by a zero that is then not used."""
+TINY = 1e-300  #: Keeps a division by a zero that is then not used.
 
 
 def break_ties(

@@ -24,25 +24,21 @@ from wpcal.optim.many_squares import minimise_many_squares
 
 MOST_STEPS = 100
 """A start that is turned by 60 degrees takes 10 to 40. Starts that creep towards no optimum are given up."""
-FIRST_DAMPING = 1e-3
-"""A start may be turned by 60 degrees: the first steps are held back a little."""
+FIRST_DAMPING = 1e-3  #: A start may be turned by 60 degrees: the first steps are held back a little.
 RESTS_MM = 1e-11
 """Residuals that change by less than this have converged: it is round-off at the size of a part of a metre."""
 MOST_ROUNDS = 40
 """Rounds of the minimax fit, each linear about the pose of the previous one. Two or three are usual; residuals that are
 large beside the radius of a hole take more."""
-MOST_HALVINGS = 12
-"""Halvings of a step before the largest residual counts as the least."""
+MOST_HALVINGS = 12  #: Halvings of a step before the largest residual counts as the least.
 BENT = 1e-4
 """Step of the differences behind the curvature, in largest residuals: the error is of its square, round-off of 1e-8."""
 CARRIES = 1e-6
 """Least multiplier, of a sum of one, of a touch that carries the minimax answer; those of the others are round-off."""
 UNSEEN = 1e-6
 """Share of the largest singular value below which the touches that carry the answer do not see a motion."""
-SETTLED = 1e-9
-"""Steps below this share of the largest residual change nothing."""
-LEAST_LARGEST_MM = 1e-9
-"""A largest residual below this is an exact fit: nothing remains to minimise."""
+SETTLED = 1e-9  #: Steps below this share of the largest residual change nothing.
+LEAST_LARGEST_MM = 1e-9  #: A largest residual below this is an exact fit: nothing remains to minimise.
 SAME_VALUE = 1e-9
 """Relative slack within which fits count as having the same largest residual when the tie is broken."""
 

@@ -9,8 +9,7 @@ from wpcal.calibrate.trust.tool_offset import ToolOffset
 from wpcal.core.issue import Issue
 from wpcal.core.wording import plural
 
-MOST_LISTED = 6
-"""Most names in a sentence; the issue's ids have the rest."""
+MOST_LISTED = 6  #: Most names in a sentence; the issue's ids have the rest.
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,16 +31,13 @@ from wpcal.core.issue import Issue
 
 MOST_TRIED = 60
 """Touches and pairs are tried among this many touches, those with the largest residuals: 1770 pairs."""
-FITTED_AGAIN = 12
-"""Best sets that are fitted again: the sums of the others are those of the linear formula."""
+FITTED_AGAIN = 12  #: Best sets that are fitted again: the sums of the others are those of the linear formula.
 HELD = 1e-3
 """If a motion is free without touches (below this share of the largest singular value), the others cannot judge."""
-LEAST_SHOWN = 1e-6
-"""Share of an error that must show in the residuals: less is round-off."""
+LEAST_SHOWN = 1e-6  #: Share of an error that must show in the residuals: less is round-off.
 SINGLE_SHARE, PAIR_SHARE = 0.8, 0.3
 """Shares of the false alarms for single touches and for pairs, together one fit of a hundred."""
-REST_SHARE = 0.4
-"""Share of the false alarms for the second test, of the touches that remain."""
+REST_SHARE = 0.4  #: Share of the false alarms for the second test, of the touches that remain.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

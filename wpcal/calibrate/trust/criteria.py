@@ -16,22 +16,14 @@ from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import plural
 
-BLUNDER = "blunder"
-"""Code of the issue that names observations which the others contradict."""
+BLUNDER = "blunder"  #: Code of the issue that names observations which the others contradict.
 NEIGHBOUR = "neighbour-feature"
 """Code of the issue that a row was touched on another feature; its ids are the row's name and that feature."""
-
-RIVAL = "rival-placement"
-"""Code of the issue that the touches do not exclude another place of the part."""
-
-SILENT = "silent-search"
-"""Code of the issue that a search found nothing where the fit has a face."""
-
+RIVAL = "rival-placement"  #: Code of the issue that the touches do not exclude another place of the part.
+SILENT = "silent-search"  #: Code of the issue that a search found nothing where the fit has a face.
 TWO_BODIES = "touch-on-two-bodies"
 """Code of the issue that touches lie where corners or edges of two bodies coincide in the model."""
-
-NOT_NAMED = "blunder-not-named"
-"""Code of the issue that points are wrong and the data cannot tell which."""
+NOT_NAMED = "blunder-not-named"  #: Code of the issue that points are wrong and the data cannot tell which.
 
 
 class Criterion(Enum):

@@ -30,15 +30,11 @@ from wpcal.core.tangent import point_jacobian
 
 UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}
 """Units that occur in practice besides the millimetre, in mm."""
-
 UNIT_TOLERANCE = 0.03
 """The factor of the sizes must lie this close to that of a unit: closer than any teaching error on a part of 100 mm."""
-
 COPLANAR_RATIO = 0.02
 """Third to second spread below which points count as lying in one plane: 2 mm of relief on 100 mm."""
-
-MOST_SWAP_POINTS = 40
-"""Swaps are tried among this many points with the largest residuals: 780 swaps."""
+MOST_SWAP_POINTS = 40  #: Swaps are tried among this many points with the largest residuals: 780 swaps.
 
 
 def require_plausible_units(pairs: PointPairs) -> None:

@@ -32,24 +32,16 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 MOST_SETS = 4000
 """Up to this many sets of points all are tried: pairs of 89 points, triples of 29. Of more, the best sets of one point
 less are extended."""
-
-EXTENDED = 40
-"""Best sets of k - 1 points that are extended to k points if there are more than `MOST_SETS`."""
-
-SINGLE_SHARE = 0.8
-"""Share of the false alarms for single points where pairs are tried as well."""
-
+EXTENDED = 40  #: Best sets of k - 1 points that are extended to k points if there are more than `MOST_SETS`.
+SINGLE_SHARE = 0.8  #: Share of the false alarms for single points where pairs are tried as well.
 SEVERAL_SHARES = (0.4, 0.05)
 """Shares for pairs and for triples where no smaller set stands out. A good set of points that raises an alarm as a pair
 often does so as a single point, and pairs overlap: simulated, all three together raise the alarm in one fit of a
 hundred."""
-
 MOST_HIDDEN = 1 + len(SEVERAL_SHARES)
 """Sets of up to this many points are tried where no smaller set stands out: wrong points can hide each other."""
-
 REST_SHARE = 0.05
 """Share of the false alarms for the second test, of the points that remain after a point was left out."""
-
 REST_SHARE_UNSTATED = 0.4
 """The same if no error is stated. The second of two wrong points then stands out less, and a smaller share names the
 first one as the only one."""
@@ -72,8 +64,7 @@ class Contradiction:
         return self.sets[0] if clear and len(self.sets[0]) >= self.at_least else ()
 
 
-NOTHING = Contradiction((), (), 0, remains=False)
-"""No point is contradicted."""
+NOTHING = Contradiction((), (), 0, remains=False)  #: No point is contradicted.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -33,8 +33,7 @@ from wpcal.core.arrays import FloatArray
 
 SCALES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 61)])
 """Trial values of s; between two of them, 26 % apart, the likelihood is flat to a hundredth."""
-DRAWS = 20000
-"""Rigid parts that are drawn; a p of 0.03 is then good to 0.0012."""
+DRAWS = 20000  #: Rigid parts that are drawn; a p of 0.03 is then good to 0.0012.
 SURE = 0.03
 """Bodies moved if a rigid part shows as much with a lower probability. At most 5 % of rigid parts may be called moved:
 of 200 parts, 5 % are then exceeded by chance in 4 of 100 shops only."""

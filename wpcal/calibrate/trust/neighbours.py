@@ -20,9 +20,7 @@ from wpcal.core.pairs import PointPairs
 
 NEAR = 16
 """Nearest other places that every point is tried on if no point is named: the corners and edge middles around it."""
-
-SAME_PLACE_MM = 1e-4
-"""Features nearer than this are one place: the rim of a hole and its circle."""
+SAME_PLACE_MM = 1e-4  #: Features nearer than this are one place: the rim of a hole and its circle.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

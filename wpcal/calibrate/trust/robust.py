@@ -30,14 +30,10 @@ from wpcal.core.transform import RigidTransform
 MOST_TRIPLES = 600
 """Up to 16 points every triple is tried (560). Beyond, 600 random ones meet three good points with a probability
 above 1 - 1e-12 when a third of the points is wrong."""
-
 MOST_COMPARED = 40
 """Up to this many points, sets of points are left out in turn: 780 pairs. Beyond, a third of wrong points is found by
 three-point fits."""
-
-CLOUD = 200
-"""Larger sets are tested at once against one fit, found on this many of their points."""
-
+CLOUD = 200  #: Larger sets are tested at once against one fit, found on this many of their points.
 CONCENTRATION_STEPS = 20
 """Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
 

@@ -25,13 +25,10 @@ from wpcal.core.arrays import FloatArray
 
 TOOL_OFFSET = "tool-centre-point"
 """Code of the issue that the tool centre point of the controller is not at the tip."""
-
 LEAST_SEEN = 0.1
 """A direction in the tool is seen if b along it leaves this share of itself in the residuals: postures that differ by
 about 6 degrees or more."""
-
-LEAST_ROWS = 4
-"""Three points leave three numbers, as many as b has."""
+LEAST_ROWS = 4  #: Three points leave three numbers, as many as b has.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -50,9 +50,7 @@ if TYPE_CHECKING:
 
     Evidence: TypeAlias = "VerdictEvidence | BodiesEvidence"
 
-MOST_NAMED = 6
-"""Most observations that the sentence names."""
-
+MOST_NAMED = 6  #: Most observations that the sentence names.
 CONTRADICTIONS = (TOOL_OFFSET, BLUNDER, NEIGHBOUR, NOT_NAMED, "swapped-names", "mirrored")
 """Codes of the issues that say that the observations contradict each other."""
 
@@ -178,10 +176,6 @@ class CheckPoints:
 
 def judge(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
     """Decide whether the seams are shown to be within the tolerance.
-
-    Parameters
-    ----------
-    suggest : Returns the name of the feature to touch next. It is called if the verdict is `UNSURE`.
 
     Notes
     -----

@@ -8,17 +8,13 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 
-MEDIAN_RANGE = 0.953873
-"""Median of the difference of two normal numbers with sigma 1."""
-MEAN_RANGE = 1.128379
-"""Its mean."""
-ROUND_OFF = 1e-9
-"""Scatter below this (mm, degrees) is round-off."""
+MEDIAN_RANGE = 0.953873  #: Median of the difference of two normal numbers with sigma 1.
+MEAN_RANGE = 1.128379  #: Its mean.
+ROUND_OFF = 1e-9  #: Scatter below this (mm, degrees) is round-off.
 LIMIT_SIGMAS = 3.0
 CUSUM_K, CUSUM_H = 0.5, 5.0
 """In sigmas: slack per job and limit. It is the usual choice for changes of the mean by one sigma."""
-FIRST_JOBS = 25
-"""Jobs of which the centre is the mean."""
+FIRST_JOBS = 25  #: Jobs of which the centre is the mean.
 
 
 @dataclass(frozen=True, slots=True)

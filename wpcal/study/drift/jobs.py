@@ -22,8 +22,7 @@ from wpcal.core.records import parse_json
 
 SUMMARY, SUMMARY_SCHEMA = "summary.jsonl", "wpcal/job-summary/1"
 CALIBRATION, CALIBRATION_SCHEMA = "calibration.json", "wpcal/calibration/1"
-USED = ("schema", "inputs", "T_base_part", "points", "suspect")
-"""Fields of a calibration that are read."""
+USED = ("schema", "inputs", "T_base_part", "points", "suspect")  #: Fields of a calibration that are read.
 NEEDED = USED[:-1]
 MOST_CALIBRATION_MB = 16.0
 MOST = 0.8

@@ -37,8 +37,6 @@ RULES = (
     },
 )
 """The rates are those of normally distributed errors without any change, simulated."""
-
-
 UNORDERED = "not all have a date with a time, or only some have a time zone"
 """Why jobs are in the order of their lists."""
 

@@ -8,12 +8,9 @@ from scipy.special import stdtrit
 from wpcal.core.arrays import FloatArray
 from wpcal.study.drift.control import moving_range_sigma
 
-FALSE_ALARM = 0.01
-"""Probability that a page without any change shows a shift."""
-LEAST_STRETCH = 3
-"""Jobs between two shifts. One job that is off is not a shift; the chart shows it."""
-SIGMA_DEGREES = 0.4
-"""Degrees of freedom of sigma from the median moving range, per job."""
+FALSE_ALARM = 0.01  #: Probability that a page without any change shows a shift.
+LEAST_STRETCH = 3  #: Jobs between two shifts. One job that is off is not a shift; the chart shows it.
+SIGMA_DEGREES = 0.4  #: Degrees of freedom of sigma from the median moving range, per job.
 
 
 def find_shifts(values: FloatArray) -> list[int]:

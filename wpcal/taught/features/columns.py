@@ -13,8 +13,7 @@ from wpcal.taught.features.reference import FeatureKind, HoleForm, HoleStep, Ref
 
 NAMING_MM = 1e-3
 """Positions are compared after rounding to this, so that round-off does not renumber the features of a part."""
-AXIS_ROUND = 1e-4
-"""Directions of axes are compared after rounding to this (0.006 degrees)."""
+AXIS_ROUND = 1e-4  #: Directions of axes are compared after rounding to this (0.006 degrees).
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

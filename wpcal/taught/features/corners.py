@@ -118,8 +118,7 @@ def _rounds(graph: BrepGraph) -> tuple[IntArray, IntArray]:
     return pairs[two[::2], 0], pairs[two, 1].reshape(-1, 2)
 
 
-Ends = tuple[IntArray, IntArray]
-"""Row among the rounds and edge of each end of a round."""
+Ends = tuple[IntArray, IntArray]  #: Row among the rounds and edge of each end of a round.
 
 
 def _planes_at_ends(graph: BrepGraph, rounds: IntArray, planes: IntArray) -> tuple[IntArray, Ends, IntArray]:

@@ -10,8 +10,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.taught.features.columns import AXIS_ROUND, NAMING_MM, FeatureColumns, first_rows, label_equal, members, sums
 from wpcal.taught.features.reference import FeatureKind
 
-LEAST_AREA_MM2 = 1.0
-"""Three touches of a tip cannot determine the plane of a smaller face."""
+LEAST_AREA_MM2 = 1.0  #: Three touches of a tip cannot determine the plane of a smaller face.
 
 
 def find_planes(graph: BrepGraph) -> FeatureColumns:

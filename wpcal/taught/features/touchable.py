@@ -25,8 +25,7 @@ OPPOSITE_COS = 0.999
 """Two faces at a corner are against each other if their normals are opposite within 2.5 degrees."""
 LOOKING_OUT = (FeatureKind.HOLE, FeatureKind.BOSS, FeatureKind.SLOT)
 """Kinds whose direction points out of the part, towards the torch."""
-LEAST_SUM = 1e-3
-"""Normals whose sum is shorter than this cancel: they have no mean direction."""
+LEAST_SUM = 1e-3  #: Normals whose sum is shorter than this cancel: they have no mean direction.
 AT_VERTEX_MM = 1e-3
 """A feature is at a vertex if it is within this distance: the rounding for the names of features."""
 

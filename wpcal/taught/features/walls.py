@@ -19,13 +19,11 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import linked_groups
 from wpcal.taught.features.columns import AXIS_ROUND, NAMING_MM, first_rows, label_equal, positive_axes, sums
 
-FULL_TURN_RAD = 2 * np.pi - 1e-3
-"""Arcs whose sum is at least this make a whole circle."""
+FULL_TURN_RAD = 2 * np.pi - 1e-3  #: Arcs whose sum is at least this make a whole circle.
 EDGE_SAMPLES = 9
 """Samples per edge for its heights, at eighths of it: on a whole ellipse they include the ends of its axes."""
 OPEN_LEAN = 0.1
 """A face beside an end opens or closes this end if its normal leans along the axis by more than this (6 degrees)."""
-
 QUARTER_TURN_RAD = np.pi / 2
 """A border is all around if the gaps between its samples are narrower: a whole circle has a sample every eighth of a
 turn."""

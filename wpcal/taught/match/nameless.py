@@ -25,12 +25,10 @@ from wpcal.taught.table import TaughtPoints
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-DECISIVE_ODDS = 1e5
-"""An answer is taken when it is this many times as probable as all others together."""
+DECISIVE_ODDS = 1e5  #: An answer is taken when it is this many times as probable as all others together.
 COMPARED_ANSWERS = 20
 """The next point is chosen to distinguish this many answers. With Gaussian errors the rest have no weight."""
-MOST_TRIED = 500
-"""Features tried as the next point. Trying more hardly finds a better one."""
+MOST_TRIED = 500  #: Features tried as the next point. Trying more hardly finds a better one.
 LEFT_OVER = 0.01
 """Expected number of wrong answers that still fit, below which a further point is said to settle the matter."""
 MATCH_SCHEMA = "wpcal/match/1"

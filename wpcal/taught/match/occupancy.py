@@ -9,8 +9,7 @@ from scipy.ndimage import binary_dilation
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-MOST_BOXES = 2.5e7
-"""One byte per box: 25 megabytes."""
+MOST_BOXES = 2.5e7  #: One byte per box: 25 megabytes.
 BOXES_PER_POINT = 1000.0
 """About a hundred boxes are marked around a point: nine of ten places far from all points are then told at once."""
 

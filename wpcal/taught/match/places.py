@@ -27,8 +27,7 @@ SAID_FIRST = (
     FeatureKind.PLANE,
 )
 """Of several features at one place, the kind that comes first here gives the place its name."""
-HARD_TO_FIND = (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END)
-"""Places on an edge that cannot be felt."""
+HARD_TO_FIND = (FeatureKind.EDGE_MIDPOINT, FeatureKind.EDGE_END)  #: Places on an edge that cannot be felt.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,14 +37,11 @@ if TYPE_CHECKING:
 
 MISS = 1e-6
 """Chance that the true assignment is left out. A wrong assignment that is the only answer is then at least as rare."""
-LEAST_SIGMA_MM = 0.01
-"""Taught points are written with two decimals: a smaller stated error counts as this."""
+LEAST_SIGMA_MM = 0.01  #: Taught points are written with two decimals: a smaller stated error counts as this.
 MOST_ANSWERS = 10_000
 """The search stops above this number. Only a pattern of equal holes has more, and nobody reads them."""
-CHUNK = 200_000
-"""Triangles that are carried further at once: some tens of megabytes."""
-BLOCK_VALUES = 4_000_000
-"""Distances that are computed at once: 16 megabytes."""
+CHUNK = 200_000  #: Triangles that are carried further at once: some tens of megabytes.
+BLOCK_VALUES = 4_000_000  #: Distances that are computed at once: 16 megabytes.
 FLOAT32_SLACK = 2e-6
 """Round-off of a squared distance in float32, as a share of the squared size of the part; later steps are exact."""
 SLACK = 1.05

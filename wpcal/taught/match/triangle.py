@@ -12,8 +12,7 @@ from wpcal.core.errors import GeometryError
 
 SAMPLED = 256
 """Model points whose distances to all others stand for all distances: the counts are then good to some percent."""
-MOST_CORNERS = 24
-"""The triangle is chosen among this many taught points: 2024 triangles."""
+MOST_CORNERS = 24  #: The triangle is chosen among this many taught points: 2024 triangles.
 LEAST_HEIGHT = 3.0
 """Least height of the triangle, in units of √S: below it the error could turn the third corner to the other side."""
 SIDE_COST = 200.0

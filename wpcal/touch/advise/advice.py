@@ -33,8 +33,7 @@ FINALISTS = 24
 """Best sets of the search whose error is then predicted for the criterion asked for, over all seam points."""
 CLEAR_SWAP = 4.0
 """An exchange of names is seen in the residuals if it leaves this many times the sum of squares of teaching errors."""
-ROUND_OFF = 1e-4
-"""The search looks quantiles up in a table, which is far more exact than this share."""
+ROUND_OFF = 1e-4  #: The search looks quantiles up in a table, which is far more exact than this share.
 SWAP_PRICE = 1.25
 """A set whose names can be exchanged unseen is advised only if every other set has an error larger by this factor. On a
 frame whose only free corners are those of a box, the others have 1.6 times the error."""

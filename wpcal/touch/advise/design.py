@@ -28,12 +28,10 @@ from wpcal.core.progress import Progress, no_progress
 
 MOST_ENUMERATED = 150_000
 """Up to this many sets are all tried, in some seconds. Above it single points are exchanged."""
-CHUNK = 8_000
-"""Sets judged at once: some tens of megabytes."""
+CHUNK = 8_000  #: Sets judged at once: some tens of megabytes.
 STARTS = 12
 """Random sets from which the exchange starts. On the sample parts three of four of them end at the same best set."""
-KEPT = 200
-"""Best sets kept. Those with a symmetric swap are then removed."""
+KEPT = 200  #: Best sets kept. Those with a symmetric swap are then removed.
 FLAT = 1e-9
 """Least ratio of the determinant of N to the cube of its trace; below it the points lie on one line."""
 MOST_PERMUTED = 6

@@ -20,14 +20,10 @@ from wpcal.touch.plan.free import SAFE_MM, Strokes, find_strokes, keeps_above_fl
 from wpcal.touch.plan.options import TouchOptions, displacement_mm
 from wpcal.touch.plan.place import PartPlace
 
-MOST_FOLLOWED = 1500
-"""Places whose wire is followed: far from one another in place, normal and wire."""
-MOST_FELT = 420
-"""Searches whose torch is compared with the part."""
+MOST_FOLLOWED = 1500  #: Places whose wire is followed: far from one another in place, normal and wire.
+MOST_FELT = 420  #: Searches whose torch is compared with the part.
 MOST_CHOSEN_FROM = 200
 """Searches that sets are chosen from: all exchanges of eight of them take some tenths of a second."""
-
-
 LEAST_PER_BODY = 15
 """Searches on each body that may move, at every stage: its six motions and its seams leave less choice."""
 

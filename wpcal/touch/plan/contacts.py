@@ -20,8 +20,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.touch.plan.options import NominalError, TouchOptions, displacement_mm
 from wpcal.touch.plan.place import PartPlace
 
-BORDER_MM = 3.0
-"""A touch stays so much farther from the border of its face than the part may be displaced."""
+BORDER_MM = 3.0  #: A touch stays so much farther from the border of its face than the part may be displaced.
 LEAST_FACE_MM = 4.0
 """No face whose box is shorter than this along its longest side is touched: rounds, chamfers, screws."""
 ANGLES = np.radians([0.0, 35.0, 60.0, 85.0])
@@ -40,8 +39,7 @@ LEAST_LEAN_RAD = math.radians(4.5)
 """The tip touches first if the wire leans by more than the part may be turned, and a round face turns away under it."""
 FREE_FORM_TURN_RAD = math.radians(20.0)
 """A free-form face is taken to turn by this within a displacement: it is touched with the end or a leaning wire."""
-CLOSE_MM = 1.0
-"""A place whose nearest point on the face is farther away has left the face."""
+CLOSE_MM = 1.0  #: A place whose nearest point on the face is farther away has left the face.
 WORDS = {
     SurfaceKind.PLANE: "plane",
     SurfaceKind.SPHERE: "sphere",

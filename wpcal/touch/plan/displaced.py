@@ -23,14 +23,11 @@ from wpcal.touch.plan.free import APPROACH_MM, Strokes, tool_axes, torch_is_free
 from wpcal.touch.plan.options import HIT_LEVEL, NominalError
 from wpcal.touch.plan.place import PartPlace
 
-PLACES = 48
-"""Displaced places of the part, drawn with a fixed seed."""
+PLACES = 48  #: Displaced places of the part, drawn with a fixed seed.
 USUAL_BODIES, LEAST_PLACES = 5, 12
 """Up to five bodies each have as many places of their own; of more bodies each has fewer, but not fewer than twelve."""
-STEP_MM = 4.0
-"""Places on a straight way are this far apart; the torch is felt wider by half of it."""
-STEP_RAD = math.radians(5.0)
-"""And the torch turns by at most this between them."""
+STEP_MM = 4.0  #: Places on a straight way are this far apart; the torch is felt wider by half of it.
+STEP_RAD = math.radians(5.0)  #: And the torch turns by at most this between them.
 WITHIN_MM = 0.1
 """Along its own axis the wire is felt thinner by this: at the start it may have no more room than it needs."""
 

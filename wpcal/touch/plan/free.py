@@ -29,16 +29,12 @@ GUARD_MM = 1.0
 """Other faces must be so much farther than the touched one: a turned part changes which is first."""
 FLOOR_MM = 1.0
 """The tip stays so much above the lowest level of the displaced part: something carries the part there."""
-APPROACH_MM = 30.0
-"""From the start back along the wire to where the robot comes through the air."""
+APPROACH_MM = 30.0  #: From the start back along the wire to where the robot comes through the air.
 RISE_STEP_MM = 12.0
 """On its way up the torch is compared with the part at this distance, and its wire is felt as thick as this."""
-SAFE_MM = 20.0
-"""The tip crosses the part so much above its displaced top."""
-SPINS = 8
-"""Turns of a bent neck about the wire that are tried."""
-BIN_MM = 2.0
-"""Displacements are rounded up to this, so that many poses are compared at once."""
+SAFE_MM = 20.0  #: The tip crosses the part so much above its displaced top.
+SPINS = 8  #: Turns of a bent neck about the wire that are tried.
+BIN_MM = 2.0  #: Displacements are rounded up to this, so that many poses are compared at once.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

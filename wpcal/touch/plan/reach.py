@@ -31,16 +31,13 @@ from wpcal.touch.plan.free import Strokes
 from wpcal.touch.plan.order import LEVELS_MM, Air, shortest_order
 from wpcal.touch.searches import Search, SearchKind, TouchPlan
 
-SPINS = 12
-"""Turns of the tool about the wire that are tried."""
+SPINS = 12  #: Turns of the tool about the wire that are tried.
 MOST_TURN_RAD = math.radians(40.0)
 """No joint turns by more between the approach and the start, or along the stroke: the branch would be near its end."""
 MOST_RISE_RAD = math.radians(90.0)
 """No joint turns by more between an approach and the place above it: that would be another branch."""
-ALONG = (0.0, 1 / 3, 2 / 3, 1.0)
-"""Places on a straight way at which the bodies are measured: 10 mm apart."""
-TRIED = 6
-"""Of the ways to hold the tool so many are compared with the bodies, those nearest to home."""
+ALONG = (0.0, 1 / 3, 2 / 3, 1.0)  #: Places on a straight way at which the bodies are measured: 10 mm apart.
+TRIED = 6  #: Of the ways to hold the tool so many are compared with the bodies, those nearest to home.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,8 +15,7 @@ from wpcal.touch.plan.options import TouchOptions
 from wpcal.touch.plan.part import TouchPart
 from wpcal.touch.searches import Contact, Search, SearchKind
 
-SAME_AXIS_MM = 0.01
-"""A wall belongs to the hole whose axis is this near to its own."""
+SAME_AXIS_MM = 0.01  #: A wall belongs to the hole whose axis is this near to its own.
 POST_ROOM_MM = 10.0
 """The search on the post begins and ends so far from it: more than the wire is ever too long or too short."""
 

@@ -16,8 +16,7 @@ from wpcal.core.transform import RigidTransform
 
 SEARCH_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 """Names of searches: identifiers in every language of a controller, with room for a prefix of 8 characters."""
-UNIT_ATOL = 1e-4
-"""A normal in a file (four printed digits) may differ this much from a unit vector."""
+UNIT_ATOL = 1e-4  #: A normal in a file (four printed digits) may differ this much from a unit vector.
 FINGERPRINT_DIGITS = 6
 """Decimals of mm and degrees that count as the same plan: far below what a controller stores."""
 

@@ -17,8 +17,7 @@ from wpcal.touch.searches.plan import Contact, PlannedBody, SeamPrediction, Sear
 
 TOUCHES_SCHEMA = "wpcal/touches/1"
 TOUCHES_FILE = "touches.json"
-CSV_DIGITS = 4
-"""Decimals of mm in the table: 0.1 µm."""
+CSV_DIGITS = 4  #: Decimals of mm in the table: 0.1 µm.
 _POINTS = ("approach", "start", "end", "retract")
 
 

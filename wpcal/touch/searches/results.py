@@ -23,8 +23,7 @@ class Outcome(StrEnum):
 
 STORED_NUMBERS = {Outcome.NOT_RUN: 0, Outcome.FOUND: 1, Outcome.MISSED: 2, Outcome.ACTIVE_AT_START: 3}
 """What programs store for an outcome, in every language with numbers (docs/reference/touch-results.md)."""
-HALF = 4
-"""Digits of half a fingerprint."""
+HALF = 4  #: Digits of half a fingerprint.
 
 
 def halves_of(fingerprint: str) -> tuple[int, int]:

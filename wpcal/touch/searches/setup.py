@@ -15,19 +15,13 @@ from typing import Any, TypeVar
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 
-SETUP_FILE = "touch-setup.toml"
-"""The template, and the usual name of a cell's file."""
+SETUP_FILE = "touch-setup.toml"  #: The template, and the usual name of a cell's file.
 FASTEST_SEARCH_MM_S = 100.0
 """`SearchL \\Stop` of RAPID is allowed below it, and a skip of FANUC that records its place slows down to it."""
-FASTEST_AIR_MM_S = 2000.0
-"""Robots that weld are not faster on lines."""
-LONGEST_S = 60.0
-"""Waits above it are a mistake of the unit."""
-LARGEST_MM = 100.0
-"""The same for standard deviations."""
-LARGEST_NUMBER = 65535
-"""Of frames, inputs, registers and ports."""
-
+FASTEST_AIR_MM_S = 2000.0  #: Robots that weld are not faster on lines.
+LONGEST_S = 60.0  #: Waits above it are a mistake of the unit.
+LARGEST_MM = 100.0  #: The same for standard deviations.
+LARGEST_NUMBER = 65535  #: Of frames, inputs, registers and ports.
 Section = TypeVar("Section")
 
 
