@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from wpcal.seam import SeamOptions, StepOptions, detect_seams
     from wpcal.taught import TaughtPoints, pair_points, read_taught
     from wpcal.taught.features import feature_named, find_features
-    from wpcal.touch.advise import advise_touches
+    from wpcal.touch.moved_advice import advise_touches
 
 __version__ = "0.1.0"
 
@@ -34,7 +34,7 @@ _HOMES = {
     "StepOptions": "wpcal.seam:StepOptions",
     "TaughtPoints": "wpcal.taught:TaughtPoints",
     "WpcalError": "wpcal.core:WpcalError",
-    "advise_touches": "wpcal.touch.advise:advise_touches",
+    "advise_touches": "wpcal.touch.moved_advice:advise_touches",
     "calibrate_bodies": "wpcal.calibrate.plane_touches:calibrate_bodies",
     "calibrate_points": "wpcal.calibrate:calibrate",
     "detect_seams": "wpcal.seam:detect_seams",

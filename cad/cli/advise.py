@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from cad.workpiece.advise import AdviseOptions
-    from wpcal.touch.advise import Advice
-    from wpcal.touch.advise.moved_advice import MovedAdvice
+    from wpcal.touch.advice import Advice
+    from wpcal.touch.moved_advice import MovedAdvice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +131,7 @@ def advise(
     )
     if out is not None:
         from wpcal.core.records import write_file
-        from wpcal.touch.advise import template_csv
+        from wpcal.touch.advice import template_csv
 
         write_file(out, template_csv(found.template_rows()), overwrite=force)
     if as_json:
@@ -158,7 +158,7 @@ def _sphere(text: str) -> tuple[float, float, float, float]:
 
 def _show(found: Advice | MovedAdvice, part: str, out: Path | None) -> None:
     from wpcal.cli.console import plain_console
-    from wpcal.touch.advise import Advice
+    from wpcal.touch.advice import Advice
 
     console = plain_console()
     if isinstance(found, Advice):
@@ -182,7 +182,7 @@ def _show_points(console: Console, found: Advice, part: str) -> None:
 def _points_table(found: Advice, part: str) -> Table:
     from rich.table import Table
 
-    from wpcal.touch.advise.advice import where_it_is
+    from wpcal.touch.advice import where_it_is
 
     table = Table(title=f"Teach these features of {part}")
     table.add_column("feature", no_wrap=True)

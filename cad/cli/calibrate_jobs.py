@@ -49,7 +49,7 @@ PRELOADED = (
     "cad.step.open_text",
     "cad.kernel.tessellate",
     "cad.kernel.to_brep",
-    "wpcal.touch.advise",
+    "wpcal.touch.advice",
     "wpcal.controllers.taught_program",
     "wpcal.controllers.touch_run",
     "wpcal.planning.cell.grasp",

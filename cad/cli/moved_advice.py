@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from wpcal.touch.advise.moved_advice import AdvisedTouch, MovedAdvice
+    from wpcal.touch.moved_advice import AdvisedTouch, MovedAdvice
 
 
 def show_moved_advice(console: Console, found: MovedAdvice, part: str) -> None:
@@ -29,7 +29,7 @@ def reached_lines(found: MovedAdvice) -> list[str]:
         f"{found.unseen_mm:.2f} mm from motions that no touch sees",
         f"all accepted seams together: within {found.joint_95_mm:.2f} mm with 95 % confidence (tack tolerance {told})",
     ]
-    return [*lines, found.why] if found.why else lines
+    return [*lines, found.why_not] if found.why_not else lines
 
 
 def _touches_table(found: MovedAdvice, part: str) -> Table:

@@ -34,7 +34,7 @@ from wpcal.taught.features import ReferenceFeature, feature_named
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
-from wpcal.touch.advise import advise_set
+from wpcal.touch.advice import advise_set
 
 FIRST_LINE = 2
 """Line of the first complete row in the text of `Rows.to_csv`; the header is line 1."""
@@ -179,7 +179,7 @@ class PickSession:
         ------
         InputError
             When the name of a feature is unknown, rows were touched on faces of a part that is one body, or as in
-            `wpcal.touch.advise.advise`.
+            `wpcal.touch.advice.advise`.
         """
         choice = self.moving.to_options(self.groups)
         if "kind" in rows.columns and choice is None:

@@ -32,7 +32,7 @@ WARM = (
     "cad.step.read",
     "cad.kernel.to_brep",
     "cad.kernel.section",
-    "wpcal.touch.advise.design",
+    "wpcal.touch.design",
     "wpcal.brep.extend",
     "scipy.optimize",
     "scipy.spatial",

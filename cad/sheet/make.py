@@ -127,7 +127,7 @@ def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -
 
 def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:
     from cad.sheet.draw import Row
-    from wpcal.touch.advise.advice import what_it_is
+    from wpcal.touch.advice import what_it_is
 
     return [
         Row(str(number), feature.name, " ".join(what_it_is(feature).split()), _place(feature.p_mm))

@@ -1,4 +1,4 @@
-"""Which features of a part to teach: reads the part and finds its seams; `wpcal.touch.advise` makes the choice."""
+"""Which features of a part to teach: reads the part and finds its seams; `wpcal.touch.advice` makes the choice."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from wpcal.core.wording import counted
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
 from wpcal.taught.features import POINT_KINDS, FeatureKind, ReferenceFeature, Touchable, feature_named, judge_features
-from wpcal.touch.advise import Advice, advise
-from wpcal.touch.advise.moved_advice import MovedAdvice
+from wpcal.touch.advice import Advice, advise
+from wpcal.touch.moved_advice import MovedAdvice
 
 USUAL_POINTS = 4  #: With three points no residual shows that one of them is wrong.
 

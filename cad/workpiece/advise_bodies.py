@@ -1,4 +1,4 @@
-"""Which features to teach of a weldment whose bodies may have moved (`wpcal.touch.advise.moved_advice`)."""
+"""Which features to teach of a weldment whose bodies may have moved (`wpcal.touch.moved_advice`)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,10 @@ from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.moved import moved_seams
 from wpcal.seam.seam import Seam
 from wpcal.taught.features import Ease, ReferenceFeature, Touchable
-from wpcal.touch.advise.advice import require_seams, where_it_is
-from wpcal.touch.advise.candidates import fills_a_plane
-from wpcal.touch.advise.design import farthest_rows
-from wpcal.touch.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
-from wpcal.touch.advise.moved_model import MovedModel, SeamPoints, Tacked
+from wpcal.touch.advice import fills_a_plane, require_seams, where_it_is
+from wpcal.touch.design import farthest_rows
+from wpcal.touch.moved_advice import MovedAdvice, TouchChoices, advise_moved
+from wpcal.touch.weldment import MovedModel, SeamPoints, Tacked
 
 PER_BODY = 12  #: Features of a body that are judged, far from one another, if there are many bodies.
 MOST_CHOICES = 400  #: Features that are judged together.
@@ -91,7 +90,7 @@ def advise_bodies(
     have : Features that are taught anyway.
     touched : Other touches that were made already, at their points on the model.
     count, tolerance_mm :
-        As in `wpcal.touch.advise.moved_advice.advise_moved`; with neither, two features for each body.
+        As in `wpcal.touch.moved_advice.advise_moved`; with neither, two features for each body.
 
     Raises
     ------
@@ -118,7 +117,7 @@ def advise_bodies(
             usual=usual,
             have=np.concatenate(rows),
         )
-        if not advice.why:
+        if not advice.why_not:
             break
     return advice
 

@@ -29,7 +29,7 @@ from wpcal.taught.match import name_points
 from wpcal.taught.programs import names_as_features
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.table import TaughtPoints, pair_points
-from wpcal.touch.advise import advise_set
+from wpcal.touch.advice import advise_set
 from wpcal.touch.touch_results import SilentRows
 
 

@@ -19,7 +19,7 @@ from wpcal.seam.options import Judging
 from wpcal.study.teaching_error import fit_trials
 from wpcal.taught.features import FeatureKind, judge_features
 from wpcal.taught.match import Places
-from wpcal.touch.advise import advise
+from wpcal.touch.advice import advise
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared" / "step"

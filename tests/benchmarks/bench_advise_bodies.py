@@ -24,9 +24,8 @@ from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.targets import GraphTargets
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
-from wpcal.touch.advise.design import farthest_rows
-from wpcal.touch.advise.moved_model import MovedModel, SeamPoints, Tacked
-from wpcal.touch.advise.moved_search import MovedSearch, deciding_points, inverse
+from wpcal.touch.design import farthest_rows
+from wpcal.touch.weldment import MovedModel, MovedSearch, SeamPoints, Tacked, deciding_points, inverse
 
 PARTS = Path(__file__).parents[2] / "fixtures" / "welds" / "parts"
 SHARED = Path(__file__).parents[3] / "shared"

@@ -21,8 +21,8 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.progress import no_progress
 from wpcal.touch.plan import Pattern, TouchOptions, TouchPart, plan_touches
 from wpcal.touch.plan.candidates import find_candidates, thinned
+from wpcal.touch.plan.part import PartPlace
 from wpcal.touch.plan.patterns import choose_touches
-from wpcal.touch.plan.place import PartPlace
 from wpcal.touch.plan.plan_touches import design_of
 from wpcal.touch.plan.searches_of import search_of
 from wpcal.touch.searches import Search

@@ -24,7 +24,7 @@ from wpcal.core.pairs import PointPairs
 from wpcal.seam import Seam, SeamOptions
 from wpcal.taught.features import Ease, feature_named, judge_features
 from wpcal.taught.table import read_taught
-from wpcal.touch.advise import advise
+from wpcal.touch.advice import advise
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 ROUND_OFF_MM = 1e-9

@@ -16,7 +16,7 @@ from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
-from wpcal.touch.advise import advise
+from wpcal.touch.advice import advise
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15

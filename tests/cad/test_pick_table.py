@@ -18,8 +18,7 @@ from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
 from cad.pick.shared_table import ConflictError, FileChangedError
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import sha256_of
-from wpcal.touch.advise import advise
-from wpcal.touch.advise.advice import template_csv
+from wpcal.touch.advice import advise, template_csv
 
 CONCURRENT_SAVES = 60
 

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from wpcal.controllers.abb.read import read_rapid
 from wpcal.core.errors import FormatError
 from wpcal.touch.searches.plan import TouchPlan
-from wpcal.touch.searches.results import SearchResults
+from wpcal.touch.searches.results import ResultsFile, SearchResults, StoredValues, parsed_number
 from wpcal.touch.searches.setup import TouchSetup
-from wpcal.touch.searches.stored import ResultsFile, StoredValues, parsed_number
 
 NUMBER = re.compile(r"\bPERS\s++num\s++(?P<name>wpt\w++)\s*+:=\s*+(?P<value>[^;\s]++)\s*+;", re.IGNORECASE)
 TEXT = re.compile(r'\bPERS\s++string\s++(?P<name>wpt\w++)\s*+:=\s*+"(?P<value>[^"\n]*+)"\s*+;', re.IGNORECASE)

@@ -15,16 +15,16 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import coordinates, frame_from_xyz_angles
 from wpcal.touch.searches.plan import TouchPlan
-from wpcal.touch.searches.results import SearchResults
-from wpcal.touch.searches.setup import TouchSetup
-from wpcal.touch.searches.stored import (
+from wpcal.touch.searches.results import (
     ResultsFile,
+    SearchResults,
     StoredValues,
     fingerprint_of_stored,
     number_at,
     parsed_number,
     text_number,
 )
+from wpcal.touch.searches.setup import TouchSetup
 
 POSITIONS = re.compile(r"^\[\*POSREG\*\]\$POSREG\b", re.MULTILINE)
 NUMBERS = re.compile(r"^\[\*NUMREG\*\]\$NUMREG\b", re.MULTILINE)

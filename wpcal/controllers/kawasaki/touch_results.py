@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 from wpcal.controllers.kawasaki.read import read_as
 from wpcal.touch.searches.plan import TouchPlan
-from wpcal.touch.searches.results import SearchResults
+from wpcal.touch.searches.results import ResultsFile, SearchResults, StoredValues, parsed_number
 from wpcal.touch.searches.setup import TouchSetup
-from wpcal.touch.searches.stored import ResultsFile, StoredValues, parsed_number
 
 SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
 VALUE = re.compile(r'^\s*+(?P<name>\$?+\w++)\s*+=\s*+(?:"(?P<text>[^"\n]*+)"|(?P<number>\S++))')

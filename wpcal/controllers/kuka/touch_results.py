@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 from wpcal.controllers.kuka.read import read_krl
 from wpcal.touch.searches.plan import TouchPlan
-from wpcal.touch.searches.results import SearchResults
+from wpcal.touch.searches.results import ResultsFile, SearchResults, StoredValues, parsed_number
 from wpcal.touch.searches.setup import TouchSetup
-from wpcal.touch.searches.stored import ResultsFile, StoredValues, parsed_number
 
 NUMBER = re.compile(r"^[ \t]*+(?:DECL\s++)?(?:GLOBAL\s++)?INT\s++(?P<name>WP\w++)\s*+=\s*+(?P<value>\S++)", re.M | re.I)
 PLAN = re.compile(r'^[ \t]*+WPPLAN\[\]\s*+=\s*+"(?P<value>[^"\n]*+)"', re.MULTILINE | re.IGNORECASE)

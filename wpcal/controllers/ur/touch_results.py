@@ -12,9 +12,8 @@ from wpcal.core.numbers import parse_number
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches.plan import TouchPlan
-from wpcal.touch.searches.results import SearchResults
+from wpcal.touch.searches.results import ResultsFile, SearchResults, StoredValues
 from wpcal.touch.searches.setup import TouchSetup
-from wpcal.touch.searches.stored import ResultsFile, StoredValues
 
 LINE = re.compile(r"\bwpcal\s++(?P<plan>[0-9a-fA-F]{8})\s++(?P<what>\w++)(?P<rest>.*)$")
 POSE = re.compile(r"p?\[(?P<values>[^\[\]]*+)\]")

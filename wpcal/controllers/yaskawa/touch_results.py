@@ -18,16 +18,16 @@ from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import coordinates, frame_from_xyz_angles
 from wpcal.touch.searches.plan import TouchPlan
-from wpcal.touch.searches.results import SearchResults
-from wpcal.touch.searches.setup import TouchSetup
-from wpcal.touch.searches.stored import (
+from wpcal.touch.searches.results import (
     ResultsFile,
+    SearchResults,
     StoredValues,
     fingerprint_of_stored,
     number_at,
     parsed_number,
     text_number,
 )
+from wpcal.touch.searches.setup import TouchSetup
 
 SECTION = re.compile(r"^///(?P<kind>[A-Z]{1,2})\s*$")
 ROW = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?(?P<values>[-+.\d].*)$")

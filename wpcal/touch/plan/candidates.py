@@ -14,11 +14,11 @@ from wpcal.core.arrays import IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress
 from wpcal.core.wording import counted, listed
-from wpcal.touch.advise.design import farthest_rows
+from wpcal.touch.design import farthest_rows
 from wpcal.touch.plan.contacts import BORDER_MM, Contacts, face_words, find_contacts
 from wpcal.touch.plan.free import SAFE_MM, Strokes, find_strokes, keeps_above_floor, with_free_torch
 from wpcal.touch.plan.options import TouchOptions, displacement_mm
-from wpcal.touch.plan.place import PartPlace
+from wpcal.touch.plan.part import PartPlace
 
 MOST_FOLLOWED = 1500  #: Places whose wire is followed: far from one another in place, normal and wire.
 MOST_FELT = 420  #: Searches whose torch is compared with the part.

@@ -18,7 +18,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.touch.plan.options import NominalError, TouchOptions, displacement_mm
-from wpcal.touch.plan.place import PartPlace
+from wpcal.touch.plan.part import PartPlace
 
 BORDER_MM = 3.0  #: A touch stays so much farther from the border of its face than the part may be displaced.
 LEAST_FACE_MM = 4.0

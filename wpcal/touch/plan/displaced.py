@@ -18,10 +18,10 @@ from wpcal.brep.material import Material, TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
 from wpcal.seam.torch import TorchShape
-from wpcal.touch.advise.moved_model import Tacked
 from wpcal.touch.plan.free import APPROACH_MM, Strokes, tool_axes, torch_is_free
 from wpcal.touch.plan.options import HIT_LEVEL, NominalError
-from wpcal.touch.plan.place import PartPlace
+from wpcal.touch.plan.part import PartPlace
+from wpcal.touch.weldment import Tacked
 
 PLACES = 48  #: Displaced places of the part, drawn with a fixed seed.
 USUAL_BODIES, LEAST_PLACES = 5, 12

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError
-from wpcal.touch.advise.design import SetSearch, farthest_rows
+from wpcal.touch.design import SetSearch, farthest_rows
 from wpcal.touch.plan.choose import TouchDesign, best_set
 from wpcal.touch.plan.options import Pattern, TouchOptions
 

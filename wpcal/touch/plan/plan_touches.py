@@ -18,20 +18,18 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.seam.seam import Seam
-from wpcal.touch.advise.moved_model import Tacked
 from wpcal.touch.plan.candidates import Candidates, find_candidates, thinned, too_small_words
-from wpcal.touch.plan.choose import TouchDesign
-from wpcal.touch.plan.choose_bodies import advise_searches, fewest_set, joint_error_of
+from wpcal.touch.plan.choose import TouchDesign, advise_searches, fewest_set, joint_error_of
 from wpcal.touch.plan.contacts import face_words
 from wpcal.touch.plan.displaced import DisplacedPart
 from wpcal.touch.plan.free import Strokes, tool_axes
 from wpcal.touch.plan.options import TouchOptions
 from wpcal.touch.plan.order import Air, order_searches
-from wpcal.touch.plan.part import TouchPart
+from wpcal.touch.plan.part import PartPlace, TouchPart
 from wpcal.touch.plan.patterns import choose_touches
-from wpcal.touch.plan.place import PartPlace
 from wpcal.touch.plan.searches_of import post_search, search_of, stick_out_sigma_mm
 from wpcal.touch.searches import PlannedBody, SeamPrediction, Search, Served, TouchPlan
+from wpcal.touch.weldment import Tacked
 
 
 class Reach(Protocol):
@@ -189,14 +187,11 @@ def _chosen_for_bodies(
 ) -> _Chosen:
     advice = advise_searches(graph, strokes, design, tacked, options)
     names, tolerances = tacked.bodies.names, tacked.bodies.tolerances
-    predicted = SeamPrediction(
-        advice.error_95_mm, advice.seam, advice.by_seam_mm, advice.joint_95_mm, advice.unseen_mm, advice.why
-    )
     return _Chosen(
         np.array([touch.index for touch in advice.touches]),
-        predicted,
+        advice,
         tuple(PlannedBody(name, each.mm, each.mrad) for name, each in zip(names, tolerances, strict=True)),
-        tuple((touch.body, Served(touch.seam, touch.before_mm, touch.after_mm)) for touch in advice.touches),
+        tuple((touch.body, touch) for touch in advice.touches),
     )
 
 

@@ -5,13 +5,14 @@ from wpcal.touch.searches.record import plan_from_record, read_touch_plan, touch
 from wpcal.touch.searches.results import (
     STORED_NUMBERS,
     Outcome,
+    ResultsFile,
     SearchResult,
     SearchResults,
+    TouchResultsReader,
     fingerprint_of,
     halves_of,
 )
 from wpcal.touch.searches.setup import TouchSetup, read_touch_setup, setup_template
-from wpcal.touch.searches.stored import ResultsFile, TouchResultsReader
 
 __all__ = [
     "STORED_NUMBERS",

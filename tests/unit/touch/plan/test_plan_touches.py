@@ -20,7 +20,7 @@ from wpcal.touch.plan.candidates import find_candidates
 from wpcal.touch.plan.choose import TouchDesign, best_set
 from wpcal.touch.plan.contacts import find_contacts, surface_labels
 from wpcal.touch.plan.free import find_strokes
-from wpcal.touch.plan.place import PartPlace
+from wpcal.touch.plan.part import PartPlace
 from wpcal.touch.plan.plan_touches import design_of
 from wpcal.touch.searches import Contact, SearchKind, plan_from_record, touches_record
 from wpcal.touch.searches.setup import TouchSetup

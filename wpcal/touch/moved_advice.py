@@ -7,12 +7,24 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
+from wpcal.core.arrays import FloatArray, IntArray, as_points
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.wording import counted, listed
-from wpcal.touch.advise.moved_model import UNKNOWN_MM, MovedModel, SeamPoints
-from wpcal.touch.advise.moved_search import OFTEN, MovedSearch, deciding_points, inverse
+from wpcal.touch.searches.plan import SeamPrediction, Served
+from wpcal.touch.weldment import (
+    OFTEN,
+    UNKNOWN_MM,
+    MovedModel,
+    MovedSearch,
+    SeamPoints,
+    Tacked,
+    deciding_points,
+    inverse,
+)
 
 MOVED_ADVICE_SCHEMA = "wpcal/moved-advice/1"
 NOT_HELD_MM = UNKNOWN_MM / 10.0
@@ -29,19 +41,14 @@ class TouchChoices:
     rows: FloatArray  #: shape (n, q, m). In units of the error of the touch: see `MovedModel.rows`.
 
 
-@dataclass(frozen=True, slots=True)
-class AdvisedTouch:
-    """One touch in the order of the advice."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdvisedTouch(Served):
+    """One touch in the order of the advice, and what it does for the worst seam of its body."""
 
     index: int  #: In the choices.
     name: str
     where: str
     body: str  #: Name of the body that it lies on.
-    seam: str  #: The seam that it serves: the worst one of this body before the touch.
-    #: `before_mm`, `after_mm`: Largest 95 % error of this seam before and after the touch; None while the touches leave
-    #: the part free.
-    before_mm: float | None
-    after_mm: float | None
 
     def sentence(self) -> str:
         """Say what to touch next, and why."""
@@ -65,26 +72,19 @@ class AdvisedTouch:
         }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MovedAdvice:
-    """What to touch on a weldment whose bodies may move."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MovedAdvice(SeamPrediction):
+    """What to touch on a weldment whose bodies may move, and what that promises for its seams."""
 
     touches: tuple[AdvisedTouch, ...]  #: In the order in which each lowers the errors most.
-    error_95_mm: float  #: Largest predicted 95 % error of a seam point after all of them.
-    seam: str  #: Where it occurs.
-    unseen_mm: float  #: The part of it that comes from motions of bodies which no touch sees.
-    #: What no seam point exceeds, with 95 % probability: `wpcal calibrate` compares it with the tolerance.
-    joint_95_mm: float
-    by_seam_mm: tuple[tuple[str, float], ...]  #: The largest error of each seam.
     next_touch: AdvisedTouch | None  #: The best further touch.
     model: MovedModel
     tolerance_mm: float | None = None  #: What was asked for.
-    why: str = ""  #: Why the tolerance is not reached; otherwise empty.
 
     @property
     def misses_tolerance(self) -> bool:
         """Whether a tolerance was asked for that is not reached."""
-        return bool(self.why)
+        return bool(self.why_not)
 
     def template_rows(self) -> list[tuple[str, str]]:
         """Return name and place of each touch, for `template_csv`."""
@@ -107,7 +107,7 @@ class MovedAdvice:
                 for name, each in zip(bodies.names, bodies.tolerances, strict=True)
             ],
             "tolerance_mm": self.tolerance_mm,
-            "why_not": self.why,
+            "why_not": self.why_not,
         }
 
 
@@ -159,16 +159,16 @@ def advise_moved(
     shown = order if best is None else [*order, best]
     told = _told(model, choices, seams, every.errors_after(start, shown), shown)
     return MovedAdvice(
-        tuple(told[: len(order)]),
-        float(errors[worst]),
-        seams.seams[worst],
-        _unseen(model, every, C, worst),
-        every.joint_error(C),
-        tuple((name, float(errors[rows].max())) for name, rows in _rows_of(seams).items()),
-        None if best is None else told[-1],
-        model,
-        tolerance_mm,
-        why,
+        error_95_mm=float(errors[worst]),
+        seam=seams.seams[worst],
+        by_seam_mm=tuple((name, float(errors[rows].max())) for name, rows in _rows_of(seams).items()),
+        joint_95_mm=every.joint_error(C),
+        unseen_mm=_unseen(model, every, C, worst),
+        why_not=why,
+        touches=tuple(told[: len(order)]),
+        next_touch=None if best is None else told[-1],
+        model=model,
+        tolerance_mm=tolerance_mm,
     )
 
 
@@ -218,16 +218,24 @@ def _told(
         now, then = (float(each[rows[seam]].max()) for each in (before, after))
         touches.append(
             AdvisedTouch(
-                index,
-                choices.names[index],
-                choices.where[index],
-                model.bodies.names[body] if body >= 0 else "the part",
-                seam,
-                now if now <= NOT_HELD_MM else None,
-                then if then <= NOT_HELD_MM else None,
+                seam=seam,
+                before_mm=now if now <= NOT_HELD_MM else None,
+                after_mm=then if then <= NOT_HELD_MM else None,
+                index=index,
+                name=choices.names[index],
+                where=choices.where[index],
+                body=model.bodies.names[body] if body >= 0 else "the part",
             )
         )
     return touches
+
+
+def shared_error_words(head: str, common_mm: float) -> str:
+    """Say that an error that all touches share keeps the error above the tolerance."""
+    return (
+        f"{head}, of which {common_mm:.2f} mm come from an error that all touches share: a touch on a --post, or a "
+        "smaller stick_out_sigma_mm in the --setup, would help"
+    )
 
 
 def _why_not(
@@ -258,12 +266,68 @@ def _why_not(
         return f"{head}, {least}: {what}; tighter tacks (--tack-mm) or another way to reach these faces would help"
     common = search.joint_error(inverse(start + every))
     if common > tolerance_mm:
-        return (
-            f"{head}, of which {common:.2f} mm come from an error that all touches share: a touch on a --post, or a "
-            "smaller stick_out_sigma_mm in the --setup, would help"
-        )
+        return shared_error_words(head, common)
     best = search.joint_error(inverse(start + search.information(range(len(choices.names)))))
     if best > tolerance_mm:
         every_place = f"all {len(choices.names)} places that can be touched"
         return f"{head}, and {every_place} {best:.2f} mm; a better repeatability would help"
     return f"{head}, and more than {counted(count, 'touch')} are not planned; a better repeatability would help"
+
+
+def advise_touches(
+    p_part: ArrayLike,
+    normal_part: ArrayLike,
+    body: Sequence[str],
+    seam_p: ArrayLike,
+    seam_normals: tuple[ArrayLike, ArrayLike],
+    seam_bodies: tuple[Sequence[str], Sequence[str]],
+    *,
+    count: int | None = None,
+    tolerance_mm: float | None = None,
+    sigma_mm: float = 0.3,
+    tack_mm: float = 1.0,
+    tack_mrad: float = 3.0,
+) -> MovedAdvice:
+    """Choose touches on plane faces that lower the largest error of the seams of a weldment most.
+
+    Parameters
+    ----------
+    p_part, normal_part : shape (n, 3). Places that may be touched, and outward normals there; `part`, mm.
+    body : length n. The body of each place. A body turns about the middle of its places.
+    seam_p : shape (k, 3). Points of seams, in `part`, mm.
+    seam_normals : shape (k, 3) each. Outward normals of the two faces that meet there: of the wall, of the base.
+    seam_bodies : length k. The bodies of these faces.
+
+    Returns
+    -------
+    MovedAdvice. The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
+
+    Raises
+    ------
+    InputError, GeometryError
+        When lengths differ, a body of a seam has no place, or as in `wpcal.touch.moved_advice.advise_moved`.
+    """
+    p, n, at = (as_points(each, name="points") for each in (p_part, normal_part, seam_p))
+    wall_normal, base_normal = (as_points(each, name="normals") for each in seam_normals)
+    lengths = (len(wall_normal), len(base_normal), *(len(each) for each in seam_bodies))
+    if not len(p) == len(n) == len(body) or any(each != len(at) for each in lengths):
+        raise InputError("the places, or the points of the seams, have normals or bodies of another number")
+    names = tuple(dict.fromkeys(body))
+    unknown = [name for each in seam_bodies for name in each if name not in names]
+    if unknown:
+        raise InputError(f"body {unknown[0]!r} of a seam has no place that may be touched")
+    own, wall, base = (np.array([names.index(name) for name in each], dtype=np.int64) for each in (body, *seam_bodies))
+    boxes = [p[own == b] for b in range(len(names))]
+    middle = np.stack([(each.min(axis=0) + each.max(axis=0)) / 2.0 for each in boxes])
+    bodies = Bodies(names, middle, (TackTolerance(tack_mm, tack_mrad),) * len(names))
+    x = np.cross(wall_normal, base_normal)
+    length = np.linalg.norm(x, axis=1)
+    points = MeetingPoints(at, wall, base, wall_normal, base_normal, x / np.maximum(length, 1e-12)[:, None], length > 0)
+    seams = SeamPoints(points, tuple(f"{a} on {b}" for a, b in zip(*seam_bodies, strict=True)))
+    tacked = Tacked(bodies, np.zeros(0, dtype=np.int64), seams)
+    model = tacked.model()
+    unit = n / np.linalg.norm(n, axis=1, keepdims=True)
+    rows = model.rows(p, unit[:, None, :] / sigma_mm, own)
+    words = tuple(f"({' '.join(f'{v:g}' for v in place)}) on {name}" for place, name in zip(p, body, strict=True))
+    choices = TouchChoices(tuple(f"P{k + 1}" for k in range(len(p))), words, own, rows)
+    return advise_moved(model, choices, seams, count=count, tolerance_mm=tolerance_mm)

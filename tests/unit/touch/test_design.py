@@ -9,7 +9,7 @@ from wpcal.calibrate.errors.of_points import isotropic_covariance
 from wpcal.calibrate.errors.prediction import error_95
 from wpcal.core.progress import no_progress
 from wpcal.core.tangent import exp_rotation
-from wpcal.touch.advise.design import Design, farthest_rows, least_swap
+from wpcal.touch.design import Design, farthest_rows, least_swap
 
 TABLE = 1e-6
 """The quantile is read from a table of 2001 values."""
@@ -44,7 +44,7 @@ def test_exchange_finds_the_best_of_all_sets(seed: int, monkeypatch: pytest.Monk
     rng = np.random.default_rng(0)
     tried, tried_errors = d.best_sets(4, rng=rng, progress=no_progress)
     np.testing.assert_array_equal(tried[0], every[np.argmin(errors)])
-    monkeypatch.setattr("wpcal.touch.advise.design.MOST_ENUMERATED", 0)
+    monkeypatch.setattr("wpcal.touch.design.MOST_ENUMERATED", 0)
     exchanged, exchanged_errors = d.best_sets(4, rng=rng, progress=no_progress)
     np.testing.assert_array_equal(exchanged[0], tried[0])
     assert exchanged_errors[0] == pytest.approx(tried_errors[0], rel=1e-12)
@@ -52,7 +52,7 @@ def test_exchange_finds_the_best_of_all_sets(seed: int, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("most", [0, 150_000])
 def test_held_points_stay(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("wpcal.touch.advise.design.MOST_ENUMERATED", most)
+    monkeypatch.setattr("wpcal.touch.design.MOST_ENUMERATED", most)
     d = design(5)
     rows, errors = d.best_sets(4, held=(2, 7), rng=np.random.default_rng(0), progress=no_progress)
     assert (rows == 2).any(axis=1).all()

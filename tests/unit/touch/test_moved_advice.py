@@ -14,9 +14,8 @@ from wpcal.calibrate.observe.bodies import Contacts, TackTolerance
 from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.touch.advise.moved_advice import MovedAdvice, TouchChoices, advise_moved
-from wpcal.touch.advise.moved_model import MovedModel, SeamPoints, Tacked
-from wpcal.touch.advise.moved_search import MovedSearch
+from wpcal.touch.moved_advice import MovedAdvice, TouchChoices, advise_moved
+from wpcal.touch.weldment import MovedModel, MovedSearch, SeamPoints, Tacked
 
 SIGMA_MM = 0.2
 PART = uprights(6)
@@ -131,15 +130,15 @@ def test_more_touches_are_taken_until_the_tolerance_is_reached() -> None:
     assert len(loose.touches) < len(tight.touches) < len(PART.p)
     assert loose.joint_95_mm <= 3.0
     assert tight.joint_95_mm <= 1.2
-    assert loose.why == tight.why == ""
+    assert loose.why_not == tight.why_not == ""
     fewer = advised(PART, count=len(tight.touches) - 2)
     assert fewer.joint_95_mm > 1.2
 
 
 def test_what_cannot_be_reached_says_why() -> None:
     on_others = np.flatnonzero(PART.body != 2).tolist()
-    assert "nothing on U2 can be touched" in advised(PART, on_others, tolerance_mm=0.8).why
-    assert "all 30 places" in advised(PART, tolerance_mm=0.1).why
+    assert "nothing on U2 can be touched" in advised(PART, on_others, tolerance_mm=0.8).why_not
+    assert "all 30 places" in advised(PART, tolerance_mm=0.1).why_not
     own = tacked(PART)
     model = own.model(shared=1)
     k = np.arange(len(PART.p))
@@ -147,7 +146,7 @@ def test_what_cannot_be_reached_says_why() -> None:
     rows = model.rows(PART.p, PART.n[:, None, :] / SIGMA_MM, PART.body, long_wire)
     some = TouchChoices(tuple(f"T{i}" for i in k), ("",) * len(k), PART.body, rows)
     advice = advise_moved(model, some, own.seams, tolerance_mm=1.5)
-    assert "--post" in advice.why
+    assert "--post" in advice.why_not
 
 
 def test_a_kept_contact_keeps_the_gap() -> None:
