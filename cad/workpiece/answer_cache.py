@@ -58,11 +58,9 @@ class AnswerCache:
     def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
         """Return an answer that is kept, or find it and keep it.
 
-        Parameters
-        ----------
-        what : The question.
-        of : Everything that the answer depends on, besides the code and its libraries (`versions`): plain data.
-        make : Finds the answer: plain data.
+        `what`: The question.
+        `of`: Everything that the answer depends on, besides the code and its libraries (`versions`): plain data.
+        `make`: Finds the answer: plain data.
         """
         if self.folder is None:
             return make()
@@ -98,9 +96,7 @@ NO_CACHE = AnswerCache()  #: Keeps nothing.
 def user_cache() -> AnswerCache:
     """Return the cache of this user, as the environment states it.
 
-    Raises
-    ------
-    InputError : If a variable of the environment is not usable.
+    Raises `InputError` if a variable of the environment is not usable.
     """
     text = os.environ.get(FOLDER_VARIABLE, "")
     if text == OFF:

@@ -47,9 +47,7 @@ class BodiesSource:
     def of(cls, path: Path) -> BodiesSource:
         """Return the name and the hash of a file.
 
-        Raises
-        ------
-        InputError : When it cannot be read.
+        Raises `InputError` when it cannot be read.
         """
         return cls(path.name, sha256_of(read_bytes(path)))
 
@@ -58,9 +56,7 @@ class BodiesSource:
 class BodiesOptions:
     """Which bodies may move, and how far.
 
-    Raises
-    ------
-    InputError : When `contact_sigma_mm` is not positive.
+    Raises `InputError` when `contact_sigma_mm` is not positive.
     """
 
     tolerance: TackTolerance = field(default_factory=TackTolerance)  #: Of bodies that state none.
@@ -82,9 +78,7 @@ class BodiesOptions:
     def of(cls, tack_mm: float | None, tack_mrad: float | None, groups: tuple[BodyGroup, ...] = ()) -> BodiesOptions:
         """Return the options for tolerances that a person states; None: not stated.
 
-        Raises
-        ------
-        InputError : When a tolerance is not positive.
+        Raises `InputError` when a tolerance is not positive.
         """
         usual = TackTolerance()
         tolerance = TackTolerance(
@@ -97,9 +91,7 @@ class BodiesOptions:
 def read_bodies(path: Path) -> tuple[BodyGroup, ...]:
     """Read a file of bodies: ``{"schema": "wpcal/bodies/1", "bodies": [{"name", "solids", "tack_mm", "tack_mrad"}]}``.
 
-    Raises
-    ------
-    FormatError : When the file breaks its schema, or a tolerance is not positive.
+    Raises `FormatError` when the file breaks its schema, or a tolerance is not positive.
     """
     record = read_json(path, schema=BODIES_SCHEMA)
     usual = TackTolerance()
@@ -177,9 +169,7 @@ def _one_body(graph: BrepGraph, options: BodiesOptions) -> str:
 def units_of(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     """Return what can move by itself: the solids, or the members of a part of one solid.
 
-    Returns
-    -------
-    face_unit : ndarray of int, shape (F,)
+    Returns `face_unit`: ndarray of int, shape (F,).
     """
     graph = trimmed.graph
     if len(graph.solid_names) > 1:

@@ -22,13 +22,8 @@ def list_bodies(
 ) -> tuple[dict[str, Any], tuple[Issue, ...]]:
     """Return the record of the bodies of a STEP file, and what is odd in it. Of the schema ``wpcal/bodies/1``.
 
-    Parameters
-    ----------
-    cache, progress : As in `open_workpiece`.
-
-    Raises
-    ------
-    InputError : When the file cannot be read, or the part is one body.
+    `cache`, `progress`: As in `open_workpiece`.
+    Raises `InputError` when the file cannot be read, or the part is one body.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     with blamed_on(str(step)):

@@ -135,14 +135,9 @@ def next_point(
 ) -> str | None:
     """Choose the feature whose touch, after those already made, lowers the predicted error of the seams most.
 
-    Parameters
-    ----------
-    taught : With their features (`name_taught`).
-    sigma_mm : Teaching error per axis.
-
-    Returns
-    -------
-    str or None. None if rows were touched on faces or have no feature, or no further feature helps.
+    `taught`: With their features (`name_taught`).
+    `sigma_mm`: Teaching error per axis.
+    Returns str or None. None if rows were touched on faces or have no feature, or no further feature helps.
     """
     used = [name for name, use in zip(taught.features, taught.use, strict=True) if use == "yes"]
     if taught.has_touches or not all(taught.features):

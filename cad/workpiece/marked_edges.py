@@ -40,14 +40,9 @@ def find_marked(
 ) -> tuple[BrepGraph, MarkedEdges]:
     """Find marked and picked edges in a graph. Marked wires that bound no face are added to the graph.
 
-    Parameters
-    ----------
-    patterns : Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
-    places : Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
-
-    Raises
-    ------
-    InputError : When a pattern fits no edge, or a place is not readable or not near an edge.
+    `patterns`: Each is the name or layer of edges or wires, with ``*`` and ``?``, or a colour ``#rrggbb``.
+    `places`: Each is ``x,y,z`` in `part`, mm, or the name of a feature on the edge, such as ``M12``.
+    Raises `InputError` when a pattern fits no edge, or a place is not readable or not near an edge.
     """
     found: list[tuple[FreeEdge, str]] = []
     for pattern in patterns:

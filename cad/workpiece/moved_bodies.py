@@ -66,9 +66,7 @@ class MovedWorkpiece:
     def solid_motions(self, graph: BrepGraph) -> tuple[FloatArray | None, tuple[Issue, ...]]:
         """Return where every solid moved within `part`, and which solids cannot be drawn apart.
 
-        Returns
-        -------
-        ndarray, shape (solids, 4, 4), or None. mm; None if no solid moves as one.
+        Returns ndarray, shape (solids, 4, 4), or None. mm; None if no solid moves as one.
         """
         R, t = self.bodies.fit.motions.moves()
         motions = np.tile(np.eye(4), (len(R) + 1, 1, 1))  # the last one: of solids that belong to no body
@@ -166,14 +164,9 @@ def fit_weldment(
 ) -> MovedWorkpiece:
     """Fit the bodies of a part that was calibrated as one.
 
-    Parameters
-    ----------
-    rigid : The fit of the part as one body.
-    seams : With frames in `part`.
-
-    Raises
-    ------
-    InputError, GeometryError, ConvergenceError : As in `find_bodies` and `fit_moved_bodies`.
+    `rigid`: The fit of the part as one body.
+    `seams`: With frames in `part`.
+    Raises `InputError` or `GeometryError` or `ConvergenceError` as in `find_bodies` and `fit_moved_bodies`.
     """
     part = find_bodies(workpiece.trimmed, choice)
     touches = _touches(taught, workpiece, observed.fitted, "yes")

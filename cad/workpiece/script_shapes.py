@@ -17,13 +17,8 @@ _CADQUERY = "cadquery"
 def script_shapes(given: Any) -> tuple[Any, ...]:
     """Return shapes of build123d. Those of build123d unchanged; those of an assembly at their places.
 
-    Parameters
-    ----------
-    given : The label of a shape, or its name in an assembly, becomes the name of its solid.
-
-    Raises
-    ------
-    InputError : When something else is given.
+    `given`: The label of a shape, or its name in an assembly, becomes the name of its solid.
+    Raises `InputError` when something else is given.
     """
     return tuple(_shapes_of(given))
 

@@ -48,9 +48,7 @@ class StepFile:
     def open(cls, path: Path | str, cache: AnswerCache = NO_CACHE) -> StepFile:
         """Read the bytes of a STEP file.
 
-        Raises
-        ------
-        InputError : If they cannot be read.
+        Raises `InputError` if they cannot be read.
         """
         return cls(Path(path), read_bytes(Path(path), most_mb=MOST_STEP_MB, expected="a STEP file"), cache)
 
@@ -77,10 +75,8 @@ class StepFile:
     def step(self) -> StepPart:
         """The file as the kernel reads it.
 
-        Raises
-        ------
-        KernelNeededError : If this process must not load the kernel.
-        InputError, FormatError, KernelError : As `read_step` raises them.
+        Raises `KernelNeededError` if this process must not load the kernel.
+        Raises `InputError` or `FormatError` or `KernelError` as `read_step` raises them.
         """
         if not self.cache.kernel:
             raise KernelNeededError

@@ -21,13 +21,8 @@ if TYPE_CHECKING:
 def seam_locations(frames: SeamFrames) -> list[Location]:
     """Return the frames of a seam as locations of build123d.
 
-    Parameters
-    ----------
-    frames : n frames, mm; for example ``seam.frames`` in `part`, or ``seam.frames.moved(T_base_part)`` in `base`.
-
-    Returns
-    -------
-    list of build123d.Location, length n. x along the seam, z out of the joint, in the frame of `frames`.
+    `frames`: n frames, mm; for example ``seam.frames`` in `part`, or ``seam.frames.moved(T_base_part)`` in `base`.
+    Returns list of build123d.Location, length n. x along the seam, z out of the joint, in the frame of `frames`.
     """
     from build123d import Location
 
@@ -40,13 +35,8 @@ def seam_locations(frames: SeamFrames) -> list[Location]:
 def seam_planes(frames: SeamFrames) -> list[Plane]:
     """Return the frames of a seam as planes of build123d: ``x_dir`` along the seam, ``z_dir`` out of the joint.
 
-    Parameters
-    ----------
-    frames : n frames, mm, as for `seam_locations`.
-
-    Returns
-    -------
-    list of build123d.Plane, length n. In the frame of `frames`.
+    `frames`: n frames, mm, as for `seam_locations`.
+    Returns list of build123d.Plane, length n. In the frame of `frames`.
     """
     from build123d import Plane
 

@@ -41,9 +41,7 @@ class Workpiece:
     def file(self) -> StepFile:
         """The STEP file.
 
-        Raises
-        ------
-        InputError : For shapes from a script.
+        Raises `InputError` for shapes from a script.
         """
         if self.source is None:
             raise InputError("expected a STEP file, got shapes from a script")

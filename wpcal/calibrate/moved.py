@@ -210,13 +210,8 @@ def fit_moved_bodies(
 ) -> MovedBodies:
     """Fit a weldment whose bodies may have moved, and judge whether they did.
 
-    Parameters
-    ----------
-    body : shape (n,). The body that each touch lies on.
-
-    Raises
-    ------
-    InputError, GeometryError, ConvergenceError : As in `fit_bodies`.
+    `body`: shape (n,). The body that each touch lies on.
+    Raises `InputError` or `GeometryError` or `ConvergenceError` as in `fit_bodies`.
     """
     fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts)
     evidence = judge_motion(fit.whitened.without_contacts(), seed=seed)
@@ -267,9 +262,7 @@ def far_bodies(touched: Whitened, body: IntArray, wrong: IntArray) -> tuple[int,
     the tolerance is right. Only directions are judged in which the touches see more of the motion than of their own
     errors. A body of which touches stay wrong wherever it is does not count: they may be all that is wrong.
 
-    Parameters
-    ----------
-    body : shape (n,). The body that each touch lies on.
+    `body`: shape (n,). The body that each touch lies on.
     """
     count = (touched.B.shape[1] - touched.bends) // 6
     PB = touched.residual_matrix() @ touched.B

@@ -86,13 +86,8 @@ def calibrate_bodies(
 def predict_body_errors(found: MovedBodies, p_part: ArrayLike, body: Sequence[str]) -> FloatArray:
     """Return the 95 % errors of points that go with one body each, shape (n,), mm.
 
-    Parameters
-    ----------
-    p_part : shape (n, 3). In the model, mm.
-
-    Raises
-    ------
-    InputError : When a body is not one of the fit.
+    `p_part`: shape (n, 3). In the model, mm.
+    Raises `InputError` when a body is not one of the fit.
     """
     motions = found.fit.motions
     unknown = [name for name in body if name not in motions.bodies.names]

@@ -122,9 +122,7 @@ class CalibrationResult:
         A stated bias of the tool centre point adds √2 times its length: the weld's posture may be a quarter turn from
         the posture of the touch.
 
-        Parameters
-        ----------
-        points_part : shape (k, 3). Part frame, mm.
+        `points_part`: shape (k, 3). Part frame, mm.
         """
         moved = self.T_base_part.apply(as_points(points_part, name="points"))
         fit = error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)

@@ -202,9 +202,7 @@ def anneal(
 def first_temperature(costs: FloatArray, initial_acceptance: float) -> float:
     """Temperature t0 at which the rise from the mean to the largest cost is accepted with p0: Yin 2003, eq. (9).
 
-    Parameters
-    ----------
-    costs : shape (n,). Costs of states sampled in the box.
+    `costs`: shape (n,). Costs of states sampled in the box.
     """
     return max(float((costs.mean() - costs.max()) / np.log(initial_acceptance)), LEAST_TEMPERATURE)
 

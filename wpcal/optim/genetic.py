@@ -68,14 +68,9 @@ def solve_genetic(
 ) -> GeneticResult:
     """Search the box between `lower` and `upper` for the least cost.
 
-    Parameters
-    ----------
-    cost : Costs (m,) of states (m, d); finite.
-    lower, upper : array_like, shape (d,)
-
-    Raises
-    ------
-    InputError : When the bounds are not an upper above a lower one.
+    `cost`: Costs (m,) of states (m, d); finite.
+    `lower`, `upper`: array_like, shape (d,).
+    Raises `InputError` when the bounds are not an upper above a lower one.
 
     Examples
     --------

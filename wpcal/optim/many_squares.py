@@ -39,10 +39,8 @@ class ManySquares(Protocol):
     def moved(self, states: FloatArray, steps: FloatArray) -> FloatArray:
         """Return states of shape (m, ...), moved by steps of shape (m, k).
 
-        Parameters
-        ----------
-        states : ndarray, shape (m, ...)
-        steps : ndarray, shape (m, k)
+        `states`: ndarray, shape (m, ...).
+        `steps`: ndarray, shape (m, k).
         """
 
 
@@ -51,14 +49,9 @@ def minimise_many_squares(
 ) -> tuple[FloatArray, FloatArray]:
     """Minimise sums of squares from many starts.
 
-    Parameters
-    ----------
-    starts : ndarray, shape (m, ...)
-
-    Returns
-    -------
-    states : ndarray, shape (m, ...)
-    sums : ndarray, shape (m,). Never larger than those of the starts.
+    `starts`: ndarray, shape (m, ...).
+    Returns `states`: ndarray, shape (m, ...).
+    Returns `sums`: ndarray, shape (m,). Never larger than those of the starts.
     """
     states, running = starts.copy(), np.arange(len(starts))
     sums, gradient, H = problem.evaluate(states, running)

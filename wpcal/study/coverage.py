@@ -38,10 +38,8 @@ def run_coverage_study(
 ) -> CoverageStudy:
     """Simulate calibrations with Gaussian errors of the taught points and compare a seam point's error.
 
-    Parameters
-    ----------
-    points : shape (n, 3). Reference points, mm.
-    seam_point : shape (3,). Same frame, mm.
+    `points`: shape (n, 3). Reference points, mm.
+    `seam_point`: shape (3,). Same frame, mm.
     """
     p = as_points(points, name="reference points")
     centre = p.mean(axis=0)

@@ -95,9 +95,7 @@ def joint_values(values: Sequence[object], *, in_pulses: bool = False) -> JointV
 def coordinates(cells: Sequence[tuple[str, str]], name: str, path: str, line: int) -> list[float]:
     """Return the coordinates of a position that a file stores as text.
 
-    Raises
-    ------
-    FormatError : When one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
+    Raises `FormatError` when one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
     """
     found = []
     for key, text in cells:
@@ -111,9 +109,7 @@ def coordinates(cells: Sequence[tuple[str, str]], name: str, path: str, line: in
 def frame_from_xyz_angles(values: Sequence[float]) -> RigidTransform:
     """Return ``T_base_frame`` of x, y, z in mm and angles about x, y, z in degrees, ``R = Rz Ry Rx``.
 
-    Raises
-    ------
-    InputError : When these are not six numbers.
+    Raises `InputError` when these are not six numbers.
     """
     if len(values) != 6:
         raise InputError(f"expected 6 numbers, got {len(values)}")

@@ -78,9 +78,7 @@ class TaughtPoints:
     def with_ball(self, radius_mm: float) -> TaughtPoints:
         """Return the touches with this radius of the ball for all rows on faces that state none.
 
-        Raises
-        ------
-        InputError : When the radius is negative.
+        Raises `InputError` when the radius is negative.
         """
         if not radius_mm >= 0:
             raise InputError(f"radius of the ball: expected 0 mm or more, got {radius_mm} mm")
@@ -92,14 +90,9 @@ class TaughtPoints:
     def of_features(cls, names: Sequence[str], p_base: ArrayLike) -> TaughtPoints:
         """Return touched features of a part, for scripts that already have them.
 
-        Parameters
-        ----------
-        names : length n. Names of features, unique.
-        p_base : shape (n, 3). In `base`, mm.
-
-        Raises
-        ------
-        InputError : When the lengths differ or a number is not finite.
+        `names`: length n. Names of features, unique.
+        `p_base`: shape (n, 3). In `base`, mm.
+        Raises `InputError` when the lengths differ or a number is not finite.
         """
         points = as_points(p_base, name="taught points")
         if len(points) != len(names):
@@ -134,10 +127,8 @@ def read_features_to_touch(path: Path) -> tuple[str, ...]:
 
     Rows whose use is ``no`` and rows without a feature are left out.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it has no column ``name``, an unknown use, or no row names a feature.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it has no column ``name``, an unknown use, or no row names a feature.
     """
     table = parse_table(read_bytes(path), path=str(path))
     table.require(("name",))

@@ -36,14 +36,9 @@ class TouchedFace:
 def touched_face(trimmed: TrimmedFaces, point: FloatArray, normal: FloatArray | None = None) -> TouchedFace:
     """Find the face at a point.
 
-    Parameters
-    ----------
-    point : shape (3,). In `part`, mm; on the face or near to it.
-    normal : shape (3,). Outward normal as far as it is known: it decides between faces that are equally near.
-
-    Raises
-    ------
-    InputError : When the part has no face with a surface.
+    `point`: shape (3,). In `part`, mm; on the face or near to it.
+    `normal`: shape (3,). Outward normal as far as it is known: it decides between faces that are equally near.
+    Raises `InputError` when the part has no face with a surface.
     """
     graph = trimmed.graph
     low, high = trimmed.face_box

@@ -41,9 +41,7 @@ class ProgramReading:
 def parse_uframes(texts: Sequence[str]) -> dict[str, str | Sequence[float]]:
     """Read user frames that a person typed as ``[NAME=]VALUES``: numbers separated by commas, or a word.
 
-    Raises
-    ------
-    InputError : When a frame is given twice or VALUES is empty.
+    Raises `InputError` when a frame is given twice or VALUES is empty.
     """
     frames: dict[str, str | Sequence[float]] = {}
     for text in texts:

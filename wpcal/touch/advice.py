@@ -33,9 +33,7 @@ ON_A_LINE = 1e-3
 def easiest_places(candidates: Sequence[Touchable], have: Sequence[ReferenceFeature], points: int) -> Places:
     """Take the easiest features that leave a choice: harder ones only if these are too few or on one line.
 
-    Raises
-    ------
-    GeometryError : When all features are too few or on one line.
+    Raises `GeometryError` when all features are too few or on one line.
     """
     for ease in Ease:
         places = _places_up_to(ease, candidates, have)
@@ -214,9 +212,7 @@ def advise_set(
 def require_seams(seams: Sequence[Seam]) -> None:
     """Refuse a part without a seam where the error counts.
 
-    Raises
-    ------
-    GeometryError : When no seam has a frame.
+    Raises `GeometryError` when no seam has a frame.
     """
     if not any(len(seam.frames) for seam in seams):
         raise GeometryError(

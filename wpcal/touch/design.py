@@ -51,9 +51,7 @@ class Design:
     def largest_errors(self, rows: IntArray) -> FloatArray:
         """Largest 95 % error of the least-squares fit over the seam points, shape (m,). Per unit of sigma.
 
-        Parameters
-        ----------
-        rows : shape (m, n). m sets of n rows of `points`.
+        `rows`: shape (m, n). m sets of n rows of `points`.
         """
         parts = [self._errors(rows[first : first + CHUNK]).max(axis=1) for first in range(0, len(rows), CHUNK)]
         return np.concatenate(parts) if parts else np.empty(0)
@@ -132,9 +130,7 @@ class SetSearch:
     ) -> tuple[IntArray, FloatArray]:
         """Exchange single members until none makes the error smaller, from several starts; a given one comes first.
 
-        Parameters
-        ----------
-        start : ndarray of int, shape (n,), optional
+        `start`: ndarray of int, shape (n,), optional.
         """
         best = _Shortlist(n)
         free = np.setdiff1d(np.arange(self.count), held)
@@ -150,9 +146,7 @@ class SetSearch:
     ) -> tuple[IntArray, FloatArray]:
         """Exchange within a pattern.
 
-        Parameters
-        ----------
-        slots : shape (m,). Member k of a set is one of ``slots[k]``.
+        `slots`: shape (m,). Member k of a set is one of ``slots[k]``.
         """
         best = _Shortlist(len(slots))
         for _ in range(starts):
@@ -214,9 +208,7 @@ def least_swap(p: FloatArray) -> tuple[float, tuple[int, ...]]:
 
     Zero for a symmetric set: its names can be exchanged without a trace in the residuals.
 
-    Parameters
-    ----------
-    p : shape (n, 3). mm. Up to `MOST_PERMUTED` points all orders are tried; of more, only exchanges of two points.
+    `p`: shape (n, 3). mm. Up to `MOST_PERMUTED` points all orders are tried; of more, only exchanges of two points.
     """
     n = len(p)
     orders = _other_orders(n)
@@ -252,9 +244,7 @@ def farthest_rows(points: FloatArray, most: int) -> IntArray:
 
     The first is the farthest from the centroid. Each further one is the farthest from those already picked.
 
-    Parameters
-    ----------
-    points : shape (n, 3). mm.
+    `points`: shape (n, 3). mm.
     """
     if len(points) <= most:
         return np.arange(len(points))

@@ -158,9 +158,7 @@ class MovedSearch:
         Where the largest error comes from a motion that no touch sees, every choice leaves nearly the same error. What
         is above the floor then decides.
 
-        Parameters
-        ----------
-        start : shape (m, m). Information before the first touch.
+        `start`: shape (m, m). Information before the first touch.
         """
         H = rows.reshape(-1, rows.shape[2])
         unseen = inverse(start + OFTEN * H.T @ H)
@@ -210,9 +208,7 @@ class MovedSearch:
     def added(self, start: FloatArray, chosen: list[int]) -> int | None:
         """Return the touch to add next; None if all are chosen.
 
-        Parameters
-        ----------
-        start : shape (m, m). Information before the chosen touches.
+        `start`: shape (m, m). Information before the chosen touches.
         """
         if len(chosen) >= len(self.rows):
             return None
@@ -252,14 +248,9 @@ class MovedSearch:
     ) -> tuple[list[int], float]:
         """Return few touches after which no seam point's error exceeds the tolerance, with 95 % probability.
 
-        Parameters
-        ----------
-        start : ndarray, shape (m, m)
-
-        Returns
-        -------
-        chosen : list of int. If no number reaches it, few that are nearly as good as all, `most` at most.
-        error_mm : float. What they reach.
+        `start`: ndarray, shape (m, m).
+        Returns `chosen`: list of int. If no number reaches it, few that are nearly as good as all, `most` at most.
+        Returns `error_mm`: float. What they reach.
         """
         goal = max(tolerance_mm, NEARLY * self._joint(start, range(len(self.rows))))
         least = max(least, min(usual, most)) if goal > tolerance_mm else least
@@ -292,13 +283,8 @@ class MovedSearch:
     def errors_after(self, start: FloatArray, order: Sequence[int]) -> FloatArray:
         """Return the errors of the seam points before the first touch, and after each in an order.
 
-        Parameters
-        ----------
-        start : ndarray, shape (m, m)
-
-        Returns
-        -------
-        ndarray, shape (n + 1, k). mm.
+        `start`: ndarray, shape (m, m).
+        Returns ndarray, shape (n + 1, k). mm.
         """
         C = inverse(start)
         S = self.seams @ C @ self.seams.transpose(0, 2, 1)
@@ -336,9 +322,7 @@ def inverse(information: FloatArray) -> FloatArray:
 def deciding_points(points: MeetingPoints) -> IntArray:
     """Return seam points among which the largest error is: far from one another, of every two bodies that meet.
 
-    Returns
-    -------
-    ndarray of int, shape (k,)
+    Returns ndarray of int, shape (k,).
     """
     pairs, which = np.unique(np.column_stack([points.wall_body, points.base_body]), axis=0, return_inverse=True)
     each = max(2, min(PER_PAIR, MOST_SEAM_POINTS // max(len(pairs), 1)))

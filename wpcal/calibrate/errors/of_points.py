@@ -24,14 +24,9 @@ def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
 
     About the centroid the information is the inertia of the points and n, without a cross term.
 
-    Parameters
-    ----------
-    p_base : shape (n, 3). Moved model points, base frame, mm.
-    sigma_mm : Standard deviation per axis, mm.
-
-    Returns
-    -------
-    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+    `p_base`: shape (n, 3). Moved model points, base frame, mm.
+    `sigma_mm`: Standard deviation per axis, mm.
+    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     offsets = p_base - p_base.mean(axis=0)
     moments = offsets.T @ offsets
@@ -45,14 +40,9 @@ def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
 def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
     """Covariance of ξ for the fit weighted with the inverse covariances.
 
-    Parameters
-    ----------
-    p_base : shape (n, 3). Moved model points, base frame, mm.
-    covariances : shape (n, 3, 3). Of the taught points, mm².
-
-    Returns
-    -------
-    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+    `p_base`: shape (n, 3). Moved model points, base frame, mm.
+    `covariances`: shape (n, 3, 3). Of the taught points, mm².
+    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     J = point_jacobian(p_base - p_base.mean(axis=0))
     information = np.einsum("nik,nij,njl->kl", J, np.linalg.inv(covariances), J)
@@ -65,14 +55,9 @@ def propagated_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatA
 
     With M = Σ Jᵢᵀ Jᵢ it is M⁻¹ (Σ Jᵢᵀ Cᵢ Jᵢ) M⁻¹; this is `isotropic_covariance` if all Cᵢ are σ² I.
 
-    Parameters
-    ----------
-    p_base : shape (n, 3). Moved model points, base frame, mm.
-    covariances : shape (n, 3, 3). Of the taught points, mm².
-
-    Returns
-    -------
-    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+    `p_base`: shape (n, 3). Moved model points, base frame, mm.
+    `covariances`: shape (n, 3, 3). Of the taught points, mm².
+    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     J = point_jacobian(p_base - p_base.mean(axis=0))
     change = translation_adjoint(p_base.mean(axis=0)) @ np.linalg.inv(np.einsum("nik,nil->kl", J, J))
@@ -85,14 +70,9 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
     For Gaussian errors the least-squares motion and the residuals are independent, so that the covariance is that of
     least squares plus that of the further motion to the minimax fit. For bounded errors their product is added.
 
-    Parameters
-    ----------
-    p_base : shape (n, 3). Moved model points, base frame, mm.
-    sigma_mm : Standard deviation per axis, mm.
-
-    Returns
-    -------
-    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+    `p_base`: shape (n, 3). Moved model points, base frame, mm.
+    `sigma_mm`: Standard deviation per axis, mm.
+    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     return np.asarray(minimax_covariances(p_base[None], sigma_mm, bounded=bounded, seed=seed)[0])
 
@@ -100,13 +80,8 @@ def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = F
 def minimax_covariances(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
     """Covariances of ξ for the minimax fits of several sets of points; the rest as in `minimax_covariance`.
 
-    Parameters
-    ----------
-    p_base : shape (m, n, 3). m sets of moved model points, base frame, mm.
-
-    Returns
-    -------
-    ndarray, shape (m, 6, 6). About the base's origin: rad², rad·mm, mm².
+    `p_base`: shape (m, n, 3). m sets of moved model points, base frame, mm.
+    Returns ndarray, shape (m, 6, 6). About the base's origin: rad², rad·mm, mm².
     """
     linear = np.array([isotropic_covariance(p, sigma_mm) for p in p_base])
     if sigma_mm == 0:

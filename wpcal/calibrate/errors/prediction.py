@@ -49,9 +49,7 @@ POSTURE_FACTOR = math.sqrt(2.0)
 class TeachingError:
     """What is known of the error of a taught point, per axis of the base.
 
-    Raises
-    ------
-    InputError : When both are given, or one is negative or not finite.
+    Raises `InputError` when both are given, or one is negative or not finite.
     """
 
     sigma_mm: float | None = None  #: Standard deviation per axis, Gaussian.
@@ -105,10 +103,8 @@ class Sigma:
 
         It is never below `RESOLUTION_SIGMA_MM`.
 
-        Parameters
-        ----------
-        mm : Root of the sum of squared residuals per degree of freedom.
-        degrees_of_freedom : float
+        `mm`: Root of the sum of squared residuals per degree of freedom.
+        `degrees_of_freedom`: float.
         """
         if degrees_of_freedom < LEAST_FREEDOM:
             seen = mm * math.sqrt(float(fdtri(3.0, degrees_of_freedom, COVERAGE)))
@@ -174,11 +170,9 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
     The squared length of a Gaussian vector with covariance C is close to tr C · F(m, ν) with
     m = (tr C)² / tr C² (Satterthwaite), ν the degrees of freedom behind the scale of C.
 
-    Parameters
-    ----------
-    points_base : shape (k, 3). Base frame, mm.
-    covariance : shape (6, 6). Of ξ, about the base's origin.
-    degrees_of_freedom : Infinite if the teaching error is stated.
+    `points_base`: shape (k, 3). Base frame, mm.
+    `covariance`: shape (6, 6). Of ξ, about the base's origin.
+    `degrees_of_freedom`: Infinite if the teaching error is stated.
     """
     J = point_jacobian(as_points(points_base, name="points"))
     return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
@@ -191,11 +185,9 @@ def largest_error_95(
 
     Only the points that may have the largest error take the slow quantile.
 
-    Parameters
-    ----------
-    points_base : shape (k, 3). Base frame, mm.
-    covariance : shape (6, 6). Of ξ, about the base's origin.
-    degrees_of_freedom : Infinite if the teaching error is stated.
+    `points_base`: shape (k, 3). Base frame, mm.
+    `covariance`: shape (6, 6). Of ξ, about the base's origin.
+    `degrees_of_freedom`: Infinite if the teaching error is stated.
     """
     J = point_jacobian(as_points(points_base, name="points"))
     nodes, quantiles = _rough_quantiles(degrees_of_freedom)
@@ -233,14 +225,9 @@ def _square_quantile(m: FloatArray, level: float, degrees_of_freedom: float) -> 
 def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom: float = math.inf) -> FloatArray:
     """Length that Gaussian vectors stay below with a given probability, by Satterthwaite's approximation.
 
-    Parameters
-    ----------
-    covariances : shape (k, 3, 3). mm².
-    degrees_of_freedom : Behind the scale of the covariances.
-
-    Returns
-    -------
-    ndarray, shape (k,). mm.
+    `covariances`: shape (k, 3, 3). mm².
+    `degrees_of_freedom`: Behind the scale of the covariances.
+    Returns ndarray, shape (k,). mm.
     """
     trace, m = _satterthwaite(covariances)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))

@@ -67,13 +67,8 @@ class Bends:
     def shapes(self, direction: int, s_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the modes of one direction and their slopes.
 
-        Parameters
-        ----------
-        s_mm : shape (n,). Along the axis from the middle of the body; beyond its ends the ends count.
-
-        Returns
-        -------
-        tuple of ndarray, shapes (n, MODES). Displacement and slope (per mm) of an amplitude of 1 mm.
+        `s_mm`: shape (n,). Along the axis from the middle of the body; beyond its ends the ends count.
+        Returns tuple of ndarray, shapes (n, MODES). Displacement and slope (per mm) of an amplitude of 1 mm.
         """
         half = float(self.half_mm[direction])
         x, kappa = np.clip(s_mm / half, -1.0, 1.0)[:, None], _roots() / 2.0
@@ -97,14 +92,9 @@ class Bends:
 def find_bends(points: Sequence[FloatArray], normals: Sequence[FloatArray], sigma_mm: float) -> Bends:
     """Find the bodies that are long enough to bend, and the directions in which they do.
 
-    Parameters
-    ----------
-    points : shapes (k, 3). Points of the border of each body, in `part`, mm.
-    normals : shapes (f, 3). Unit normals of its plane faces.
-
-    Raises
-    ------
-    InputError : When `sigma_mm` is not positive.
+    `points`: shapes (k, 3). Points of the border of each body, in `part`, mm.
+    `normals`: shapes (f, 3). Unit normals of its plane faces.
+    Raises `InputError` when `sigma_mm` is not positive.
     """
     if not 0.0 < sigma_mm < math.inf:
         raise InputError(f"the bending of a plate of 1 m must be a positive number of mm, got {sigma_mm:g}")

@@ -19,9 +19,7 @@ LARGEST = 1e4  #: Of a tolerance in mm and mrad: it holds nothing any more, and 
 class TackTolerance:
     """How far a tacked body is from its place in the model: standard deviations, the same along every axis.
 
-    Raises
-    ------
-    InputError : When a value is not positive, or not finite.
+    Raises `InputError` when a value is not positive, or not finite.
     """
 
     mm: float = 1.0  #: Of the centroid.

@@ -29,13 +29,8 @@ HELD = 3  #: A plane contact holds one height and two tilts. More points share t
 def find_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, sigma_mm: float) -> Contacts:
     """Find where plane faces of two bodies lie on each other.
 
-    Parameters
-    ----------
-    face_body : shape (F,). The body of every face; -1: it does not move.
-
-    Returns
-    -------
-    Contacts. Three or four points for each pair of faces, at the ends of the overlap.
+    `face_body`: shape (F,). The body of every face; -1: it does not move.
+    Returns Contacts. Three or four points for each pair of faces, at the ends of the overlap.
     """
     face, at, normal = _plane_faces(trimmed)
     i, j = _facing(trimmed, face, at, normal, gap_mm)

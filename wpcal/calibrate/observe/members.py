@@ -23,10 +23,8 @@ LEAST_FACES = 4
 def find_members(trimmed: TrimmedFaces) -> tuple[tuple[str, ...], IntArray]:
     """Cut the faces of one solid into members.
 
-    Returns
-    -------
-    names : tuple of str. ``member 1`` is the largest.
-    face_member : ndarray of int, shape (F,)
+    Returns `names`: tuple of str. ``member 1`` is the largest.
+    Returns `face_member`: ndarray of int, shape (F,).
     """
     graph, n = trimmed.graph, trimmed.graph.face_count
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1))

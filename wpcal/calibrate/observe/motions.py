@@ -122,14 +122,9 @@ class Motions:
     def displacement_jacobian(self, body: IntArray, p_part: FloatArray) -> FloatArray:
         """Differentiate moved points of bodies by the motion (ω, v) of the own body.
 
-        Parameters
-        ----------
-        body : ndarray of int, shape (n,)
-        p_part : shape (n, 3). In the model.
-
-        Returns
-        -------
-        ndarray, shape (n, 3, 6). Of points in `part`, mm per rad and per mm.
+        `body`: ndarray of int, shape (n,).
+        `p_part`: shape (n, 3). In the model.
+        Returns ndarray, shape (n, 3, 6). Of points in `part`, mm per rad and per mm.
         """
         J = point_jacobian(self.apply(body, p_part) - self.bodies.centroid_part[body] - self.v_mm[body])
         J[:, :, :3] = J[:, :, :3] @ left_jacobian(self.omega)[body]
@@ -169,9 +164,7 @@ class Motions:
 def left_jacobian(omega: FloatArray) -> FloatArray:
     r"""Return :math:`J_l` with :math:`\exp(\omega + d) = \exp(J_l d) \exp(\omega)` to first order, shape (b, 3, 3).
 
-    Parameters
-    ----------
-    omega : shape (b, 3). Rotation vectors, rad.
+    `omega`: shape (b, 3). Rotation vectors, rad.
 
     References
     ----------

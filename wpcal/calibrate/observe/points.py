@@ -88,10 +88,8 @@ class PointProblem:
     def fit(self, criterion: Criterion) -> CriterionFit:
         """Fit by one criterion and compute the covariance of the fit.
 
-        Raises
-        ------
-        GeometryError : When the points do not fix a rotation.
-        InputError : When the weighted criterion finds no covariances.
+        Raises `GeometryError` when the points do not fix a rotation.
+        Raises `InputError` when the weighted criterion finds no covariances.
         """
         pairs, rows = self.pairs, np.arange(len(self.pairs))
         equal: tuple[RigidTransform, ...] = ()
@@ -244,9 +242,7 @@ def search_points(
 ) -> tuple[MinimaxSolution, SolverReport]:
     """Search the least largest distance and polish it to the certified optimum.
 
-    Parameters
-    ----------
-    pairs : mm.
+    `pairs`: mm.
     """
     if solver is Solver.EXACT:
         found = solve_minimax(pairs, certify=certify, nominal=nominal)

@@ -41,9 +41,7 @@ class TargetKind(IntEnum):
 def faces_on_surface(graph: BrepGraph, face: int) -> IntArray:
     """Return the faces of a solid that lie on one plane, cylinder or sphere with a face, itself among them.
 
-    Returns
-    -------
-    ndarray of int. The face alone where it lies on another kind of surface.
+    Returns ndarray of int. The face alone where it lies on another kind of surface.
     """
     kind = graph.face_kind[face]
     if kind not in (SurfaceKind.PLANE, SurfaceKind.CYLINDER, SurfaceKind.SPHERE):

@@ -79,9 +79,7 @@ class TouchProblem:
     def fit(self, criterion: Criterion) -> CriterionFit:
         """Fit by one criterion and compute the covariance of the fit; nothing is proved, so the bound is zero.
 
-        Raises
-        ------
-        InputError : When the weighted criterion finds no covariances.
+        Raises `InputError` when the weighted criterion finds no covariances.
         """
         if criterion is Criterion.WEIGHTED and not self.has_covariances:
             raise InputError("the weighted criterion needs an error for every touch: a column sigma_mm")
@@ -209,14 +207,9 @@ def search_touches(
 ) -> tuple[TouchProblem, SolverReport, TouchEvidence]:
     """Search the pose of the touches, and check that they hold the part in one place.
 
-    Parameters
-    ----------
-    seam_points : shape (k, 3). Part frame, mm: where two places are compared. By default the touched points.
-    postures : shape (3, 3). The axes of the tool in the base, by the names of the touches.
-
-    Raises
-    ------
-    GeometryError : When a motion of the part is not held (the message names it), or two places fit equally well.
+    `seam_points`: shape (k, 3). Part frame, mm: where two places are compared. By default the touched points.
+    `postures`: shape (3, 3). The axes of the tool in the base, by the names of the touches.
+    Raises `GeometryError` when a motion of the part is not held (the message names it), or two places fit equally well.
     """
     if len(touches) < 3:
         raise GeometryError(f"{len(touches)} touches cannot hold a part; six on three faces do (3-2-1)")

@@ -64,14 +64,9 @@ class TouchTargets(Protocol):
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:
         """Return how far the nearest points lie beyond the border of their face or edge.
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-        points : shape (m, 3). In `part`, mm.
-
-        Returns
-        -------
-        ndarray, shape (m,). mm; 0 within the border.
+        `rows`: ndarray of int, shape (m,).
+        `points`: shape (m, 3). In `part`, mm.
+        Returns ndarray, shape (m,). mm; 0 within the border.
         """
 
     def joined(self, other: Any) -> tuple[TouchTargets, int]:
@@ -100,9 +95,7 @@ class NamedAxis:
 class Touches:
     """n touches and what they lie on.
 
-    Raises
-    ------
-    InputError : When the lengths differ, or a radius is negative or not finite.
+    Raises `InputError` when the lengths differ, or a radius is negative or not finite.
     """
 
     names: tuple[str, ...]
@@ -179,13 +172,8 @@ class Touches:
     def linearised(self, R: FloatArray, t: FloatArray) -> Linearised:
         """Residuals at poses ``T_base_part``, and how they change with a small motion of the part.
 
-        Parameters
-        ----------
-        R, t : shapes (..., 3, 3), (..., 3). One pose, or many at once.
-
-        Returns
-        -------
-        Linearised. With the same leading axes.
+        `R`, `t`: shapes (..., 3, 3), (..., 3). One pose, or many at once.
+        Returns Linearised. With the same leading axes.
         """
         x = (self.p_base - t[..., None, :]) @ R
         many = x.reshape(-1, 3)

@@ -58,13 +58,8 @@ def anneal_pairs(
 ) -> tuple[RigidTransform, AnnealingReport]:
     """Search the least largest distance by annealing alone.
 
-    Parameters
-    ----------
-    pairs : mm. Of more than 64 pairs the annealer sees the 64 that matter most.
-
-    Returns
-    -------
-    T : RigidTransform. ``T_target_source``, not polished.
+    `pairs`: mm. Of more than 64 pairs the annealer sees the 64 that matter most.
+    Returns `T`: RigidTransform. ``T_target_source``, not polished.
     """
     chosen = schedule or AnnealingSchedule.default()
     rows = core_subset(pairs.p_source, pairs.p_target)
@@ -98,9 +93,7 @@ def about_centroid(p: FloatArray, q: FloatArray) -> SearchProblem:
     At the optimum the centroids are no further apart than the largest distance, and the best fit is never worse than
     the cloud's radius, which both clouds put at one point would give.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Source and target points, mm.
+    `p`, `q`: shape (n, 3). Source and target points, mm.
     """
     pivot_p, pivot_q = p.mean(axis=0), q.mean(axis=0)
     radius = max(float(np.linalg.norm(c, axis=1).max()) for c in (p - pivot_p, q - pivot_q))
@@ -117,9 +110,7 @@ def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
     displacements differ from their mean, and the translations may undo what that turn does at the part's distance
     from the origin.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Modelled and taught points, both in base coordinates, mm.
+    `p`, `q`: shape (n, 3). Modelled and taught points, both in base coordinates, mm.
     """
     shift = (q - p).mean(axis=0)
     differing = float(np.linalg.norm(q - p - shift, axis=1).max())
@@ -135,13 +126,8 @@ def about_origin(p: FloatArray, q: FloatArray) -> SearchProblem:
 def largest_distance_cost(p: FloatArray, q: FloatArray) -> Cost:
     """Return the cost of Yin 2003, eq. (5), of many states at once.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Source and target points, mm.
-
-    Returns
-    -------
-    callable. States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
+    `p`, `q`: shape (n, 3). Source and target points, mm.
+    Returns callable. States (m, 6), (x, y, z, α, β, γ) in mm and rad, to largest distances (m,), mm.
     """
     p_rows = np.ascontiguousarray(p, dtype=np.float64)
     q_columns = np.ascontiguousarray(np.asarray(q, dtype=np.float64).T)[:, :, None]

@@ -33,10 +33,8 @@ FURTHER = rotation_from_zyx([0.0, 0.7, -1.9], [0.0, -0.4, 0.9], [0.0, 1.3, 2.6])
 def nearest_fit(R: FloatArray, towards: FloatArray) -> int:
     """Return which of equally good rotations is nearest to a given one.
 
-    Parameters
-    ----------
-    R : ndarray, shape (k, 3, 3)
-    towards : ndarray, shape (3, 3)
+    `R`: ndarray, shape (k, 3, 3).
+    `towards`: ndarray, shape (3, 3).
     """
     left = np.arange(len(R))
     for aim in (towards, *FURTHER):
@@ -68,10 +66,8 @@ def nearest_rotation_maximising(B: FloatArray, scale: float, towards: FloatArray
     :math:`R = U (I - 2 n n^\top) \operatorname{diag}(1, 1, -1) V^\top` is as good for every unit vector n. If B is
     zero, every rotation is as good.
 
-    Parameters
-    ----------
-    B : ndarray, shape (3, 3)
-    towards : shape (3, 3). A rotation, or the negative of one: the result is then furthest from it.
+    `B`: ndarray, shape (3, 3).
+    `towards`: shape (3, 3). A rotation, or the negative of one: the result is then furthest from it.
     """
     U, s, Vt = np.linalg.svd(B)
     if s[0] <= TIED * scale:
@@ -108,14 +104,9 @@ def _nearest_reflection(U: FloatArray, Vt: FloatArray, towards: FloatArray) -> F
 def with_copies(p: FloatArray, q: FloatArray, R: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Add the copies of fits that the symmetry of the points makes as good.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Points about their centroids, mm.
-    R, t : shapes (k, 3, 3) and (k, 3). Fits.
-
-    Returns
-    -------
-    R, t : ndarray, shapes (m, 3, 3) and (m, 3). All fits, each rotation once.
+    `p`, `q`: shape (n, 3). Points about their centroids, mm.
+    `R`, `t`: shapes (k, 3, 3) and (k, 3). Fits.
+    Returns `R, t`: ndarray, shapes (m, 3, 3) and (m, 3). All fits, each rotation once.
     """
     g, h = _isometries((p, q), (p, q))
     turned = [R, (h[:, None] @ R @ g[:, None].transpose(0, 1, 3, 2)).reshape(-1, 3, 3)]

@@ -59,9 +59,7 @@ class ErrorRows:
     def select(self, rows: IntArray | BoolArray) -> ErrorRows:
         """Return rows.
 
-        Parameters
-        ----------
-        rows : Indices, or a mask of shape (n,). Any shape of indices makes a batch.
+        `rows`: Indices, or a mask of shape (n,). Any shape of indices makes a batch.
         """
         covariances, information = self.covariances[rows], self.information[rows]
         return ErrorRows(
@@ -79,9 +77,7 @@ class ErrorRows:
     def squares(self, R: FloatArray, t: FloatArray) -> FloatArray:
         """Squared residuals rᵀ Λ r of a fit.
 
-        Parameters
-        ----------
-        R, t : ndarray, shapes (..., 3, 3), (..., 3)
+        `R`, `t`: ndarray, shapes (..., 3, 3), (..., 3).
         """
         r = self.q - self.p @ np.swapaxes(R, -1, -2) - t[..., None, :]
         return np.asarray(np.einsum("...ni,...nij,...nj->...n", r, self.information, r))

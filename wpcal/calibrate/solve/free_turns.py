@@ -38,10 +38,8 @@ INDEPENDENT = 1e-7
 def on_line(p: FloatArray, weights: FloatArray) -> bool:
     """Whether the points with a weight lie on one line.
 
-    Parameters
-    ----------
-    p : shape (n, 3). mm.
-    weights : shape (n,). Not negative, with the sum one.
+    `p`: shape (n, 3). mm.
+    `weights`: shape (n,). Not negative, with the sum one.
     """
     spread = np.linalg.svd(np.sqrt(weights)[:, None] * (p - weights @ p), compute_uv=False)
     return bool(spread[1] <= ON_LINE * spread[0])
@@ -50,11 +48,9 @@ def on_line(p: FloatArray, weights: FloatArray) -> bool:
 def free_axes(p: FloatArray, q: FloatArray, R: FloatArray, weights: FloatArray) -> FloatArray:
     """Axes in the target frame about which the part may turn without changing Σ w d², shape (3, m).
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). mm.
-    R : shape (3, 3). An optimal fit.
-    weights : shape (n,). Its multipliers.
+    `p`, `q`: shape (n, 3). mm.
+    `R`: shape (3, 3). An optimal fit.
+    `weights`: shape (n,). Its multipliers.
     """
     u, v = (p - weights @ p) @ R.T, q - weights @ q
     M = (v.T * weights) @ u

@@ -56,14 +56,9 @@ def solve_interior_point(
 ) -> InteriorPointState:
     """Find the locally least largest distance of every problem of a batch.
 
-    Parameters
-    ----------
-    p, q : shape (B, n, 3). Source and target points, about their centroids, mm.
-    R, t : shapes (B, 3, 3) and (B, 3). Where each problem starts; an exact fit is its own answer.
-
-    Returns
-    -------
-    InteriorPointState. The best fit met on the way, and the multipliers of the last step.
+    `p`, `q`: shape (B, n, 3). Source and target points, about their centroids, mm.
+    `R`, `t`: shapes (B, 3, 3) and (B, 3). Where each problem starts; an exact fit is its own answer.
+    Returns InteriorPointState. The best fit met on the way, and the multipliers of the last step.
     """
     batch, n = p.shape[:2]
     best_R, best_t, best = R.copy(), t.copy(), distances(p, q, R, t).max(axis=1)

@@ -100,9 +100,7 @@ def fit_least_squares(
 def other_least_squares(pairs: PointPairs, T: RigidTransform) -> RigidTransform | None:
     """Return the equally good least-squares fit that is turned furthest from a given one, or None if there is no other.
 
-    Parameters
-    ----------
-    pairs : mm.
+    `pairs`: mm.
     """
     other = _nearest(pairs, np.full(len(pairs), 1.0 / len(pairs)), -T.R)
     return other if np.abs(other.R - T.R).max() > SAME_ROTATION else None
@@ -128,14 +126,9 @@ def weighted_rms_bound(pairs: PointPairs, weights: ArrayLike) -> float:
     For weights on the simplex, :math:`\min_T \max_i d_i \ge \min_T (\sum_i w_i d_i^2)^{1/2}`, and the right-hand side
     has a closed form, so every choice of weights proves a bound that holds over *all* rotations.
 
-    Parameters
-    ----------
-    pairs : n pairs, mm.
-    weights : shape (n,). Not negative; scaled to sum to one.
-
-    Returns
-    -------
-    float. Lower bound, mm. Equal to the optimum when the weights are its multipliers.
+    `pairs`: n pairs, mm.
+    `weights`: shape (n,). Not negative; scaled to sum to one.
+    Returns float. Lower bound, mm. Equal to the optimum when the weights are its multipliers.
     """
     w = _simplex(weights, len(pairs))
     return float(weighted_rms(centred(pairs.p_source), centred(pairs.p_target), w))

@@ -130,9 +130,7 @@ def core_subset(p: FloatArray, q: FloatArray, size: int = SUBSET) -> IntArray:
     Half of them are far out (they hold the rotation). The other half have the largest residuals of the least-squares
     fit.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Source and target points, mm.
+    `p`, `q`: shape (n, 3). Source and target points, mm.
     """
     n = len(p)
     if n <= size:
@@ -230,9 +228,7 @@ class _Cloud:
     def solve_from_many(self, first: _Found) -> list[_Found]:
         """Solve from rotations about the first answer and from `STARTS` spread evenly; raise the bound by ascent.
 
-        Returns
-        -------
-        list of _Found. The fits of least largest distance, all with the bound.
+        Returns list of _Found. The fits of least largest distance, all with the bound.
         """
         rows = np.union1d(core_subset(self.p, self.q), np.flatnonzero(first.weights > 0))
         p, q = self.p[rows], self.q[rows]

@@ -124,10 +124,8 @@ def fit_squares_of(
 ) -> Fits:
     """Find the poses of least (weighted) sums of squares near many starts.
 
-    Parameters
-    ----------
-    R, t : shapes (m, 3, 3), (m, 3). The starts ``T_base_part``.
-    kept : shape (m, n). 1 for touches that a fit takes, 0 for those it leaves out. By default each fit takes all.
+    `R`, `t`: shapes (m, 3, 3), (m, 3). The starts ``T_base_part``.
+    `kept`: shape (m, n). 1 for touches that a fit takes, 0 for those it leaves out. By default each fit takes all.
     """
     covariances = touches.covariances if weighted else None
     unit = math.sqrt(float(touches.linearised(R[0], t[0]).information(covariances).max()))
@@ -169,9 +167,7 @@ class _Squares:
 def fit_minimax(touches: Touches, start: Pose) -> Pose:
     """Find the pose of least largest residual near a start; of several, the one of least sum of squares.
 
-    Returns
-    -------
-    Pose. Never worse than the start.
+    Returns Pose. Never worse than the start.
     """
     scale, best = _Scale.of(touches), Pose.of(touches, start.R, start.t)
     weights = np.zeros(len(touches))

@@ -39,9 +39,7 @@ ROUND_OFF = 16 * float(np.finfo(np.float64).eps)
 def information_matrices(pairs: PointPairs) -> FloatArray:
     """Inverse covariances of the taught points, scaled so that their mean trace is 3 (equal errors give the identity).
 
-    Raises
-    ------
-    InputError : When the pairs carry no covariances, or one is not symmetric and positive definite.
+    Raises `InputError` when the pairs carry no covariances, or one is not symmetric and positive definite.
     """
     if pairs.covariances is None:
         raise InputError("the weighted criterion needs a 3×3 covariance for every taught point")

@@ -66,9 +66,7 @@ class CriterionFit:
     def error_95_mm(self, points_part: FloatArray) -> FloatArray:
         """Predict the 95 % error of points of the part, without the bias of the tool, shape (k,), mm.
 
-        Parameters
-        ----------
-        points_part : shape (k, 3). Part frame, mm.
+        `points_part`: shape (k, 3). Part frame, mm.
         """
         moved = self.T.apply(points_part)
         return error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
@@ -76,9 +74,7 @@ class CriterionFit:
     def largest_error_95(self, points_part: FloatArray) -> tuple[int, float]:
         """Return the row of the point with the largest `error_95_mm`, and that error, mm.
 
-        Parameters
-        ----------
-        points_part : shape (k, 3). Part frame, mm.
+        `points_part`: shape (k, 3). Part frame, mm.
         """
         moved = self.T.apply(points_part)
         return largest_error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
@@ -140,9 +136,7 @@ class FitSummary:
     def of(cls, problem: FitProblem, fit: CriterionFit, seam_points: FloatArray) -> FitSummary:
         """Summarise the fit of a problem.
 
-        Parameters
-        ----------
-        seam_points : shape (k, 3). Part frame, mm.
+        `seam_points`: shape (k, 3). Part frame, mm.
         """
         d = problem.distances_mm(fit.T)
         error = fit.largest_error_95(seam_points)[1] + POSTURE_FACTOR * problem.teaching.tcp_bias_mm
@@ -181,9 +175,7 @@ def compare_criteria(
 ) -> CriteriaComparison:
     """Fit with every criterion and compare the largest error predicted at the seam points.
 
-    Parameters
-    ----------
-    seam_points : shape (k, 3). Part frame, mm.
+    `seam_points`: shape (k, 3). Part frame, mm.
     """
     fits = {fit.criterion: fit for fit in known}
     rows: list[dict[str, Any]] = []
@@ -212,9 +204,7 @@ CLEARLY_LESS = 0.9
 def advise_criterion(fit: CriterionFit, comparison: CriteriaComparison | None, word: str) -> str | None:
     """Say in one line that another criterion than minimax predicts clearly less error, or suits the residuals better.
 
-    Returns
-    -------
-    str or None. None if there is nothing to say.
+    Returns str or None. None if there is nothing to say.
     """
     if comparison is None or fit.criterion is not Criterion.MINIMAX:
         return None

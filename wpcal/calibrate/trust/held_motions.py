@@ -30,9 +30,7 @@ NAMED_AXIS_COS = 1.0 - 1e-6
 def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
     """Return the six motions of the part, the best held first, with the touches that hold each.
 
-    Raises
-    ------
-    GeometryError : When a motion is free; it is named.
+    Raises `GeometryError` when a motion is free; it is named.
     """
     axes = touches.axes
     J, pivot, length = scaled_jacobian(touches, pose)

@@ -62,13 +62,8 @@ def find_neighbours(
 ) -> tuple[Neighbour, ...]:
     """Find the rows that fit if they were touched on another feature.
 
-    Parameters
-    ----------
-    pairs : At least four, mm.
-
-    Returns
-    -------
-    tuple of Neighbour. One per row. Empty if no exchange explains the data, or several do about as well.
+    `pairs`: At least four, mm.
+    Returns tuple of Neighbour. One per row. Empty if no exchange explains the data, or several do about as well.
     """
     if not len(places.p) or len(pairs) < 4:
         return ()

@@ -60,11 +60,9 @@ def unchecked_names(
     With J the derivative of the residuals and M = Σ Jᵀ J, an error of observation i keeps the share
     A − Jᵢ M⁻¹ Jᵢᵀ of itself in its own residual, where A projects on the directions that the observation sees.
 
-    Parameters
-    ----------
-    jacobians : shape (n, 3, 6). In mm by comparable coordinates of the motion.
-    seen : shape (n, 3, 3). A.
-    more : shape (m, 3, 6). Of observations that test the fit without being fitted.
+    `jacobians`: shape (n, 3, 6). In mm by comparable coordinates of the motion.
+    `seen`: shape (n, 3, 3). A.
+    `more`: shape (m, 3, 6). Of observations that test the fit without being fitted.
 
     References
     ----------

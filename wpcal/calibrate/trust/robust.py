@@ -77,9 +77,7 @@ def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 
 def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
     """Find the points that the others contradict. Without sets for three points.
 
-    Parameters
-    ----------
-    pairs : At least three, mm.
+    `pairs`: At least three, mm.
     """
     n = len(pairs)
     if n < 4:

@@ -163,10 +163,8 @@ class CheckPoints:
     def of(cls, pairs: PointPairs, moved: FloatArray, by_fit: FloatArray, sigma: Sigma, bias_mm: float) -> CheckPoints:
         """Compare points with their places in the fit.
 
-        Parameters
-        ----------
-        moved : shape (n, 3). Their places in `base`, mm.
-        by_fit : shape (n, 3, 3). Covariances of these places.
+        `moved`: shape (n, 3). Their places in `base`, mm.
+        `by_fit`: shape (n, 3, 3). Covariances of these places.
         """
         own = sigma.mm**2 * np.eye(3) if pairs.covariances is None else pairs.covariances
         level, freedom = 1.0 - FALSE_ALARM / len(pairs), sigma.degrees_of_freedom

@@ -48,13 +48,8 @@ def compare_without(
 ) -> Distrusted:
     """Fit with and without observations that are distrusted, by the same criterion.
 
-    Parameters
-    ----------
-    seam_points : shape (k, 3). Part frame, mm.
-
-    Raises
-    ------
-    GeometryError : When the observations that remain do not fix a rotation.
+    `seam_points`: shape (k, 3). Part frame, mm.
+    Raises `GeometryError` when the observations that remain do not fix a rotation.
     """
     used = Criterion.LEAST_SQUARES if criterion is Criterion.ROBUST else criterion
     out = np.array([problem.names.index(name) for name in names], dtype=np.int64)

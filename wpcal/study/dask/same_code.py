@@ -50,9 +50,7 @@ def difference(asked: Mapping[str, str], there: Mapping[str, str]) -> str:
 def require_same(asked: Mapping[str, str], there: Mapping[str, str] | BaseException, worker: str) -> None:
     """Refuse a worker that would compute other bytes.
 
-    Raises
-    ------
-    InputError : With the difference.
+    Raises `InputError` with the difference.
     """
     if isinstance(there, BaseException):
         what = f"wpcal does not run there ({type(there).__name__}: {there})"
@@ -65,9 +63,7 @@ def require_same(asked: Mapping[str, str], there: Mapping[str, str] | BaseExcept
 def checked_call(asked: Mapping[str, str], function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function on a worker that has the versions of the command.
 
-    Raises
-    ------
-    OtherVersionError : When it has others.
+    Raises `OtherVersionError` when it has others.
     """
     what = difference(asked, versions_here())
     if what:

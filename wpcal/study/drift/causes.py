@@ -59,9 +59,7 @@ class Pattern:
     def project(self, residuals: FloatArray) -> FloatArray:
         """Return what the best rigid motion leaves of residuals, shape (n, m).
 
-        Parameters
-        ----------
-        residuals : shape (n, p, 3). In `part`, mm.
+        `residuals`: shape (n, p, 3). In `part`, mm.
         """
         along = np.einsum("nmi,mi->nm", residuals[:, self.owner], self.directions)
         return np.asarray(along @ self.left)
@@ -70,10 +68,8 @@ class Pattern:
 def find_pattern(places: FloatArray, residuals: FloatArray) -> Pattern:
     """Return the directions in which points are seen.
 
-    Parameters
-    ----------
-    places : shape (p, 3). Points in `part`, mm.
-    residuals : shape (n, p, 3). In `part`, mm. They tell whether a point is a place, or a touch on a face or an edge.
+    `places`: shape (p, 3). Points in `part`, mm.
+    `residuals`: shape (n, p, 3). In `part`, mm. They tell whether a point is a place, or a touch on a face or an edge.
     """
     _, sizes, axes = np.linalg.svd(residuals.swapaxes(0, 1), full_matrices=False)
     counted = sizes > SAME_DIRECTION * max(float(sizes.max(initial=0.0)), 1e-12)
@@ -92,9 +88,7 @@ def find_pattern(places: FloatArray, residuals: FloatArray) -> Pattern:
 def likely_cause(step: FloatArray, variance: float, jobs: int, pattern: Pattern) -> Likely:
     """Return the likely cause of a change.
 
-    Parameters
-    ----------
-    step : shape (m,). Change of the mean of what `Pattern.project` returns, mm.
+    `step`: shape (m,). Change of the mean of what `Pattern.project` returns, mm.
     """
     whole = _chi2(step, variance)
     if whole <= chdtri(pattern.freedom, SIGNIFICANCE):

@@ -38,13 +38,8 @@ def moving_range_sigma(values: FloatArray) -> FloatArray:
     A sudden shift changes one moving range only, so that the median hardly sees it. If most jobs are equal, the median
     is 0: then it is the mean moving range over 1.128.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, c)
-
-    Returns
-    -------
-    ndarray, shape (c,). In the units of the values; 0 if all jobs are equal.
+    `values`: ndarray, shape (n, c).
+    Returns ndarray, shape (c,). In the units of the values; 0 if all jobs are equal.
     """
     ranges = np.abs(np.diff(values, axis=0))
     median, mean = np.median(ranges, axis=0) / MEDIAN_RANGE, ranges.mean(axis=0) / MEAN_RANGE
@@ -55,9 +50,7 @@ def moving_range_sigma(values: FloatArray) -> FloatArray:
 def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
     """Return the charts of channels.
 
-    Parameters
-    ----------
-    values : shape (n, c). Row by row the jobs in their order.
+    `values`: shape (n, c). Row by row the jobs in their order.
     """
     centre = values[:first].mean(axis=0)
     sigma = moving_range_sigma(values)

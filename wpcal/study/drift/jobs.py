@@ -79,9 +79,7 @@ def read_drift_jobs(
 ) -> tuple[list[PartJobs], list[FailedJob]]:
     """Read folders of ``wpcal batch``. The parts by their names.
 
-    Raises
-    ------
-    InputError : When a folder is not one of ``wpcal batch``, or a record in it is damaged.
+    Raises `InputError` when a folder is not one of ``wpcal batch``, or a record in it is damaged.
     """
     found: dict[tuple[str, str], list[_Job]] = {}
     failed: list[FailedJob] = []

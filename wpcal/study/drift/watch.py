@@ -55,9 +55,7 @@ class PartDrift:
 def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
     """Return charts, shifts and their likely causes.
 
-    Raises
-    ------
-    InputError : When there are fewer than 8 jobs.
+    Raises `InputError` when there are fewer than 8 jobs.
     """
     if len(jobs.names) < LEAST_JOBS:
         raise InputError(

@@ -26,13 +26,8 @@ def choose_features(
 ) -> tuple[ReferenceFeature, ...]:
     """Return the features that meet every given condition.
 
-    Parameters
-    ----------
-    near : shape (3,). A place in `part`, mm: the nearest features come first. By default the order is kept.
-
-    Raises
-    ------
-    InputError : If no solid has the name, or `near` is not three finite numbers.
+    `near`: shape (3,). A place in `part`, mm: the nearest features come first. By default the order is kept.
+    Raises `InputError` if no solid has the name, or `near` is not three finite numbers.
     """
     conditions = _conditions(features, kinds, solid, min_diameter_mm)
     chosen = [feature for feature in features if all(holds(feature) for holds in conditions)]

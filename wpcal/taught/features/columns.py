@@ -78,13 +78,8 @@ def _value(column: FloatArray | None, row: int) -> float | None:
 def positive_axes(directions: FloatArray) -> FloatArray:
     """Return unit vectors along lines, with one sense: the last component that is not zero (z, y, x) is positive.
 
-    Parameters
-    ----------
-    directions : ndarray, shape (n, 3)
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
+    `directions`: ndarray, shape (n, 3).
+    Returns ndarray, shape (n, 3).
     """
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     sign = np.ones(len(unit))
@@ -97,9 +92,7 @@ def positive_axes(directions: FloatArray) -> FloatArray:
 def label_equal(*columns: FloatArray | IntArray | BoolArray) -> IntArray:
     """Number rows so that equal rows have equal numbers, shape (n,). 0 … k - 1.
 
-    Parameters
-    ----------
-    *columns : ndarray, shape (n,) or (n, m)
+    `*columns`: ndarray, shape (n,) or (n, m).
     """
     keys = np.column_stack(columns).astype(np.float64) + 0.0  # -0 is 0
     if len(keys) == 0:
@@ -115,10 +108,8 @@ def first_rows(label: IntArray) -> IntArray:
 def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
     """Return the sum of the values of every label, shape (count,) or (count, k).
 
-    Parameters
-    ----------
-    label : shape (n,). 0 … count - 1.
-    values : ndarray, shape (n,) or (n, k)
+    `label`: shape (n,). 0 … count - 1.
+    `values`: ndarray, shape (n,) or (n, k).
     """
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, label, values)
@@ -128,9 +119,7 @@ def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
 def members(label: IntArray, items: IntArray) -> list[IntArray]:
     """Return the items of every label, length k. Sorted.
 
-    Parameters
-    ----------
-    label, items : shape (n,). Each label 0 … k - 1 occurs at least once.
+    `label`, `items`: shape (n,). Each label 0 … k - 1 occurs at least once.
     """
     if len(label) == 0:
         return []

@@ -159,9 +159,7 @@ def features_record(
 def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceFeature:
     """Return the feature with a name, in upper or lower case.
 
-    Raises
-    ------
-    InputError : If there is none. The message gives the nearest names.
+    Raises `InputError` if there is none. The message gives the nearest names.
     """
     exact = next((feature for feature in features if feature.name == name), None)
     if exact is not None:
@@ -178,9 +176,7 @@ def feature_named(features: Sequence[ReferenceFeature], name: str) -> ReferenceF
 def point_named(features: Sequence[ReferenceFeature], name: str) -> FloatArray:
     """Return the point of the feature with a name, in `part`, mm.
 
-    Raises
-    ------
-    InputError : If there is none, or it is a plane or an axis, which one touch does not determine.
+    Raises `InputError` if there is none, or it is a plane or an axis, which one touch does not determine.
     """
     feature = feature_named(features, name)
     if feature.kind in (FeatureKind.PLANE, FeatureKind.AXIS):

@@ -26,9 +26,7 @@ class Occupancy:
     def around(cls, points: FloatArray, reach_mm: float) -> Occupancy:
         """Mark every box that holds a place within reach of a point, and some that only nearly do.
 
-        Parameters
-        ----------
-        points : shape (N, 3). mm.
+        `points`: shape (N, 3). mm.
         """
         span = np.ptp(points, axis=0) + 4.0 * reach_mm
         boxes = min(MOST_BOXES, BOXES_PER_POINT * len(points))

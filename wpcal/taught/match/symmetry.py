@@ -35,19 +35,15 @@ class PartMotion:
     def between(cls, points: FloatArray, first: IntArray, second: IntArray) -> PartMotion:
         """Fit the motion that carries the features of one answer to those of another.
 
-        Parameters
-        ----------
-        points : shape (N, 3). Of the features, in `part`, mm.
-        first, second : shape (n,). Rows of the features in the two answers.
+        `points`: shape (N, 3). Of the features, in `part`, mm.
+        `first`, `second`: shape (n,). Rows of the features in the two answers.
         """
         return cls(*kabsch(points[first], points[second], np.full(len(first), 1.0 / len(first))))
 
     def is_symmetry(self, points: FloatArray, tree: cKDTree, *, within_mm: float) -> bool:
         """Tell whether the motion carries every feature to a feature; a few are tried first.
 
-        Parameters
-        ----------
-        points : shape (N, 3). Of the features, in `part`, mm.
+        `points`: shape (N, 3). Of the features, in `part`, mm.
         """
         for some in (points[:: len(points) // FIRST_TRIED + 1], points):
             if float(np.max(tree.query(some @ self.R.T + self.t_mm)[0])) > within_mm:

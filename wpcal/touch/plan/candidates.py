@@ -47,9 +47,7 @@ def find_candidates(
 ) -> Candidates:
     """Find the searches that the torch can make.
 
-    Raises
-    ------
-    GeometryError : When there is none: what would help.
+    Raises `GeometryError` when there is none: what would help.
     """
     progress(f"looking for places to touch on {counted(graph.face_count, 'face')}")
     held, small = find_contacts(graph, trimmed, place, options)

@@ -84,13 +84,8 @@ class TouchDesign:
     def largest_errors(self, sets: IntArray) -> FloatArray:
         """Largest predicted 95 % error over the seam points, mm; infinite for sets that leave a motion free.
 
-        Parameters
-        ----------
-        sets : shape (m, n). m sets of n touches.
-
-        Returns
-        -------
-        ndarray, shape (m,)
+        `sets`: shape (m, n). m sets of n touches.
+        Returns ndarray, shape (m,).
         """
         parts = [self._errors(sets[first : first + CHUNK]) for first in range(0, len(sets), CHUNK)]
         return np.concatenate(parts) if parts else np.empty(0)
@@ -163,13 +158,8 @@ def best_set(
 ) -> tuple[IntArray, float]:
     """Return the best set of touches and its error.
 
-    Parameters
-    ----------
-    slots : shape (m,). Of a pattern: which touches each of the n places in it may have.
-
-    Returns
-    -------
-    rows : ndarray of int, shape (n,). Empty if no set holds all six freedoms.
+    `slots`: shape (m,). Of a pattern: which touches each of the n places in it may have.
+    Returns `rows`: ndarray of int, shape (n,). Empty if no set holds all six freedoms.
     """
     search = SetSearch(design, len(design))
     if slots is None:
@@ -201,10 +191,8 @@ def advise_searches(
 ) -> MovedAdvice:
     """Choose searches for a weldment whose bodies may move. The index of a touch is its row in `strokes`.
 
-    Raises
-    ------
-    InputError : When a pattern is asked for.
-    GeometryError : As in `advise_moved`.
+    Raises `InputError` when a pattern is asked for.
+    Raises `GeometryError` as in `advise_moved`.
     """
     if options.pattern is not Pattern.BEST:
         raise InputError(f"the pattern {options.pattern} is for a part that is one body: leave it or --bodies away")
@@ -231,14 +219,9 @@ def fewest_set(
 ) -> tuple[IntArray, str]:
     """Return few searches after which a part that is one body keeps all its seams within the tolerance.
 
-    Parameters
-    ----------
-    seam_points : shape (k, 3). All of them, relative to the centre of the design, mm.
-
-    Returns
-    -------
-    rows : ndarray of int, shape (n,)
-    why : str. Why the tolerance is not reached; otherwise empty.
+    `seam_points`: shape (k, 3). All of them, relative to the centre of the design, mm.
+    Returns `rows`: ndarray of int, shape (n,).
+    Returns `why`: str. Why the tolerance is not reached; otherwise empty.
     """
     tolerance_mm, least = options.tolerance_mm or np.inf, min(options.count(), len(design))
     best, _ = best_set(design, least, slots=None, rng=rng)
@@ -265,10 +248,8 @@ def fewest_set(
 def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray) -> float:
     """Return what no seam point exceeds, with 95 % probability, mm.
 
-    Parameters
-    ----------
-    rows : shape (n,). The touches.
-    seam_points : shape (k, 3). About the centre of the design, mm.
+    `rows`: shape (n,). The touches.
+    `seam_points`: shape (k, 3). About the centre of the design, mm.
     """
     covariances, free = design.covariances(rows[None])
     return float("inf") if free[0] else float(np.quantile(joint_errors(seam_points, covariances[0]), COVERAGE))

@@ -110,9 +110,7 @@ def find_contacts(
 ) -> tuple[Contacts, Contacts]:
     """Find the places that a displaced part is still touched at.
 
-    Returns
-    -------
-    held, small : Contacts. Those with room around them, and those on faces where no place has it.
+    Returns `held, small`: Contacts. Those with room around them, and those on faces where no place has it.
     """
     faces = _large_faces(graph, trimmed)
     face, p, normal = _grid(graph, trimmed, faces)

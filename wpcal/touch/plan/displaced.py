@@ -80,10 +80,8 @@ class DisplacedPart:
     ) -> bool:
         """Tell whether a torch passes it on straight ways, wherever it stands.
 
-        Parameters
-        ----------
-        p : shape (m, 3). Points of the way of the tool centre point, in `part`, mm.
-        R : shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
+        `p`: shape (m, 3). Points of the way of the tool centre point, in `part`, mm.
+        `R`: shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
         tips, axes = poses_between(p, R, STEP_MM, STEP_RAD)
         felt_mm = wire_mm - WITHIN_MM if along_wire else wire_mm + STEP_MM

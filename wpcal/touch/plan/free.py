@@ -59,9 +59,7 @@ class Strokes:
     def at(self, mm: FloatArray | float) -> FloatArray:
         """Return places of the tool centre point on the way of the search, shape (n, 3).
 
-        Parameters
-        ----------
-        mm : shape (n,). Distance before the contact; negative behind it.
+        `mm`: shape (n,). Distance before the contact; negative behind it.
         """
         off = np.broadcast_to(self.radius_mm + mm, (len(self),))
         return np.asarray(self.contacts.p + off[:, None] * self.contacts.normal)
@@ -153,10 +151,8 @@ def _is_hit_beside(
 def keeps_above_floor(strokes: Strokes, up: FloatArray, floor_mm: float, rise_mm: FloatArray) -> BoolArray:
     """Tell which searches stay above the lowest level of the part.
 
-    Parameters
-    ----------
-    up : shape (3,). Against gravity, in `part`.
-    rise_mm : shape (n,). By how much the part may be displaced along `up` there.
+    `up`: shape (3,). Against gravity, in `part`.
+    `rise_mm`: shape (n,). By how much the part may be displaced along `up` there.
     """
     level = np.minimum(strokes.at(strokes.before_mm) @ up, strokes.at(0.0) @ up)
     return np.asarray(level >= floor_mm + np.minimum(rise_mm, MARGIN_MM) + FLOOR_MM)
@@ -167,9 +163,7 @@ def with_free_torch(
 ) -> Strokes:
     """Turn the neck so that the torch is free from the safe level to the end of the search; leave the others out.
 
-    Parameters
-    ----------
-    up : shape (3,). Against gravity, in `part`.
+    `up`: shape (3,). Against gravity, in `part`.
     """
     away, other = strokes.bend, np.cross(strokes.contacts.wire, strokes.bend)
     bend, free = strokes.bend.copy(), np.zeros(len(strokes), dtype=bool)
@@ -225,11 +219,9 @@ def torch_is_free(
 ) -> BoolArray:
     """Tell at which poses the torch keeps away from everything, shape (n,).
 
-    Parameters
-    ----------
-    tips : shape (n, 3). In `part`, mm.
-    wire, bend : shape (n, 3). Unit vectors: z and x of the tool.
-    clear_mm : shape (n,). Least distance of nozzle, neck and body.
+    `tips`: shape (n, 3). In `part`, mm.
+    `wire`, `bend`: shape (n, 3). Unit vectors: z and x of the tool.
+    `clear_mm`: shape (n,). Least distance of nozzle, neck and body.
     """
     free = np.ones(len(tips), dtype=bool)
     back = -wire

@@ -42,9 +42,7 @@ class Pattern(StrEnum):
 class NominalError:
     """How far the part may stand from where it is planned.
 
-    Raises
-    ------
-    InputError : When one is negative, or both are zero.
+    Raises `InputError` when one is negative, or both are zero.
     """
 
     sigma_mm: float = 1.0  #: Standard deviation per axis of its middle.
@@ -60,10 +58,8 @@ class NominalError:
     def covariances(self, points: FloatArray, centre: FloatArray) -> FloatArray:
         """Return the covariance of places of the part, mm², shape (n, 3, 3).
 
-        Parameters
-        ----------
-        points : shape (n, 3). In `part`, mm.
-        centre : shape (3,). Middle of the part.
+        `points`: shape (n, 3). In `part`, mm.
+        `centre`: shape (3,). Middle of the part.
         """
         J = point_jacobian(points - centre)
         variances = np.repeat([self.sigma_rad**2, self.sigma_mm**2], 3)
@@ -73,10 +69,8 @@ class NominalError:
 def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArray:
     """Return how far places may be displaced along directions, either way, with a probability of 99 %, shape (n,), mm.
 
-    Parameters
-    ----------
-    covariances : shape (n, 3, 3). Of the places, mm².
-    directions : shape (n, 3). Unit vectors in the same frame.
+    `covariances`: shape (n, 3, 3). Of the places, mm².
+    `directions`: shape (n, 3). Unit vectors in the same frame.
     """
     along = np.einsum("ni,nij,nj->n", directions, covariances, directions)
     return length_quantile(along[:, None, None], HIT_LEVEL)

@@ -44,10 +44,8 @@ class Air:
     def is_free(self, p: FloatArray, R: FloatArray) -> bool:
         """Tell whether the torch is free on straight ways.
 
-        Parameters
-        ----------
-        p : shape (m, 3). Points, in `part`, mm.
-        R : shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
+        `p`: shape (m, 3). Points, in `part`, mm.
+        `R`: shape (m, 3, 3). Axes of the tool there; it turns evenly between them.
         """
         tips, frames = poses_between(p, R, STEP_MM, STEP_RAD)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
@@ -136,9 +134,7 @@ def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntAr
 def shortest_order(cost: FloatArray, *, first: int | None = None) -> IntArray:
     """Return the shortest open way through all places, shape (n,).
 
-    Parameters
-    ----------
-    cost : shape (n, n). Of the way between two of them, the same in both directions.
+    `cost`: shape (n, n). Of the way between two of them, the same in both directions.
     """
     return _by_subsets(cost, first) if len(cost) <= MOST_EXACT else _by_reversals(cost, first)
 

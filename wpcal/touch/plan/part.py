@@ -48,9 +48,7 @@ class PartPlace:
     def of(cls, trimmed: TrimmedFaces, up: FloatArray, tacked: Tacked | None = None) -> PartPlace:
         """Measure the boxes of the faces.
 
-        Parameters
-        ----------
-        up : shape (3,). Against gravity, in `part`.
+        `up`: shape (3,). Against gravity, in `part`.
         """
         low, high = trimmed.face_box
         some = np.isfinite(low).all(axis=1)
@@ -66,10 +64,8 @@ class PartPlace:
     def covariances(self, p: FloatArray, face: IntArray, nominal: NominalError) -> FloatArray:
         """Return the covariance of places of the part, with the motion of their body, mm², shape (n, 3, 3).
 
-        Parameters
-        ----------
-        p : shape (n, 3). In `part`, mm.
-        face : ndarray of int, shape (n,)
+        `p`: shape (n, 3). In `part`, mm.
+        `face`: ndarray of int, shape (n,).
         """
         return nominal.covariances(p, self.centre) + self.of_bodies(p, face)
 

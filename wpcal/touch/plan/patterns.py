@@ -24,13 +24,8 @@ MOST_PARTNERS = 3  #: For each touch of a place so many of the other sides are t
 def choose_touches(design: TouchDesign, p: FloatArray, normal: FloatArray, options: TouchOptions) -> IntArray:
     """Return the touches of the pattern that is asked for, with the least predicted error, shape (k,).
 
-    Parameters
-    ----------
-    p, normal : shape (n, 3). Of the touches, in `part`.
-
-    Raises
-    ------
-    GeometryError : When the part has no set of the pattern that holds all six freedoms.
+    `p`, `normal`: shape (n, 3). Of the touches, in `part`.
+    Raises `GeometryError` when the part has no set of the pattern that holds all six freedoms.
     """
     rng = np.random.default_rng(options.seed)
     if options.pattern is Pattern.BEST:

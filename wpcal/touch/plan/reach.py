@@ -53,9 +53,7 @@ class ArmReach:
     def of(cls, cell: OneRobotCell, T_base_part: RigidTransform | None, part: TriangleMaterial | None) -> ArmReach:
         """Place the part in a cell.
 
-        Raises
-        ------
-        InputError : When neither the cell nor the caller knows the place of the part.
+        Raises `InputError` when neither the cell nor the caller knows the place of the part.
         """
         if T_base_part is not None:
             cell = cell.with_touched_part(T_base_part)
@@ -73,13 +71,8 @@ class ArmReach:
     def turned(self, strokes: Strokes) -> tuple[Strokes, tuple[str, ...]]:
         """Turn the tool about the wire so that the arm reaches; leave out what it cannot reach.
 
-        Returns
-        -------
-        notes : tuple of str. What was left out.
-
-        Raises
-        ------
-        GeometryError : When the arm reaches none.
+        Returns `notes`: tuple of str. What was left out.
+        Raises `GeometryError` when the arm reaches none.
         """
         points = np.stack([strokes.approach, strokes.at(strokes.before_mm), strokes.at(-strokes.after_mm)], axis=1)
         held = self._held(points, strokes.contacts.wire, strokes.bend, SPINS)
@@ -100,9 +93,7 @@ class ArmReach:
     def with_joints(self, plan: TouchPlan, air: Air) -> TouchPlan:
         """Return the plan in the shortest order of the arm, with its joints and the ways between the searches.
 
-        Raises
-        ------
-        GeometryError : When a search of the plan is not reached, or no free way leads to it.
+        Raises `GeometryError` when a search of the plan is not reached, or no free way leads to it.
         """
         joints = [self._of_search(search) for search in plan.searches]
         posts = [k for k, search in enumerate(plan.searches) if search.kind is SearchKind.POST]

@@ -67,9 +67,7 @@ class Search:
     program), mm; also those of a post, whose place in the base is `TouchPlan.T_base_part` times it. During the search
     the tool keeps its orientation.
 
-    Raises
-    ------
-    InputError : When the name is not one, or the stroke is zero.
+    Raises `InputError` when the name is not one, or the stroke is zero.
     """
 
     name: str  #: Unique in the plan; see `SEARCH_NAME`.
@@ -142,9 +140,7 @@ class SeamPrediction:
 class TouchPlan:
     """Searches for one part in one cell.
 
-    Raises
-    ------
-    InputError : When two searches have one name (upper and lower case are one in most languages).
+    Raises `InputError` when two searches have one name (upper and lower case are one in most languages).
     """
 
     part: str  #: File name of the STEP file.
@@ -185,9 +181,7 @@ class TouchPlan:
     def search(self, name: str) -> Search:
         """Return the search of a name; upper and lower case are one.
 
-        Raises
-        ------
-        InputError : When there is none.
+        Raises `InputError` when there is none.
         """
         for search in self.searches:
             if search.name.upper() == name.upper():

@@ -80,9 +80,7 @@ def _served_record(served: Served) -> dict[str, Any]:
 def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
     """Return the plan that a record holds.
 
-    Raises
-    ------
-    FormatError : When a field is missing, or the searches are not usable.
+    Raises `FormatError` when a field is missing, or the searches are not usable.
     """
     try:
         return TouchPlan(
@@ -106,10 +104,8 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
 def read_touch_plan(path: Path) -> TouchPlan:
     """Read ``touches.json``.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is not a plan of touches.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not a plan of touches.
     """
     file = path / TOUCHES_FILE if path.is_dir() else path
     return plan_from_record(read_json(file, schema=TOUCHES_SCHEMA), path=str(file))

@@ -38,9 +38,7 @@ def halves_of(fingerprint: str) -> tuple[int, int]:
 def fingerprint_of(first: int, last: int) -> str:
     """Return the fingerprint of two stored numbers; the inverse of `halves_of`.
 
-    Raises
-    ------
-    InputError : When a number has more than four hexadecimal digits, or is negative.
+    Raises `InputError` when a number has more than four hexadecimal digits, or is negative.
     """
     if not (0 <= first < 16**HALF and 0 <= last < 16**HALF):
         raise InputError(f"expected two numbers from 0 to 65535 as fingerprint, got {first} and {last}")
@@ -103,9 +101,7 @@ class StoredValues:
     def results(self, controller: str, path: str) -> SearchResults:
         """Return the results of the file.
 
-        Raises
-        ------
-        FormatError : When it stores no outcome, an outcome is none, or a found place is missing or unusable.
+        Raises `FormatError` when it stores no outcome, an outcome is none, or a found place is missing or unusable.
         """
         if not self.outcomes:
             raise FormatError("holds no results of a touch program of wpcal", path=path)
@@ -141,9 +137,7 @@ def fingerprint_of_stored(first: float | None, last: float | None) -> str:
 def number_at(values: Mapping[int, float], index: int, what: str, path: str) -> float:
     """Return a numbered value.
 
-    Raises
-    ------
-    FormatError : When the file does not have it.
+    Raises `FormatError` when the file does not have it.
     """
     if index not in values:
         raise FormatError(f"lacks {what}; does the touch setup (--setup) name the registers of the program?", path=path)
@@ -153,9 +147,7 @@ def number_at(values: Mapping[int, float], index: int, what: str, path: str) -> 
 def parsed_number(text: str, what: str, path: str) -> float:
     """Return a number of a file.
 
-    Raises
-    ------
-    FormatError : When it is none.
+    Raises `FormatError` when it is none.
     """
     try:
         return parse_number(text)

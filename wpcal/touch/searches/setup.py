@@ -75,9 +75,7 @@ class UrSetup:
 class TouchSetup:
     """How a cell senses a touch. Every value has a default.
 
-    Raises
-    ------
-    InputError : When a value is out of its range.
+    Raises `InputError` when a value is out of its range.
     """
 
     #: The digital input that turns on at contact: a name (ABB) or a number. Empty: the default of the language.
@@ -141,10 +139,8 @@ def setup_template() -> str:
 def read_touch_setup(path: Path) -> TouchSetup:
     """Read the touch setup of a cell.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is not TOML, a key is unknown, or a value is not what its key takes.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not TOML, a key is unknown, or a value is not what its key takes.
     """
     raw = read_bytes(path)
     try:
