@@ -100,9 +100,7 @@ def descend(
 ) -> Path:
     """Minimise a sum of squares, starting from a path. Never with a larger sum than the start.
 
-    Parameters
-    ----------
-    moved : From a path and a step of shape (n, k) to the path after it; None where it leaves what is possible.
+    `moved`: From a path and a step of shape (n, k) to the path after it; None where it leaves what is possible.
     """
     damping, model = FIRST_DAMPING, linearise(path)
     costs = [model.cost]
@@ -125,9 +123,7 @@ def descend(
 def damped_step(model: LinearModel, damping: float) -> FloatArray | None:
     """Return the step that minimises the damped model with the limits that count after it.
 
-    Returns
-    -------
-    ndarray, shape (n, k), or None. None where round-off makes the normal matrix singular.
+    Returns ndarray, shape (n, k), or None. None where round-off makes the normal matrix singular.
     """
     active, step = model.beyond > 0, None
     for _ in range(ACTIVE_ROUNDS):
