@@ -92,6 +92,15 @@ def changed_lines(path: Path) -> set[int]:
     return found
 
 
+def is_python(source: str) -> bool:
+    """Whether a text can be parsed: an operator between two lines cannot always be taken out of one."""
+    try:
+        ast.parse(source)
+    except SyntaxError:
+        return False
+    return True
+
+
 def survives(mutant: Mutant, copy: Path, most_files: int) -> bool:
     """Whether all near tests pass with a mutant in the copy of the project."""
     names = [str(path.relative_to(ROOT)) for path in near_tests([mutant.path])[:most_files]]
@@ -119,6 +128,7 @@ def main() -> int:
     paths = [path.resolve() for path in asked.paths] or changed_files()
     library = [path for path in paths if path.suffix == ".py" and path.relative_to(ROOT).parts[0] in ("wpcal", "cad")]
     mutants = [one for path in library for one in mutants_of(path) if asked.all or one.line in changed_lines(path)]
+    mutants = [one for one in mutants if is_python(one.apply(one.path.read_text(encoding="utf-8")))]
     chosen = random.Random(1).sample(mutants, min(asked.most, len(mutants)))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "wpcal"
