@@ -1,0 +1,209 @@
+"""What every face of wpcal says about one part: the same facts collected from each place, for the law of one judgement.
+
+A part goes from STEP through seams, advice, calibration, welds, programs, page, audit, verification and the machine
+interface. Each place adds what it says about a fact; `disagreements` returns the facts about which two places differ.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.running import run_here
+from wpcal.core.rotations import rotation_from_zyx
+
+ROUND_OFF = 1e-9
+"""Relative: places that say a number in full."""
+R_BASE_PART = rotation_from_zyx(0.6, -0.035, 0.02)
+P_BASE_PART_MM = np.array([812.5, -240.25, 155.75])
+TOUCHES = 6
+NOISE_MM = 0.1
+
+
+@dataclass(slots=True)
+class Said:
+    """What was said: for each fact about a subject, the places and their values."""
+
+    facts: dict[tuple[str, str], dict[str, Any]] = field(default_factory=lambda: defaultdict(dict))
+
+    def add(self, place: str, fact: str, value: Any, subject: str = "") -> None:
+        """Note what a place says about a fact of a subject (a seam, or the whole part)."""
+        self.facts[fact, subject][place] = value
+
+    def disagreements(self) -> list[str]:
+        """Return one line per fact about which two places differ."""
+        return [
+            f"{fact} {subject}".strip() + ": " + ", ".join(f"{place} says {value}" for place, value in places.items())
+            for (fact, subject), places in self.facts.items()
+            if not all(agree(value, other) for value in places.values() for other in places.values())
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Printed:
+    """A number as a sentence prints it: it agrees with all that are rounded to it."""
+
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def agree(one: Any, other: Any) -> bool:
+    """Whether two values say the same; a printed number says its digits only."""
+    if isinstance(other, Printed):
+        one, other = other, one
+    if isinstance(one, Printed):
+        digits = len(one.text.partition(".")[2])
+        if isinstance(other, Printed):
+            return one.text == other.text
+        return abs(float(one.text) - float(other)) <= 0.5 * 10**-digits * (1 + 1e-6)
+    if isinstance(one, float) or isinstance(other, float):
+        return one is not None and other is not None and math.isclose(one, other, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF)
+    return bool(one == other)
+
+
+def everything_said(part: Path, folder: Path) -> Said:
+    """Drive a part through every face of wpcal, and return what each said."""
+    said = Said()
+    seams = _answer(said, "seams", "seams", part, "--json")
+    _seams(said, "seams", seams)
+    if not any(seam["accepted"] for seam in seams["seams"]):
+        return said
+    advice = _answer(said, "advise", "advise", part, "--count", str(TOUCHES), "--json")
+    taught, out = folder / "taught.csv", folder / "out"
+    taught.write_text(_taught_table(advice), encoding="utf-8")
+    done = run_here("calibrate", part, taught, "-o", out, "--json")
+    assert done.returncode in (0, 1), done.stderr
+    calibration = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
+    _calibration(said, "calibration.json", calibration)
+    _calibration(said, "calibrate --json", json.loads(done.stdout))
+    _seams(said, "seams.json", json.loads((out / "seams.json").read_text(encoding="utf-8")))
+    _page(said, (out / "report.html").read_text(encoding="utf-8"))
+    _welds(said, out)
+    _export(said, out, folder)
+    _folder(said, out)
+    return said
+
+
+def _answer(said: Said, place: str, *arguments: Path | str) -> Any:
+    done = run_here(*arguments)
+    assert done.returncode in (0, 1), f"{place}: {done.stderr}"
+    return json.loads(done.stdout)
+
+
+def _taught_table(advice: dict[str, Any]) -> str:
+    """Return the advised features as a robot would touch them: moved, with a teaching error, written to 0.01 mm."""
+    rng = np.random.default_rng(len(advice["points"]))
+    rows = ["name,x_mm,y_mm,z_mm,use"]
+    for point in advice["points"]:
+        p = R_BASE_PART @ point["p_mm"] + P_BASE_PART_MM + rng.normal(scale=NOISE_MM, size=3)
+        rows.append(f"{point['name']},{p[0]:.2f},{p[1]:.2f},{p[2]:.2f},yes")
+    return "\n".join(rows) + "\n"
+
+
+def _seams(said: Said, place: str, record: dict[str, Any]) -> None:
+    seams = record["seams"]
+    said.add(place, "accepted seams", [seam["name"] for seam in seams if seam["accepted"]])
+    said.add(place, "torch", record["torch"]["name"])
+    said.add(place, "length of wire", float(record["torch"]["wire_mm"]))
+    for seam in seams:
+        for key in ("accepted", "length_mm", "joint", "weld", "confidence", "reachable", "closed"):
+            said.add(place, key, seam[key], seam["name"])
+    worst = [
+        (max(frame["u95_mm"] for frame in seam["frames"]), seam["name"])
+        for seam in seams
+        if seam["accepted"] and "u95_mm" in seam["frames"][0]
+    ]
+    if worst:
+        said.add(place, "error of the worst seam", max(worst)[0])
+
+
+def _calibration(said: Said, place: str, record: dict[str, Any]) -> None:
+    judgement, teaching = record["judgement"], record["teaching_error"]
+    said.add(place, "verdict", record["verdict"])
+    said.add(f"{place}, judgement", "verdict", judgement["kind"])
+    said.add(place, "error of the worst seam", judgement["error_95_mm"])
+    said.add(place, "teaching error", teaching["used_sigma_mm"])
+    for row in (record["criteria"] or {"rows": []})["rows"]:
+        if row["criterion"] == record["criterion"]:
+            said.add(f"{place}, table of criteria", "error of the worst seam", row["seam_error_95_mm"])
+    _sentence(said, f"{place}, sentence", judgement["sentence"])
+
+
+def _sentence(said: Said, place: str, sentence: str) -> None:
+    """Take the numbers out of the sentence of a verdict."""
+    for fact, pattern in (
+        ("error of the worst seam", r"within ([0-9.]+[0-9]) mm"),
+        ("teaching error", r"teaching error (?:of )?([0-9.]+[0-9]) mm"),
+        ("number of accepted seams", r"the ([0-9]+) accepted seams"),
+    ):
+        found = re.search(pattern, sentence)
+        if found:
+            said.add(place, fact, Printed(found[1]))
+
+
+def _page(said: Said, page: str) -> None:
+    found = re.search(r'id="data">(.*?)</script>', page)
+    assert found is not None
+    record = json.loads(found[1])
+    _calibration(said, "page", record["calibration"])
+    for seam in record["seams"]["seams"] if isinstance(record.get("seams"), dict) else record.get("seams", []):
+        for key in ("accepted", "length_mm", "joint", "weld", "confidence", "reachable"):
+            if key in seam:
+                said.add("page", key, seam[key], seam["name"])
+
+
+def _welds(said: Said, out: Path) -> None:
+    record = _answer(said, "welds", "welds", out, "--json")
+    said.add("welds", "accepted seams", [weld["name"] for weld in record["welds"]])
+    for weld in record["welds"]:
+        said.add("welds", "joint", weld["joint"], weld["name"])
+        said.add("welds", "length_mm", weld["place"]["length_mm"], weld["name"])
+
+
+def _export(said: Said, out: Path, folder: Path) -> None:
+    """Write a program: it has every accepted seam, and what it leaves out it names."""
+    done = run_here("export", out, "-f", "rapid", "-f", "csv", "-o", folder / "programs", "--accept-unsure", "--json")
+    if done.returncode == 2:
+        said.add("export", "can be written", False)
+        said.add("seams", "can be written", True)
+        return
+    record = json.loads(done.stdout)
+    said.add("export", "verdict", record["verdict"])
+    said.add("export", "accepted seams", record["seams"])
+    for checked in record["checked"]:
+        found = re.search(r"wire ([0-9.]+) mm", checked)
+        if found:
+            said.add("export, what was checked", "length of wire", Printed(found[1]))
+        found = re.search(r"an? (\w+) torch", checked)
+        if found:
+            said.add("export, what was checked", "torch", found[1])
+
+
+def _folder(said: Said, out: Path) -> None:
+    """Audit and verify the folder as it is, and after one point of a seam was moved."""
+    for state in ("as written", "one point moved"):
+        audited = json.loads(run_here("audit", out, "--json").stdout)
+        verified = json.loads(run_here("verify", out, "--json").stdout)
+        said.add("audit", f"a folder {state} is clean", audited["faults"] == 0)
+        said.add("verify", f"a folder {state} is clean", verified["checked"][0]["state"] == "as claimed")
+        _move_a_point(out / "seams.json")
+
+
+def _move_a_point(path: Path) -> None:
+    record = json.loads(path.read_text(encoding="utf-8"))
+    next(_accepted(record))["frames"][0]["p_mm"][0] += 1.0
+    path.write_text(json.dumps(record), encoding="utf-8")
+
+
+def _accepted(record: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    return (seam for seam in record["seams"] if seam["accepted"])
