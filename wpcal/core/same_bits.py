@@ -86,7 +86,7 @@ def inverse_pose(T: FloatArray) -> FloatArray:
 
 
 def sine_cosine(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return sine and cosine of angles up to some thousand turns, rad; errors below 2e-16."""
+    """Return sine and cosine of angles of shape (...), up to some thousand turns, rad; errors below 2e-16."""
     x = np.asarray(angle, dtype=np.float64)
     turns = np.rint(x * (2.0 / np.pi))
     x = ((x - turns * HALF_TURN_PARTS[0]) - turns * HALF_TURN_PARTS[1]) - turns * HALF_TURN_PARTS[2]
@@ -100,17 +100,17 @@ def sine_cosine(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def sine(angle: ArrayLike) -> FloatArray:
-    """Return the sine of `sine_cosine`."""
+    """Return the sine of angles of shape (...), rad, as `sine_cosine` does."""
     return sine_cosine(angle)[0]
 
 
 def cosine(angle: ArrayLike) -> FloatArray:
-    """Return the cosine of `sine_cosine`."""
+    """Return the cosine of angles of shape (...), rad, as `sine_cosine` does."""
     return sine_cosine(angle)[1]
 
 
 def arc_tangent(y: ArrayLike, x: ArrayLike) -> FloatArray:
-    """Return the angles of the points (x, y), rad, in [-π, π]; zero for the origin."""
+    """Return the angles of points (x, y) of shape (...), rad, in [-π, π]; zero for the origin."""
     y, x = np.broadcast_arrays(np.asarray(y, dtype=np.float64), np.asarray(x, dtype=np.float64))
     high, wide = np.abs(y), np.abs(x)
     large = np.maximum(high, wide)
@@ -148,5 +148,5 @@ def ranked(costs: ArrayLike) -> FloatArray:
 
 
 def first_least(costs: ArrayLike, axis: int | None = None) -> IntArray:
-    """Return the row of the least cost; of costs that are equal after rounding (`ranked`), the first."""
+    """Return the row of the least cost of shape (...); of costs that are equal after rounding, the first."""
     return np.asarray(np.argmin(ranked(costs), axis=axis))

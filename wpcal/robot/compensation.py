@@ -23,17 +23,11 @@ def correct_points(arm: Arm, joints: ArrayLike, *, T_flange_tool: RigidTransform
 
     Parameters
     ----------
-    arm : Arm
-        The identified arm for true positions; a nominal one gives what the pendant shows.
-    joints : array_like, shape (N, n)
-        Shown angles, rad.
-    T_flange_tool : RigidTransform
-        The tool as set in the controller.
+    joints : shape (N, n). Shown angles, rad.
 
     Returns
     -------
-    ndarray, shape (N, 3)
-        Positions in the base, mm, in the robot space of `arm`.
+    ndarray, shape (N, 3). Positions in the base, mm, in the robot space of `arm`.
     """
     T = arm.forward(joints)
     return np.asarray(T[:, :3, :3] @ T_flange_tool.t_mm + T[:, :3, 3], dtype=np.float64)
@@ -46,29 +40,20 @@ def compensate_targets(
 
     Parameters
     ----------
-    arm : Arm
-        An identified arm.
-    T_base_tool : array_like, shape (N, 4, 4)
-        True tool poses, mm.
+    T_base_tool : shape (N, 4, 4). True tool poses, mm.
     near : array_like, shape (n,) or (N, n)
         Shown angles, rad, that say which of the eight configurations the robot will be in; the correction differs a
         little from one to another.
-    T_flange_tool : RigidTransform
-        The tool as set in the controller.
 
     Returns
     -------
-    targets : ndarray, shape (N, 4, 4)
-        Tool poses for the controller, in nominal robot space, mm.
-    joints : ndarray, shape (N, n)
-        Shown angles at these targets, rad.
+    targets : ndarray, shape (N, 4, 4). Tool poses for the controller, in nominal robot space, mm.
+    joints : ndarray, shape (N, n). Shown angles at these targets, rad.
 
     Raises
     ------
-    InputError
-        When the arm is not an identified one.
-    GeometryError
-        When a pose is out of reach or breaks a joint limit.
+    InputError : When the arm is not an identified one.
+    GeometryError : When a pose is out of reach or breaks a joint limit.
     """
     if arm.nominal is None:
         raise InputError(f"{arm.name} is a nominal arm: compensated targets need an identified one")

@@ -30,25 +30,12 @@ the tool centre point may lie anywhere along that axis."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolPoint:
-    """A tool centre point with its error.
+    """A tool centre point with its error."""
 
-    Parameters
-    ----------
-    t_flange : ndarray, shape (3,)
-        The tip in the flange frame, mm.
-    p_base : ndarray, shape (3,)
-        The touched point in the base, mm.
-    covariance : ndarray, shape (3, 3)
-        Of `t_flange`, mm².
-    residuals : ndarray, shape (n, 3)
-        Of the touches, in the base, mm.
-    degrees_of_freedom : int
-    """
-
-    t_flange: FloatArray
-    p_base: FloatArray
-    covariance: FloatArray
-    residuals: FloatArray
+    t_flange: FloatArray  #: shape (3,). The tip in the flange frame, mm.
+    p_base: FloatArray  #: shape (3,). The touched point in the base, mm.
+    covariance: FloatArray  #: shape (3, 3). Of `t_flange`, mm².
+    residuals: FloatArray  #: shape (n, 3). Of the touches, in the base, mm.
     degrees_of_freedom: int
 
     @property
@@ -82,15 +69,11 @@ def find_tool_point(arm: Arm, joints: ArrayLike) -> ToolPoint:
 
     Parameters
     ----------
-    arm : Arm
-        Nominal or identified.
-    joints : array_like, shape (n, k)
-        Shown joint angles at each touch, rad.
+    joints : shape (n, k). Shown joint angles at each touch, rad.
 
     Raises
     ------
-    GeometryError
-        When there are fewer than four postures, or they all turn about one axis.
+    GeometryError : When there are fewer than four postures, or they all turn about one axis.
     """
     T = arm.forward(joints)
     n = len(T)

@@ -30,21 +30,12 @@ FEWEST = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredBases:
-    """A cell with the measured place of robot 2.
+    """A cell with the measured place of robot 2."""
 
-    Parameters
-    ----------
-    result : CalibrationResult
-        Of the points; its `T_base_part` is ``T_base1_base2``.
-    files : mapping of str to dict
-        ``cell.json`` with the new ``T_world_base`` of robot 2, and the arm files that it names.
-    moved_mm : float
-        Distance between the measured base of robot 2 and the base in the cell file.
-    """
-
-    result: CalibrationResult
+    result: CalibrationResult  #: Of the points; its `T_base_part` is ``T_base1_base2``.
+    #: ``cell.json`` with the new ``T_world_base`` of robot 2, and the arm files that it names.
     files: Mapping[str, Any]
-    moved_mm: float
+    moved_mm: float  #: Distance between the measured base of robot 2 and the base in the cell file.
 
 
 def read_base_points(path: Path) -> PointPairs:
@@ -52,8 +43,7 @@ def read_base_points(path: Path) -> PointPairs:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
+    InputError : When the file cannot be opened.
     FormatError
         When a column is missing, a cell is not a number, a name appears twice, or there are fewer than three points.
     """
@@ -74,19 +64,12 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
 
     Parameters
     ----------
-    cell_json : Path
-        Of schema ``wpcal/cell/1``; the grasp may be missing.
-    touched : PointPairs
-        Of n points: source in base 2, target in base 1, mm.
-    tolerance_mm : float
-        Largest residual of the verdict.
+    touched : Of n points: source in base 2, target in base 1, mm.
 
     Raises
     ------
-    GeometryError
-        When the points are on one line.
-    FormatError
-        When the file breaks its format.
+    GeometryError : When the points are on one line.
+    FormatError : When the file breaks its format.
     """
     record = copy.deepcopy(read_json(cell_json, schema=CELL_SCHEMA))
     cell = _read_without_grasp(record, cell_json)

@@ -41,21 +41,12 @@ class Owner(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A shape and the frame that carries it.
-
-    Parameters
-    ----------
-    shape : Shape
-    link : int
-        0 to 6; 7 for torch and part.
-    carrier : int
-        Row of its frame in the result of `body_frames`.
-    """
+    """A shape and the frame that carries it."""
 
     shape: Shape
     owner: Owner
-    link: int
-    carrier: int
+    link: int  #: 0 to 6; 7 for torch and part.
+    carrier: int  #: Row of its frame in the result of `body_frames`.
 
     @property
     def name(self) -> str:
@@ -65,19 +56,13 @@ class Body:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyPairs:
-    """The bodies of a cell and the pairs of them that can meet.
-
-    Parameters
-    ----------
-    first, second : ndarray of int, shape (m,)
-        Rows of `bodies`.
-    safety_mm : ndarray, shape (m,)
-        Distance that each pair must keep, mm: d1, or the nozzle's own distance to the part.
-    """
+    """The bodies of a cell and the pairs of them that can meet."""
 
     bodies: tuple[Body, ...]
+    #: `first`, `second`: shape (m,). Rows of `bodies`.
     first: IntArray
     second: IntArray
+    #: shape (m,). Distance that each pair must keep, mm: d1, or the nozzle's own distance to the part.
     safety_mm: FloatArray
 
     def __len__(self) -> int:
@@ -132,11 +117,6 @@ def _safety(cell: RobotCell, a: Body, b: Body) -> float:
 def body_frames(cell: RobotCell, state: CellState) -> tuple[Frames, ...]:
     """Return the frames that carry bodies, in `world`, mm.
 
-    Parameters
-    ----------
-    state : CellState
-        n points.
-
     Returns
     -------
     tuple of Frames
@@ -157,10 +137,8 @@ def arm_frames(
 
     Parameters
     ----------
-    joints : ndarray, shape (n, k)
-        Shown angles, rad.
-    shift_mm : ndarray, shape (3, n), optional
-        How far the base is from `T_world_base`, in `world`, mm.
+    joints : shape (n, k). Shown angles, rad.
+    shift_mm : shape (3, n). How far the base is from `T_world_base`, in `world`, mm.
     """
     moved = 0.0 if shift_mm is None else shift_mm
     base = start_frames(T_world_base, 1)

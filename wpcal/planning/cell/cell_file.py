@@ -25,10 +25,8 @@ def read_cell(path: Path) -> RobotCell:
 
     Raises
     ------
-    InputError
-        When the file or one of its arms cannot be opened, or the part's place in the gripper is missing.
-    FormatError
-        When a field is missing or wrong; the message names the file.
+    InputError : When the file or one of its arms cannot be opened, or the part's place in the gripper is missing.
+    FormatError : When a field is missing or wrong; the message names the file.
     """
     record = read_json(path, schema=CELL_SCHEMA)
     return cell_from_record(record, path=path)
@@ -39,8 +37,7 @@ def cell_from_record(record: Mapping[str, Any], *, path: Path) -> RobotCell:
 
     Raises
     ------
-    InputError, FormatError
-        As `read_cell` does.
+    InputError, FormatError : As `read_cell` does.
     """
     return built_from(_cell, record, path)
 
@@ -50,8 +47,7 @@ def built_from(build: Callable[[Mapping[str, Any], Path], Built], record: Mappin
 
     Raises
     ------
-    InputError, FormatError
-        As `build` does, or when it finds no field or a wrong one.
+    InputError, FormatError : As `build` does, or when it finds no field or a wrong one.
     """
     try:
         return build(record, path)
@@ -97,8 +93,7 @@ def arm_beside(name: str, path: Path) -> Arm:
 
     Raises
     ------
-    InputError, FormatError
-        When there is no such arm, or its file breaks its format.
+    InputError, FormatError : When there is no such arm, or its file breaks its format.
     """
     return find_arm(name if name in shipped_arms() else str(path.parent / name))
 

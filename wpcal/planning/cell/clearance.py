@@ -30,21 +30,13 @@ BLOCK = 16_384
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clearance:
-    """Clearances of n states.
+    """Clearances of n states."""
 
-    Parameters
-    ----------
-    margin_mm : ndarray, shape (n,)
-        Least distance minus safety distance over all pairs, mm; infinite in a cell without pairs.
-    distance_mm : ndarray, shape (n,)
-        Distance of the pair with the least margin, mm; negative where capsules overlap.
-    pair : ndarray of int, shape (n,)
-        The pair with the least margin, a row of `pairs`; -1 in a cell without pairs.
-    """
-
+    #: shape (n,). Least distance minus safety distance over all pairs, mm; infinite in a cell without pairs.
     margin_mm: FloatArray
+    #: shape (n,). Distance of the pair with the least margin, mm; negative where capsules overlap.
     distance_mm: FloatArray
-    pair: IntArray
+    pair: IntArray  #: shape (n,). The pair with the least margin, a row of `pairs`; -1 in a cell without pairs.
     pairs: BodyPairs
 
     @property
@@ -57,19 +49,13 @@ class Clearance:
 
         Raises
         ------
-        IndexError
-            In a cell without pairs.
+        IndexError : In a cell without pairs.
         """
         return self.pairs.names(int(self.pair[row]))
 
 
 def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
     """Measure n states by capsules.
-
-    Parameters
-    ----------
-    state : CellState
-        n points.
 
     Notes
     -----
@@ -91,8 +77,7 @@ def require_bases_apart(cell: RobotCell) -> None:
 
     Raises
     ------
-    GeometryError
-        With the two bodies and the missing distance.
+    GeometryError : With the two bodies and the missing distance.
     """
     fixed = replace(
         cell,

@@ -38,22 +38,12 @@ PLACE, YAW, SLOPE, ROTATION, WORK, TRAVEL, SPIN = slice(0, 3), 3, 4, 5, 6, 7, 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamPath:
-    """The points of one seam in the frame `part`.
-
-    Parameters
-    ----------
-    s_mm : ndarray, shape (n,)
-        Arc length, increasing, mm.
-    p : ndarray, shape (n, 3)
-        Points of the seam, mm.
-    R : ndarray, shape (n, 3, 3)
-        Columns x (travel), y, z (out of the joint).
-    """
+    """The points of one seam in the frame `part`."""
 
     name: str
-    s_mm: FloatArray
-    p: FloatArray
-    R: FloatArray
+    s_mm: FloatArray  #: shape (n,). Arc length, increasing, mm.
+    p: FloatArray  #: shape (n, 3). Points of the seam, mm.
+    R: FloatArray  #: shape (n, 3, 3). Columns x (travel), y, z (out of the joint).
 
     @classmethod
     def of_frames(cls, name: str, frames: SeamFrames) -> SeamPath:
@@ -61,8 +51,7 @@ class SeamPath:
 
         Raises
         ------
-        InputError
-            When they are given in another frame, or are fewer than two.
+        InputError : When they are given in another frame, or are fewer than two.
         """
         if frames.frame != "part":
             raise InputError(f"seam {name}: expected frames in part, got {frames.frame}")
@@ -96,14 +85,11 @@ def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tu
 
     Parameters
     ----------
-    path : SeamPath
-        N points.
     coordinates : ndarray, shape (N, 9)
 
     Returns
     -------
-    T_base1_flange1, T_base2_flange2 : ndarray, shape (N, 4, 4)
-        mm.
+    T_base1_flange1, T_base2_flange2 : ndarray, shape (N, 4, 4). mm.
     """
     R_middle_seam = seam_in_middle(coordinates)
     R_middle_part = product(R_middle_seam, np.swapaxes(path.R, 1, 2))
@@ -129,14 +115,11 @@ def all_joints(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tupl
 
     Parameters
     ----------
-    path : SeamPath
-        N points.
     coordinates : ndarray, shape (N, 9)
 
     Returns
     -------
-    joints1, joints2 : ndarray, shape (N, 8, 6)
-        rad; NaN where a branch does not reach.
+    joints1, joints2 : ndarray, shape (N, 8, 6). rad; NaN where a branch does not reach.
     """
     flange1, flange2 = flange_poses(cell, path, coordinates)
     return solve_inverse(cell.arm1, flange1).joints, solve_inverse(cell.arm2, flange2).joints
@@ -149,18 +132,12 @@ def joints_along(
 
     Parameters
     ----------
-    path : SeamPath
-        n points in the order of travel.
     coordinates : ndarray, shape (n, 9)
-    branches : tuple of int
-        Of robot 1 and robot 2, 0 to 7.
-    near : ndarray, shape (12,)
-        The whole turns of the first point are those nearest to these joints, rad.
+    near : shape (12,). The whole turns of the first point are those nearest to these joints, rad.
 
     Returns
     -------
-    ndarray, shape (n, 12)
-        Robot 1, then robot 2; NaN where a branch does not reach.
+    ndarray, shape (n, 12). Robot 1, then robot 2; NaN where a branch does not reach.
     """
     one, two = all_joints(cell, path, coordinates)
     both = np.concatenate([one[:, branches[0]], two[:, branches[1]]], axis=1)
@@ -168,22 +145,15 @@ def joints_along(
 
 
 def unwrap(joints: FloatArray, near: FloatArray) -> FloatArray:
-    """Add whole turns so that each step is the shorter way, and the first row is nearest to `near`.
+    """Add whole turns so that each step is the shorter way, and the first row is nearest to `near`, shape (n, k), rad.
 
     Between neighbouring points of a path a joint turns by less than π, so the shorter step is the right one. The angle
     may grow over several turns.
 
     Parameters
     ----------
-    joints : ndarray, shape (n, k)
-        rad.
-    near : ndarray, shape (k,)
-        rad.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        rad.
+    joints : shape (n, k). rad.
+    near : shape (k,). rad.
     """
     steps = np.diff(joints, axis=0, prepend=np.broadcast_to(near, (1, joints.shape[1])))
     return np.asarray(near + np.cumsum(steps - TURN * np.rint(steps / TURN), axis=0), dtype=np.float64)
@@ -195,13 +165,11 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
     Parameters
     ----------
     coordinates : ndarray, shape (n, 9)
-    joints : ndarray, shape (n, 12)
-        The joints that belong to the coordinates, rad.
+    joints : shape (n, 12). The joints that belong to the coordinates, rad.
 
     Returns
     -------
-    ndarray, shape (n, 12, 9)
-        rad per mm and rad per rad; large but finite near a singular pose.
+    ndarray, shape (n, 12, 9). rad per mm and rad per rad; large but finite near a singular pose.
     """
     seam, tool = _turning_axes(coordinates)
     motion2 = np.zeros((len(joints), 6, COORDINATES))

@@ -26,25 +26,13 @@ AROUND_MM = 120.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DistanceField:
-    """The grid of a part.
+    """The grid of a part."""
 
-    Parameters
-    ----------
-    low : ndarray, shape (3,)
-        Corner of the grid, mm.
-    bound_mm : ndarray, shape (a, b, c)
-        Lower bounds, mm, not negative.
-    box : ndarray, shape (2, 3)
-        The part's own box, mm.
-    slack_mm : float
-        A distance is at most its bound and this.
-    """
-
-    low: FloatArray
+    low: FloatArray  #: shape (3,). Corner of the grid, mm.
     cell_mm: float
-    bound_mm: FloatArray
-    box: FloatArray
-    slack_mm: float
+    bound_mm: FloatArray  #: shape (a, b, c). Lower bounds, mm, not negative.
+    box: FloatArray  #: shape (2, 3). The part's own box, mm.
+    slack_mm: float  #: A distance is at most its bound and this.
 
     @classmethod
     def of_triangles(cls, corners: FloatArray) -> DistanceField:
@@ -52,8 +40,7 @@ class DistanceField:
 
         Parameters
         ----------
-        corners : ndarray, shape (m, 3, 3)
-            Corners of triangles in any frame, mm; at least one triangle.
+        corners : shape (m, 3, 3). Corners of triangles in any frame, mm; at least one triangle.
         """
         box = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
         low = box[0] - AROUND_MM
@@ -69,17 +56,11 @@ class DistanceField:
         return cls(low, cell, bound, box, slack + cell * math.sqrt(3.0))
 
     def at(self, points: FloatArray) -> FloatArray:
-        """Return lower bounds of the distances of points from the surface.
+        """Return lower bounds of the distances of points from the surface, shape (n,), mm.
 
         Parameters
         ----------
-        points : ndarray, shape (n, 3)
-            In the frame of the triangles, mm.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            mm.
+        points : shape (n, 3). In the frame of the triangles, mm.
         """
         return self.between(points)[0]
 
@@ -88,13 +69,11 @@ class DistanceField:
 
         Parameters
         ----------
-        points : ndarray, shape (n, 3)
-            In the frame of the triangles, mm.
+        points : shape (n, 3). In the frame of the triangles, mm.
 
         Returns
         -------
-        least, most : ndarray, shape (n,)
-            mm; `most` is infinite outside the grid.
+        least, most : ndarray, shape (n,). mm; `most` is infinite outside the grid.
         """
         index = np.floor((points - self.low) / self.cell_mm).astype(np.int64)
         shape = np.array(self.bound_mm.shape)

@@ -25,24 +25,12 @@ NO_GRASP = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holding:
-    """A cell file and the joints of robot 2 while robot 1 touched the part.
+    """A cell file and the joints of robot 2 while robot 1 touched the part."""
 
-    Parameters
-    ----------
-    path : Path
-        The cell file.
-    record : mapping
-        Content of the file; the grasp may be missing.
-    cell : RobotCell
-        The same cell; a missing grasp is replaced by the identity.
-    joints2 : ndarray, shape (6,)
-        Shown angles of robot 2, rad.
-    """
-
-    path: Path
-    record: Mapping[str, Any]
-    cell: RobotCell
-    joints2: FloatArray
+    path: Path  #: The cell file.
+    record: Mapping[str, Any]  #: Content of the file; the grasp may be missing.
+    cell: RobotCell  #: The same cell; a missing grasp is replaced by the identity.
+    joints2: FloatArray  #: shape (6,). Shown angles of robot 2, rad.
 
 
 def read_holding(path: Path, joints_deg: str) -> Holding:
@@ -50,17 +38,12 @@ def read_holding(path: Path, joints_deg: str) -> Holding:
 
     Parameters
     ----------
-    path : Path
-        Of schema ``wpcal/cell/1``.
-    joints_deg : str
-        Six shown angles in degrees, separated by commas.
+    joints_deg : Six shown angles in degrees, separated by commas.
 
     Raises
     ------
-    InputError
-        When there are not six numbers or a joint is beyond its limits.
-    FormatError
-        When the file breaks its format.
+    InputError : When there are not six numbers or a joint is beyond its limits.
+    FormatError : When the file breaks its format.
     """
     record = copy.deepcopy(read_json(path, schema=CELL_SCHEMA))
     if not isinstance(record.get("holder_robot"), dict):
@@ -96,8 +79,7 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
     Parameters
     ----------
-    T_base1_part : RigidTransform
-        Result of a calibration with points that robot 1 touched; the names of its frames are ignored.
+    T_base1_part : Result of a calibration with points that robot 1 touched; the names of its frames are ignored.
 
     Notes
     -----
@@ -112,13 +94,7 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
 
 
 def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, Any]:
-    """Return the files of the cell with a grasp, by name: ``cell.json``, and the arm files beside the cell file.
-
-    Returns
-    -------
-    dict of str to dict
-        Records.
-    """
+    """Return the files of the cell with a grasp, by name: ``cell.json``, and the arm files beside the cell file."""
     record = copy.deepcopy(dict(holding.record))
     record["holder_robot"]["T_flange_part"] = T_flange2_part.to_record()
     return with_arms(record, holding.path)
@@ -126,13 +102,6 @@ def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, An
 
 def with_arms(record: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return the record of a cell as ``cell.json``, and the records of the arm files beside its file.
-
-    Parameters
-    ----------
-    record : mapping
-        Of schema ``wpcal/cell/1``.
-    path : Path
-        The file that the record came from.
 
     Returns
     -------

@@ -32,11 +32,6 @@ def choose_home(cell: OneRobotCell) -> FloatArray:
     The elbow is up and the wrist is turned little. Of these poses the first is taken that keeps all safety distances
     from the bodies of the cell: first in front of the base, then with joint 1 turned. If none does, the first pose is
     returned; `wpcal.planning.cell.one_robot_check` then tells what it touches.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-        Its `home` states the external axes.
     """
     poses = _torch_down(cell)
     if not len(poses):

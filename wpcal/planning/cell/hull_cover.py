@@ -50,8 +50,7 @@ class HullCover:
 
         Parameters
         ----------
-        corners : ndarray, shape (n, 3)
-            Of the hull, not in one plane, mm.
+        corners : shape (n, 3). Of the hull, not in one plane, mm.
         """
         low, high = corners.min(axis=0), corners.max(axis=0)
         step = float((high - low).max()) / ALONG
@@ -77,15 +76,12 @@ class HullCover:
 
         Parameters
         ----------
-        outline : ndarray, shape (m, 3)
-            Points in the frame of the surface, mm; the bound holds for their convex hull.
-        T : ndarray, shape (n, 4, 4)
-            ``T_surface_body``, mm.
+        outline : shape (m, 3). Points in the frame of the surface, mm; the bound holds for their convex hull.
+        T : shape (n, 4, 4). ``T_surface_body``, mm.
 
         Returns
         -------
-        ndarray, shape (n,)
-            mm; 0 where no face has all points beyond it.
+        ndarray, shape (n,). mm; 0 where no face has all points beyond it.
         """
         normal = np.einsum("nij,fj->nfi", T[:, :3, :3], self.planes[:, :3])  # in the frame of the surface
         off = self.planes[:, 3] - np.einsum("nfi,ni->nf", normal, T[:, :3, 3])
@@ -97,19 +93,12 @@ class HullCover:
 
         Parameters
         ----------
-        field : DistanceField
-            Of the surface.
-        T : ndarray, shape (n, 4, 4)
-            ``T_surface_body``, mm.
-        needed_mm : float
-            Distance that the hull must keep.
+        T : shape (n, 4, 4). ``T_surface_body``, mm.
 
         Returns
         -------
-        margin : ndarray, shape (n,)
-            Lower bounds of distance less `needed_mm`, mm.
-        meets : ndarray of bool, shape (n,)
-            Whether the surface is surely inside the hull somewhere.
+        margin : ndarray, shape (n,). Lower bounds of distance less `needed_mm`, mm.
+        meets : ndarray of bool, shape (n,). Whether the surface is surely inside the hull somewhere.
         """
         margin, meets = np.full(len(T), np.inf), np.zeros(len(T), dtype=bool)
         R, p = np.ascontiguousarray(T[:, :3, :3]), T[:, :3, 3]

@@ -34,22 +34,10 @@ FCL_MM = 1e-4
 def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
     """Measure n states by the hulls of bodies (capsules where a body has no hull).
 
-    Parameters
-    ----------
-    state : CellState
-        n points.
-
-    Returns
-    -------
-    Clearance
-        The distance is 0 where hulls overlap; the depth is not measured.
-
     Raises
     ------
-    GeometryError
-        When the corners of a hull are in one plane.
-    InputError
-        When a body has a hull and `python-fcl` is not installed.
+    GeometryError : When the corners of a hull are in one plane.
+    InputError : When a body has a hull and `python-fcl` is not installed.
     """
     pairs = body_pairs(cell)
     margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
@@ -70,15 +58,12 @@ def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
 
     Parameters
     ----------
-    points : array_like, shape (n, 3)
-        mm.
+    points : shape (n, 3). mm.
 
     Returns
     -------
-    p, q : ndarray, shape (3,)
-        Ends of the axis, mm.
-    radius : float
-        mm.
+    p, q : ndarray, shape (3,). Ends of the axis, mm.
+    radius : float. mm.
     """
     x = np.asarray(points, dtype=np.float64)
     directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]
@@ -151,10 +136,8 @@ class HullMeasure:
 
         Parameters
         ----------
-        bounds : ndarray, shape (m, n)
-            `pair_margins` of `bounded`, mm.
-        frames : tuple of Frames
-            At the n states.
+        bounds : shape (m, n). `pair_margins` of `bounded`, mm.
+        frames : At the n states.
         """
         for k, planes in self.walls.items():
             rows = np.flatnonzero(bounds[k] <= 0.0)
@@ -222,10 +205,8 @@ def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
 
     Raises
     ------
-    GeometryError
-        When the corners of the hull lie in a plane.
-    InputError
-        When `python-fcl` is not installed.
+    GeometryError : When the corners of the hull lie in a plane.
+    InputError : When `python-fcl` is not installed.
     """
     fcl = import_fcl()
     if len(shape.hull):
@@ -243,10 +224,8 @@ def convex_hull_object(shape: Shape) -> Any:
 
     Raises
     ------
-    GeometryError
-        When the corners of the hull lie in a plane.
-    InputError
-        When `python-fcl` is not installed.
+    GeometryError : When the corners of the hull lie in a plane.
+    InputError : When `python-fcl` is not installed.
     """
     fcl = import_fcl()
     return fcl.CollisionObject(_fcl_hull(shape), fcl.Transform())
@@ -283,8 +262,7 @@ def import_fcl() -> Any:
 
     Raises
     ------
-    InputError
-        When `python-fcl` is not installed.
+    InputError : When `python-fcl` is not installed.
     """
     try:
         import fcl  # noqa: PLC0415  # an optional package, needed only where a body has a hull

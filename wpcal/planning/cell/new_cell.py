@@ -38,62 +38,32 @@ NO_FLOOR_MM = -1e5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NewCell:
-    """What a new cell is made from.
+    """What a new cell is made from."""
 
-    Parameters
-    ----------
-    robot : str
-        Shipped arm, arm file or URDF file.
-    T_flange_tool : RigidTransform or None
-        None: not known yet; the cell file says so, and a plan asks for it.
-    torch : TorchShape
-        Its sizes are written into the cell, and compared with the torch with which seams were felt.
-    torch_mesh : Path or None
-        STL file in the frame `flange`, mm. None: bodies from `torch_capsules`, or from `torch`.
-    torch_capsules : sequence of (p, q, radius)
-        In the frame `flange`, mm.
-    positioner : str or None
-        Arm file or URDF file with one or two axes.
-    T_carrier_part : RigidTransform or None
-        The part on the positioner, or in `world`.
-    boxes : sequence of (low, high)
-        Corners of boxes in `world`, mm: table, fixtures.
-    rail : mapping or None
-        As in the cell file.
-    home_deg : sequence of float or None
-    couplings : sequence of Coupling
-        Of the robot's joints, which a URDF file cannot name.
-    """
-
-    robot: str
+    robot: str  #: Shipped arm, arm file or URDF file.
     T_world_base: RigidTransform
-    T_flange_tool: RigidTransform | None = None
+    T_flange_tool: RigidTransform | None = None  #: None: not known yet; the cell file says so, and a plan asks for it.
+    #: Its sizes are written into the cell, and compared with the torch with which seams were felt.
     torch: TorchShape = USUAL_TORCH
+    #: STL file in the frame `flange`, mm. None: bodies from `torch_capsules`, or from `torch`.
     torch_mesh: Path | None = None
-    torch_capsules: Sequence[tuple[FloatArray, FloatArray, float]] = ()
-    positioner: str | None = None
+    torch_capsules: Sequence[tuple[FloatArray, FloatArray, float]] = ()  #: In the frame `flange`, mm.
+    positioner: str | None = None  #: Arm file or URDF file with one or two axes.
     T_world_positioner: RigidTransform | None = None
-    T_carrier_part: RigidTransform | None = None
-    boxes: Sequence[tuple[FloatArray, FloatArray]] = ()
-    rail: Mapping[str, Any] | None = None
+    T_carrier_part: RigidTransform | None = None  #: The part on the positioner, or in `world`.
+    boxes: Sequence[tuple[FloatArray, FloatArray]] = ()  #: Corners of boxes in `world`, mm: table, fixtures.
+    rail: Mapping[str, Any] | None = None  #: As in the cell file.
     home_deg: Sequence[float] | None = None
     safety_mm: float = SAFETY_MM
-    couplings: Sequence[Coupling] = ()
+    couplings: Sequence[Coupling] = ()  #: Of the robot's joints, which a URDF file cannot name.
 
 
 def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> OneRobotCell:
     """Return the cell of one arm with a straight torch and nothing around it: its base is `world`, without a floor.
 
-    Parameters
-    ----------
-    arm : str
-        Shipped arm, arm file or URDF file.
-    torch : TorchShape
-
     Raises
     ------
-    InputError
-        When the arm is not known, or its file cannot be read.
+    InputError : When the arm is not known, or its file cannot be read.
     """
     place = RigidTransform.identity(target="world", source="base")
     new = NewCell(robot=arm, T_world_base=place, T_flange_tool=T_flange_tool, torch=torch, safety_mm=NOZZLE_TO_PART_MM)
@@ -109,8 +79,7 @@ def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
 
     Raises
     ------
-    InputError, FormatError
-        When an arm or a mesh cannot be read.
+    InputError, FormatError : When an arm or a mesh cannot be read.
     """
     files: dict[str, dict[str, Any]] = {}
     arm = _arm(new)

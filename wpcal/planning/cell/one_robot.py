@@ -34,25 +34,16 @@ RAIL_MM_PER_RAD = 1000.0
 class Rail:
     """A straight rail under the robot.
 
-    Parameters
-    ----------
-    direction : array_like, shape (3,)
-        Unit vector in `world` along which the base moves.
-    min_mm, max_mm : float
-        Limits.
-    speed_mm_s : float
-        Largest speed.
-
     Raises
     ------
-    InputError
-        When the direction is zero, or the limits or the speed are no range.
+    InputError : When the direction is zero, or the limits or the speed are no range.
     """
 
-    direction: FloatArray
+    direction: FloatArray  #: shape (3,). Unit vector in `world` along which the base moves.
+    #: `min_mm`, `max_mm`: Limits.
     min_mm: float
     max_mm: float
-    speed_mm_s: float
+    speed_mm_s: float  #: Largest speed.
 
     def __post_init__(self) -> None:
         direction = frozen(self.direction)
@@ -71,22 +62,14 @@ class Rail:
 class Positioner:
     """A positioner: its axes as an arm of one or two joints, and its bodies.
 
-    Parameters
-    ----------
-    arm : Arm
-        The part is carried by its flange.
-    links : tuple of Shape
-        Bodies; link 0 is the frame, 1 and 2 are moved by the axes.
-
     Raises
     ------
-    InputError
-        When there are not one or two axes, or a body is on a link that is not there.
+    InputError : When there are not one or two axes, or a body is on a link that is not there.
     """
 
-    arm: Arm
+    arm: Arm  #: The part is carried by its flange.
     T_world_base: RigidTransform
-    links: tuple[Shape, ...] = ()
+    links: tuple[Shape, ...] = ()  #: Bodies; link 0 is the frame, 1 and 2 are moved by the axes.
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.arm.joints) <= MOST_AXES:
@@ -100,55 +83,31 @@ class Positioner:
 class OneRobotCell:
     """One robot, and the part fixed or on a positioner.
 
-    Parameters
-    ----------
-    arm : Arm
-        The robot with the torch.
-    T_world_base : RigidTransform
-        Its base; with a rail, where the base is when the rail is at 0.
-    T_flange_tool : RigidTransform
-        z of `tool` is the wire direction, its origin the tip of the wire.
-    T_carrier_part : RigidTransform or None
-        The part in the frame of the positioner's flange, or in `world` if there is no positioner. None: not known yet.
-    d1_mm : float
-        Safety distance between bodies, mm.
-    home : array_like, shape (k,)
-        Where programs start and end: all axes, rad and mm.
-    touched_at : array_like, shape (k - 6,)
-        External axes while the part was touched, rad and mm.
-    links, torch, bench : tuple of Shape
-        Bodies of the arm, in `tool` and in `world`.
-    floor_z_mm : float
-        Height of the floor in `world`, mm.
-    mount_z_mm : float or None
-        Height in `world` at which the arm is mounted, mm; None: on the floor.
-    source : str
-        Origin of the numbers.
-    torch_shape : TorchShape or None
-        The torch whose bodies `torch` holds, to be compared with that of the seams; None: not stated.
-
     Raises
     ------
-    InputError
-        When the arm has not six joints, a number of axes is wrong, or the home is beyond a limit.
+    InputError : When the arm has not six joints, a number of axes is wrong, or the home is beyond a limit.
     """
 
     name: str
-    arm: Arm
-    T_world_base: RigidTransform
-    T_flange_tool: RigidTransform
+    arm: Arm  #: The robot with the torch.
+    T_world_base: RigidTransform  #: Its base; with a rail, where the base is when the rail is at 0.
+    T_flange_tool: RigidTransform  #: z of `tool` is the wire direction, its origin the tip of the wire.
+    #: The part in the frame of the positioner's flange, or in `world` if there is no positioner. None: not known yet.
     T_carrier_part: RigidTransform | None
-    d1_mm: float
-    home: FloatArray
+    d1_mm: float  #: Safety distance between bodies, mm.
+    home: FloatArray  #: shape (k,). Where programs start and end: all axes, rad and mm.
     rail: Rail | None = None
     positioner: Positioner | None = None
+    #: shape (k - 6,). External axes while the part was touched, rad and mm.
     touched_at: FloatArray = field(default_factory=lambda: np.zeros(0))
+    #: `links`, `torch`, `bench`: Bodies of the arm, in `tool` and in `world`.
     links: tuple[Shape, ...] = ()
     torch: tuple[Shape, ...] = ()
     bench: tuple[Shape, ...] = ()
-    floor_z_mm: float = 0.0
-    mount_z_mm: float | None = None
-    source: str = ""
+    floor_z_mm: float = 0.0  #: Height of the floor in `world`, mm.
+    mount_z_mm: float | None = None  #: Height in `world` at which the arm is mounted, mm; None: on the floor.
+    source: str = ""  #: Origin of the numbers.
+    #: The torch whose bodies `torch` holds, to be compared with that of the seams; None: not stated.
     torch_shape: TorchShape | None = None
 
     def __post_init__(self) -> None:
@@ -222,8 +181,7 @@ class OneRobotCell:
 
         Raises
         ------
-        InputError
-            When it is not known.
+        InputError : When it is not known.
         """
         if self.T_carrier_part is None:
             raise InputError(
@@ -285,13 +243,7 @@ class OneRobotCell:
         return CARRIER if self.positioner is None else CARRIER + 1 + len(self.positioner.arm.joints)
 
     def with_touched_part(self, T_base_part: RigidTransform) -> OneRobotCell:
-        """Return the cell with the part where the robot found it, its external axes at `touched_at`.
-
-        Parameters
-        ----------
-        T_base_part : RigidTransform
-            Result of a calibration in the base of the robot.
-        """
+        """Return the cell with the part where the robot found it, its external axes at `touched_at`."""
         q = np.concatenate([self.home[:JOINTS], self.touched_at])[None]
         T_world_part = product(self.base_places(q)[0], T_base_part.matrix)
         matrix = product(inverse_pose(self.carrier_places(q)[0]), T_world_part)

@@ -54,21 +54,11 @@ NOTHING: tuple[FloatArray, IntArray] = (np.zeros((0, 1)), np.zeros(0, dtype=np.i
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Margins:
-    """Lower bounds of margins (distance minus safety distance) of n states.
+    """Lower bounds of margins (distance minus safety distance) of n states."""
 
-    Parameters
-    ----------
-    margin_mm : ndarray, shape (n,)
-        The least over all pairs; infinite if there are none.
-    pair : ndarray of int, shape (n,)
-        Number of the pair with the least margin, for `OneRobotClearance.names`.
-    by_carriers_mm : ndarray, shape (n, c)
-        The least over the pairs of each row of `OneRobotClearance.carriers`.
-    """
-
-    margin_mm: FloatArray
-    pair: IntArray
-    by_carriers_mm: FloatArray
+    margin_mm: FloatArray  #: shape (n,). The least over all pairs; infinite if there are none.
+    pair: IntArray  #: shape (n,). Number of the pair with the least margin, for `OneRobotClearance.names`.
+    by_carriers_mm: FloatArray  #: shape (n, c). The least over the pairs of each row of `OneRobotClearance.carriers`.
 
     @property
     def is_clear(self) -> BoolArray:
@@ -111,17 +101,13 @@ class OneRobotClearance:
 
     Parameters
     ----------
-    cell : OneRobotCell
-        Its part's place must be known if a part is given.
-    part : TriangleMaterial or None
-        The part in its own frame; None: nothing is compared with a part.
+    part : The part in its own frame; None: nothing is compared with a part.
 
     Attributes
     ----------
     carriers : ndarray of int, shape (c, 2)
         The pairs of frames (rows of `OneRobotCell.frames`) that carry bodies which are compared, each once.
-    least_safety_mm : ndarray, shape (c,)
-        Least safety distance of the bodies of each of these, mm.
+    least_safety_mm : ndarray, shape (c,). Least safety distance of the bodies of each of these, mm.
     """
 
     def __init__(self, cell: OneRobotCell, part: TriangleMaterial | None) -> None:
@@ -172,8 +158,7 @@ class OneRobotClearance:
 
         Parameters
         ----------
-        q : ndarray, shape (n, k)
-            All axes, rad and mm.
+        q : shape (n, k). All axes, rad and mm.
         """
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
         by_carriers = np.full((len(self.carriers), len(q)), np.inf)
@@ -233,15 +218,12 @@ class OneRobotClearance:
 
         Parameters
         ----------
-        p, q : ndarray, shape (n, c, 3)
-            Ends of the axes in the frame of the part, mm.
-        radius, needed : ndarray, shape (c,)
-            Radii and safety distances, mm.
+        p, q : shape (n, c, 3). Ends of the axes in the frame of the part, mm.
+        radius, needed : shape (c,). Radii and safety distances, mm.
 
         Returns
         -------
-        ndarray, shape (n, c)
-            mm; exact where it is below `ENOUGH_MM`.
+        ndarray, shape (n, c). mm; exact where it is below `ENOUGH_MM`.
         """
         margin = self._grid_margins(p, q, radius, needed)
         self._measure_capsules(margin, np.argwhere(margin <= 0.0), p, q, radius + needed)

@@ -24,10 +24,8 @@ def read_any_cell(path: Path) -> RobotCell | OneRobotCell:
 
     Raises
     ------
-    InputError
-        When the file or one of its arms cannot be opened, or the tool of the robot is missing.
-    FormatError
-        When a field is missing or wrong; the message names the file.
+    InputError : When the file or one of its arms cannot be opened, or the tool of the robot is missing.
+    FormatError : When a field is missing or wrong; the message names the file.
     """
     record = read_json(path, schema=CELL_SCHEMA)
     return cell_from_record(record, path=path) if "holder_robot" in record else one_robot_from_record(record, path=path)
@@ -38,8 +36,7 @@ def read_one_robot(path: Path) -> OneRobotCell:
 
     Raises
     ------
-    InputError, FormatError
-        As `read_any_cell`; also when the file is of two robots.
+    InputError, FormatError : As `read_any_cell`; also when the file is of two robots.
     """
     found = read_any_cell(path)
     if isinstance(found, RobotCell):
@@ -52,8 +49,7 @@ def one_robot_from_record(record: Mapping[str, Any], *, path: Path) -> OneRobotC
 
     Raises
     ------
-    InputError, FormatError
-        As `read_any_cell`.
+    InputError, FormatError : As `read_any_cell`.
     """
     return built_from(_cell, record, path)
 

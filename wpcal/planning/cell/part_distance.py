@@ -25,17 +25,13 @@ def part_distances(
 
     Parameters
     ----------
-    starts, ends : ndarray, shape (n, 3)
-        In the frame of the triangles, mm.
-    within : ndarray, shape (n,)
-        Beyond this distance, mm, the answer is infinity.
+    starts, ends : shape (n, 3). In the frame of the triangles, mm.
+    within : shape (n,). Beyond this distance, mm, the answer is infinity.
 
     Returns
     -------
-    distance : ndarray, shape (n,)
-        mm; infinity where nothing is within the bound.
-    triangle : ndarray of int, shape (n,)
-        The nearest triangle; -1 where there is none.
+    distance : ndarray, shape (n,). mm; infinity where nothing is within the bound.
+    triangle : ndarray of int, shape (n,). The nearest triangle; -1 where there is none.
     """
     grow = within[:, None]
     row, triangle = part.tree.meeting(np.minimum(starts, ends) - grow, np.maximum(starts, ends) + grow)
@@ -51,21 +47,14 @@ def part_distances(
 
 
 def segment_triangle_distances(starts: FloatArray, ends: FloatArray, corners: FloatArray) -> FloatArray:
-    """Return the distances of segments from triangles, pair by pair.
+    """Return the distances of segments from triangles, pair by pair, shape (k,), mm.
 
     The nearest point is on an edge of the triangle, or at an end of the segment, or where the segment goes through.
 
     Parameters
     ----------
-    starts, ends : ndarray, shape (k, 3)
-        Any frame, mm.
-    corners : ndarray, shape (k, 3, 3)
-        Corners of the triangles in the same frame.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        mm.
+    starts, ends : shape (k, 3). Any frame, mm.
+    corners : shape (k, 3, 3). Corners of the triangles in the same frame.
     """
     segments = Segments(starts.T, (ends - starts).T)
     best = np.full(len(starts), np.inf)

@@ -27,29 +27,24 @@ class Shape:
 
     Parameters
     ----------
-    p, q : array_like, shape (k, 3)
-        Ends of the capsules' axes in the frame of the body, mm; equal ends make a ball.
-    radius_mm : array_like, shape (k,)
-    link : int
-        For a body of an arm: the frame it moves with. 0 is the base, i the frame after link i of the chain, and 6
-        (the last) the flange. Bodies of the torch, the part and the bench are given in `tool`, `part` and `world`.
     hull : array_like, shape (m, 3), optional
         Corners of the convex body in the same frame, mm; empty if the body has capsules only.
-    to_part_mm : float, optional
-        For a body of the torch that works close to the part (the nozzle): its own safety distance to the part.
 
     Raises
     ------
-    InputError
-        When shapes of arrays differ, a value is not finite or a radius is not positive.
+    InputError : When shapes of arrays differ, a value is not finite or a radius is not positive.
     """
 
     name: str
+    #: `p`, `q`: shape (k, 3). Ends of the capsules' axes in the frame of the body, mm; equal ends make a ball.
     p: FloatArray
     q: FloatArray
-    radius_mm: FloatArray
+    radius_mm: FloatArray  #: shape (k,).
+    #: For a body of an arm: the frame it moves with. 0 is the base, i the frame after link i of the chain, and 6 (the
+    #: last) the flange. Bodies of the torch, the part and the bench are given in `tool`, `part` and `world`.
     link: int = 0
     hull: FloatArray = ()  # type: ignore[assignment]  # frozen in __post_init__
+    #: For a body of the torch that works close to the part (the nozzle): its own safety distance to the part.
     to_part_mm: float | None = None
 
     def __post_init__(self) -> None:
@@ -72,29 +67,6 @@ class Shape:
 class RobotCell:
     """Two arms, the torch and the part that they carry, and the fixed bodies around them.
 
-    Parameters
-    ----------
-    arm1, arm2 : Arm
-        Robot 1 with the torch, robot 2 with the part.
-    T_flange1_tool : RigidTransform
-        The torch: z of `tool` is the wire direction, its origin the tip of the wire.
-    T_flange2_part : RigidTransform
-        The grasp: `part` has the coordinates of the STEP file.
-    d1_mm : float
-        Safety distance, mm: a state is clear if the least distance between bodies is larger (Hou 2018, eq. 6).
-    weights1, weights2 : array_like, shape (6,)
-        K_j of Hou 2018, eq. 4: the weight of each joint in the motion.
-    links1, links2 : tuple of Shape
-        Bodies of the arms (with grippers and cables), each with the link that carries it.
-    torch, part, bench : tuple of Shape
-        Bodies in the frames `tool`, `part` and `world`.
-    source : str
-        Origin of the numbers, above all of the bodies.
-    floor_z_mm : float
-        Height of the floor in `world`, mm.
-    mount_z_mm : tuple of float or None
-        Height in `world` at which each arm is mounted, mm; None: on the floor. `check_cell` compares it with the bases.
-
     Raises
     ------
     InputError
@@ -103,22 +75,28 @@ class RobotCell:
     """
 
     name: str
+    #: `arm1`, `arm2`: Robot 1 with the torch, robot 2 with the part.
     arm1: Arm
     arm2: Arm
     T_world_base1: RigidTransform
     T_world_base2: RigidTransform
-    T_flange1_tool: RigidTransform
-    T_flange2_part: RigidTransform
+    T_flange1_tool: RigidTransform  #: The torch: z of `tool` is the wire direction, its origin the tip of the wire.
+    T_flange2_part: RigidTransform  #: The grasp: `part` has the coordinates of the STEP file.
+    #: Safety distance, mm: a state is clear if the least distance between bodies is larger (Hou 2018, eq. 6).
     d1_mm: float
+    #: `weights1`, `weights2`: shape (6,). K_j of Hou 2018, eq. 4: the weight of each joint in the motion.
     weights1: FloatArray
     weights2: FloatArray
+    #: `links1`, `links2`: Bodies of the arms (with grippers and cables), each with the link that carries it.
     links1: tuple[Shape, ...] = ()
     links2: tuple[Shape, ...] = ()
+    #: `torch`, `part`, `bench`: Bodies in the frames `tool`, `part` and `world`.
     torch: tuple[Shape, ...] = ()
     part: tuple[Shape, ...] = ()
     bench: tuple[Shape, ...] = ()
-    source: str = ""
-    floor_z_mm: float = 0.0
+    source: str = ""  #: Origin of the numbers, above all of the bodies.
+    floor_z_mm: float = 0.0  #: Height of the floor in `world`, mm.
+    #: Height in `world` at which each arm is mounted, mm; None: on the floor. `check_cell` compares it with the bases.
     mount_z_mm: tuple[float | None, float | None] = (None, None)
 
     def __post_init__(self) -> None:
@@ -171,17 +149,13 @@ class RobotCell:
 class CellState:
     """Joints of both robots at n points of a path.
 
-    Parameters
-    ----------
-    joints1, joints2 : array_like, shape (n, 6)
-        Shown angles, rad, unwrapped: the difference of neighbours is the actual move.
-
     Raises
     ------
-    InputError
-        When a shape is wrong.
+    InputError : When a shape is wrong.
     """
 
+    #: `joints1`, `joints2`: shape (n, 6). Shown angles, rad, unwrapped: the difference of neighbours is the actual
+    #: move.
     joints1: FloatArray
     joints2: FloatArray
 

@@ -29,7 +29,7 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def segment_distances(first: Segments, second: Segments) -> FloatArray:
-    r"""Return the smallest distances between segments of two sets, pair by pair.
+    r"""Return the smallest distances between segments of two sets, pair by pair, shape (...), mm.
 
     The squared distance :math:`|p + s u - q - t v|^2` is convex in (s, t). The nearest point on the first line is
     clipped to its segment. Then t is optimised for this s and clipped, then s for this t and clipped. This is exact for
@@ -37,13 +37,7 @@ def segment_distances(first: Segments, second: Segments) -> FloatArray:
 
     Parameters
     ----------
-    first, second : Segments
-        Shapes (3, ...) that broadcast, mm.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        mm.
+    first, second : Shapes (3, ...) that broadcast, mm.
 
     Notes
     -----

@@ -24,18 +24,14 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    arm : Arm
-        For an identified arm the nominal chain is used; the difference is some millimetres.
-    q : ndarray, shape (n, 6)
-        Shown angles, rad.
+    q : shape (n, 6). Shown angles, rad.
 
     Returns
     -------
     values : ndarray, shape (n, 3)
         Wrist: sine of its bend. Elbow: sine of the angle off the stretched arm. Shoulder: distance of the wrist's
         centre from axis 1 in the plane of the arm, in parts of the reach. Absolute values.
-    slopes : ndarray, shape (n, 3, 6)
-        Derivatives with respect to the shown angles, per rad.
+    slopes : ndarray, shape (n, 3, 6). Derivatives with respect to the shown angles, per rad.
     """
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     theta = arm.model_angles(q) * g.signs + g.offsets
@@ -54,16 +50,11 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
-    """Tell which joints some whole turns bring within the limits.
+    """Tell which joints some whole turns bring within the limits, shape (...).
 
     Parameters
     ----------
-    q : ndarray, shape (..., 6)
-        Shown angles, rad; NaN where there are none.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
+    q : shape (..., 6). Shown angles, rad; NaN where there are none.
     """
     low, high = arm.limits
     with np.errstate(invalid="ignore"):
@@ -71,16 +62,11 @@ def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
 
 
 def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
-    """Tell which joints are away from singular poses.
+    """Tell which joints are away from singular poses, shape (...).
 
     Parameters
     ----------
-    q : ndarray, shape (..., 6)
-        Shown angles, rad; NaN where there are none.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
+    q : shape (..., 6). Shown angles, rad; NaN where there are none.
     """
     values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[-1]))
     return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:-1])) & np.isfinite(q).all(axis=-1)

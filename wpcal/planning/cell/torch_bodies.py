@@ -43,10 +43,7 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
 
     Parameters
     ----------
-    hull : ndarray, shape (n, 3)
-        Corners in the frame of the body, mm.
-    **more : object
-        Other fields of the record.
+    hull : shape (n, 3). Corners in the frame of the body, mm.
     """
     p, q, radius = capsule_around(hull)
     capsule = {"p_mm": _rounded(p), "q_mm": _rounded(q), "radius_mm": float(np.ceil(radius * 100 + 2) / 100)}
@@ -54,17 +51,11 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
 
 
 def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[dict[str, Any]]:
-    """Return the bodies of a torch with known sizes, and what joins it to the flange.
+    """Return the bodies of a torch with known sizes, and what joins it to the flange. Records of shapes in `tool`.
 
     Parameters
     ----------
-    shape : TorchShape
-        Straight, or with a neck.
-
-    Returns
-    -------
-    list of dict
-        Records of shapes in `tool`.
+    shape : Straight, or with a neck.
     """
     flange = T_flange_tool.inverse().t_mm
     if shape.neck is None:
@@ -121,8 +112,7 @@ def bodies_of_capsules(
 
     Parameters
     ----------
-    capsules : sequence of (p, q, radius)
-        Ends, shape (3,) each, in the frame `flange`, and the radius, mm.
+    capsules : Ends, shape (3,) each, in the frame `flange`, and the radius, mm.
     """
     T, bodies = T_flange_tool.inverse(), []
     for number, (p, q, radius) in enumerate(capsules, start=1):
@@ -147,17 +137,12 @@ def bodies_of_mesh(path: Path, T_flange_tool: RigidTransform, wire_mm: float) ->
 
     Parameters
     ----------
-    path : Path
-        STL file in the frame `flange`, mm.
-    wire_mm : float
-        From the tip of the wire to the nozzle.
+    path : STL file in the frame `flange`, mm.
 
     Raises
     ------
-    InputError
-        When nothing of the mesh is behind the nozzle, or it is so small that it must be in metres.
-    FormatError
-        When the file is not an STL file.
+    InputError : When nothing of the mesh is behind the nozzle, or it is so small that it must be in metres.
+    FormatError : When the file is not an STL file.
     """
     corners = T_flange_tool.inverse().apply(read_stl(path)).reshape(-1, 3, 3)
     size_mm = float(np.ptp(corners.reshape(-1, 3), axis=0).max())

@@ -44,13 +44,11 @@ def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    T_base_flange : ndarray, shape (N, 4, 4)
-        mm.
+    T_base_flange : shape (N, 4, 4). mm.
 
     Returns
     -------
-    ndarray, shape (N,)
-        mm; zero within the shell.
+    ndarray, shape (N,). mm; zero within the shell.
     """
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     local = product(product(inverse_pose(g.T_base_opw), T_base_flange), inverse_pose(g.T_wrist_flange))

@@ -38,39 +38,23 @@ LARGEST_STEP_RAD = math.radians(20.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoordinatedRun:
-    """A run in coordinated motion.
+    """A run in coordinated motion."""
 
-    Parameters
-    ----------
-    run : CellRun
-        The planned run.
-    moves : MovePath
-        The torch in `part`, k poses.
-    holder : HolderMove
-        How robot 2 moves from mark to mark.
-    joints1, joints2 : ndarray, shape (k, 6)
-        Shown angles at the poses, rad.
-    approach, retract : ndarray, shape (6,), or None
-        Angles of robot 1 where the straight way to the seam begins and that from it ends; robot 2 does not move there.
-        None: the run begins or ends on the seam.
-    state : CellState
-        N states with small steps, from the approach to the retract.
-    check : PathCheck
-        Of these states.
-    part_turned_rad, part_off_mm : float
-        Largest difference of the part from its planned path: its attitude, and the place of the weld point.
-    """
-
-    run: CellRun
+    run: CellRun  #: The planned run.
     cell: RobotCell
-    moves: MovePath
-    holder: HolderMove
+    moves: MovePath  #: The torch in `part`, k poses.
+    holder: HolderMove  #: How robot 2 moves from mark to mark.
+    #: `joints1`, `joints2`: shape (k, 6). Shown angles at the poses, rad.
     joints1: FloatArray
     joints2: FloatArray
+    #: `approach`, `retract`: shape (6,). Angles of robot 1 where the straight way to the seam begins and that from it
+    #: ends; robot 2 does not move there. None: the run begins or ends on the seam.
     approach: FloatArray | None
     retract: FloatArray | None
-    state: CellState
-    check: PathCheck
+    state: CellState  #: N states with small steps, from the approach to the retract.
+    check: PathCheck  #: Of these states.
+    #: `part_turned_rad`, `part_off_mm`: Largest difference of the part from its planned path: its attitude, and the
+    #: place of the weld point.
     part_turned_rad: float
     part_off_mm: float
 
@@ -102,19 +86,9 @@ def coordinate_run(
 ) -> CoordinatedRun:
     """Return a run with the fewest common moves of both robots that keep to the seam and to the planned positions.
 
-    Parameters
-    ----------
-    path : SeamPath
-        The seam of the plan, with its n points.
-    holder : HolderMove
-        How the controller moves robot 2.
-    arcs : bool
-        Whether the torch may move on arcs.
-
     Raises
     ------
-    InputError
-        When no such motion is free, within the joint limits and within the joint speeds.
+    InputError : When no such motion is free, within the joint limits and within the joint speeds.
     """
     reason = ""
     for attempt in ATTEMPTS:
@@ -185,20 +159,13 @@ def _coordinated(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Places:
-    """Where the states of a run are: the move of each, the share of it, the length along the seam.
+    """Where the states of a run are: the move of each, the share of it, the length along the seam."""
 
-    Parameters
-    ----------
-    move : ndarray of int, shape (m,)
-    share, s_mm : ndarray, shape (m,)
-    stated : ndarray of int, shape (k,)
-        The states at the poses of the moves.
-    """
-
-    move: IntArray
+    move: IntArray  #: shape (m,).
+    #: `share`, `s_mm`: shape (m,).
     share: FloatArray
     s_mm: FloatArray
-    stated: IntArray
+    stated: IntArray  #: shape (k,). The states at the poses of the moves.
 
     @classmethod
     def along(cls, moves: MovePath, part: HolderPath) -> _Places:
@@ -236,8 +203,7 @@ class _Places:
 
         Raises
         ------
-        GeometryError
-            When the arm does not reach a state, or changes its branch.
+        GeometryError : When the arm does not reach a state, or changes its branch.
         """
         at = moves.arrays.select(self.move)
         T = np.zeros((len(self.move), 4, 4))
@@ -257,13 +223,11 @@ def _whole_turns(arm: Arm, joints: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    joints : ndarray, shape (m, 6)
-        Shown angles along a run, rad.
+    joints : shape (m, 6). Shown angles along a run, rad.
 
     Returns
     -------
-    ndarray, shape (6,)
-        Multiples of a turn, rad; 0 where the limits do not allow it for the whole run.
+    ndarray, shape (6,). Multiples of a turn, rad; 0 where the limits do not allow it for the whole run.
     """
     low, high = arm.limits
     least, most = joints.min(axis=0), joints.max(axis=0)
@@ -278,8 +242,7 @@ def _require_speeds(run: CellRun, cell: RobotCell, joints: FloatArray, s_mm: Flo
 
     Raises
     ------
-    GeometryError
-        With the joint and the place.
+    GeometryError : With the joint and the place.
     """
     step = np.diff(s_mm)
     rate = np.abs(np.diff(joints, axis=0)) * (run.schedule.speed_mm_s / np.where(step > 0.0, step, np.inf))[:, None]

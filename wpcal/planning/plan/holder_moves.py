@@ -36,38 +36,21 @@ class HolderMove(Enum):
 
 @dataclass(frozen=True, slots=True)
 class HolderTolerance:
-    """How far robot 2 may be from its planned path.
+    """How far robot 2 may be from its planned path."""
 
-    Parameters
-    ----------
-    rad : float
-        Attitude of the part. 1 degree of slope does not change a weld.
-    mm : float
-        Place of the weld point. The moves are checked for collisions again; more would be another plan.
-    """
-
-    rad: float = math.radians(1.0)
+    rad: float = math.radians(1.0)  #: Attitude of the part. 1 degree of slope does not change a weld.
+    #: Place of the weld point. The moves are checked for collisions again; more would be another plan.
     mm: float = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HolderPath:
-    """The planned path of robot 2.
-
-    Parameters
-    ----------
-    s_mm : ndarray, shape (n,)
-        Length along the seam at the planned points, mm.
-    joints : ndarray, shape (n, 6)
-        Shown angles of robot 2 there, rad, unwrapped.
-    p_part : ndarray, shape (n, 3)
-        The weld points in `part`, mm.
-    """
+    """The planned path of robot 2."""
 
     cell: RobotCell
-    s_mm: FloatArray
-    joints: FloatArray
-    p_part: FloatArray
+    s_mm: FloatArray  #: shape (n,). Length along the seam at the planned points, mm.
+    joints: FloatArray  #: shape (n, 6). Shown angles of robot 2 there, rad, unwrapped.
+    p_part: FloatArray  #: shape (n, 3). The weld points in `part`, mm.
     kind: HolderMove = HolderMove.JOINTS
     tolerance: HolderTolerance = HolderTolerance()
 
@@ -80,8 +63,7 @@ class HolderPath:
 
         Raises
         ------
-        GeometryError
-            When robot 2 cannot make the move.
+        GeometryError : When robot 2 cannot make the move.
         """
         ends = self.joints_at(np.array([s0, s1]))
         even = np.asarray(ends[0] + share[:, None] * (ends[1] - ends[0]), dtype=np.float64)
@@ -99,8 +81,7 @@ class HolderPath:
 
         Parameters
         ----------
-        s0, s1 : ndarray, shape (m,)
-            Where the moves begin and end, mm.
+        s0, s1 : shape (m,). Where the moves begin and end, mm.
         """
         worst = np.zeros(len(s0))
         first, last = np.searchsorted(self.s_mm, s0, side="right"), np.searchsorted(self.s_mm, s1, side="left")
@@ -136,15 +117,12 @@ def differences(T: FloatArray, T_planned: FloatArray, p_part: FloatArray) -> tup
 
     Parameters
     ----------
-    T, T_planned : ndarray, shape (m, 4, 4)
-        In one frame, mm.
-    p_part : ndarray, shape (m, 3)
-        A point of the part for each, mm.
+    T, T_planned : shape (m, 4, 4). In one frame, mm.
+    p_part : shape (m, 3). A point of the part for each, mm.
 
     Returns
     -------
-    turned, off : ndarray, shape (m, 3)
-        Rotation vectors, rad, and what the points are off, mm.
+    turned, off : ndarray, shape (m, 3). Rotation vectors, rad, and what the points are off, mm.
     """
     turned = log_rotation(product(T[:, :3, :3], np.swapaxes(T_planned[:, :3, :3], 1, 2)))
     gap = T - T_planned

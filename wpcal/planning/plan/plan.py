@@ -23,47 +23,27 @@ class CollisionVerdict(Enum):
 class Plan:
     """One path of both robots along a seam.
 
-    Parameters
-    ----------
-    seam : str
-        Name of the seam in ``seams.json``.
-    s_mm : array_like, shape (n,)
-        Arc length at the points, increasing, mm.
-    state : CellState
-        n points.
-    slope_rad, rotation_rad : array_like, shape (n,)
-        Weld position relative to gravity (DESIGN §3); the rotation is NaN in vertical travel.
-    work_rad, travel_rad : array_like, shape (n,)
-        Torch angles (DESIGN §3).
-    objectives : mapping of str to float
-        By name; smaller is better.
-    printed : mapping of str to float
-        The paper's functions as printed, by their symbols f1_1, f1_2, f2.
-    clearance_mm : array_like, shape (n,), optional
-        Least distance between bodies at the points, mm; None if the plan was not checked.
-    found_by : str
-        ``ladder`` or ``nsga2``.
-    verdict : CollisionVerdict
-        Result of the check between the points.
-
     Raises
     ------
-    InputError
-        When lengths differ.
+    InputError : When lengths differ.
     """
 
-    seam: str
-    s_mm: FloatArray
-    state: CellState
+    seam: str  #: Name of the seam in ``seams.json``.
+    s_mm: FloatArray  #: shape (n,). Arc length at the points, increasing, mm.
+    state: CellState  #: n points.
+    #: `slope_rad`, `rotation_rad`: shape (n,). Weld position relative to gravity (DESIGN §3); the rotation is NaN in
+    #: vertical travel.
     slope_rad: FloatArray
     rotation_rad: FloatArray
+    #: `work_rad`, `travel_rad`: shape (n,). Torch angles (DESIGN §3).
     work_rad: FloatArray
     travel_rad: FloatArray
-    objectives: Mapping[str, float]
-    printed: Mapping[str, float]
+    objectives: Mapping[str, float]  #: By name; smaller is better.
+    printed: Mapping[str, float]  #: The paper's functions as printed, by their symbols f1_1, f1_2, f2.
+    #: shape (n,). Least distance between bodies at the points, mm; None if the plan was not checked.
     clearance_mm: FloatArray | None = None
-    found_by: str = "ladder"
-    verdict: CollisionVerdict = CollisionVerdict.UNCHECKED
+    found_by: str = "ladder"  #: ``ladder`` or ``nsga2``.
+    verdict: CollisionVerdict = CollisionVerdict.UNCHECKED  #: Result of the check between the points.
 
     def __post_init__(self) -> None:
         for name in ("s_mm", "slope_rad", "rotation_rad", "work_rad", "travel_rad", "clearance_mm"):

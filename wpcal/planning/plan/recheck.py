@@ -38,26 +38,13 @@ TINY_MM2 = 1e-18
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathCheck:
-    """Result of a check between the points of a path.
+    """Result of a check between the points of a path."""
 
-    Parameters
-    ----------
-    refine : int
-        Parts into which each step was divided in the end.
-    s_mm : ndarray, shape (m,)
-        Arc length along the seam at the checked states, mm.
-    clearance : Clearance
-        Of the m states, by hulls.
-    motion_mm : float
-        Largest motion of any body from one checked state to the next, mm.
-    tip_error_mm : float
-        Largest distance of the wire tip from the line between neighbouring points, in the frame of the part, mm.
-    """
-
-    refine: int
-    s_mm: FloatArray
-    clearance: Clearance
-    motion_mm: float
+    refine: int  #: Parts into which each step was divided in the end.
+    s_mm: FloatArray  #: shape (m,). Arc length along the seam at the checked states, mm.
+    clearance: Clearance  #: Of the m states, by hulls.
+    motion_mm: float  #: Largest motion of any body from one checked state to the next, mm.
+    #: Largest distance of the wire tip from the line between neighbouring points, in the frame of the part, mm.
     tip_error_mm: float
 
     @property
@@ -102,20 +89,11 @@ class PathCheck:
 
 @dataclass(frozen=True, slots=True)
 class TipMotion:
-    """The tip of the wire in the part between the points of a weld, where the controllers interpolate joints.
+    """The tip of the wire in the part between the points of a weld, where the controllers interpolate joints."""
 
-    Parameters
-    ----------
-    error_mm : float
-        Largest distance from the line between neighbouring points, mm.
-    s_mm : float
-        Place of that distance along the seam, mm.
-    slowest_mm_s, fastest_mm_s : float
-        Range of the speed in the part, mm/s.
-    """
-
-    error_mm: float
-    s_mm: float
+    error_mm: float  #: Largest distance from the line between neighbouring points, mm.
+    s_mm: float  #: Place of that distance along the seam, mm.
+    #: `slowest_mm_s`, `fastest_mm_s`: Range of the speed in the part, mm/s.
     slowest_mm_s: float
     fastest_mm_s: float
 
@@ -139,17 +117,9 @@ class TipMotion:
 def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
     """Measure a plan by hulls at finer steps.
 
-    Parameters
-    ----------
-    plan : Plan
-        n points.
-    refine : int
-        Parts into which each step is divided: (n - 1) refine + 1 states are measured, or more (see `check_path`).
-
     Raises
     ------
-    InputError
-        When `refine` is less than 1, or hulls need a package that is not installed.
+    InputError : When `refine` is less than 1, or hulls need a package that is not installed.
     """
     return check_path(plan.state, plan.s_mm, cell, refine=refine)
 
@@ -162,17 +132,11 @@ def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine:
 
     Parameters
     ----------
-    planned : CellState
-        n states.
-    s_mm : ndarray, shape (n,)
-        Arc length along the seam at the states, mm.
-    refine : int
-        Parts into which each step is divided at first.
+    s_mm : shape (n,). Arc length along the seam at the states, mm.
 
     Raises
     ------
-    InputError
-        As in `recheck_clearance`.
+    InputError : As in `recheck_clearance`.
     """
     found = _measure(planned, s_mm, cell, refine)
     for _ in range(HALVINGS):
@@ -195,8 +159,7 @@ def finer_states(state: CellState, *, refine: int) -> CellState:
 
     Raises
     ------
-    InputError
-        When `refine` is less than 1 or there are no states.
+    InputError : When `refine` is less than 1 or there are no states.
     """
     if refine < 1 or len(state) < 1:
         raise InputError(f"expected at least one state and at least one part per step, got {len(state)} and {refine}")
@@ -254,12 +217,8 @@ def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: Rob
 
     Parameters
     ----------
-    planned : CellState
-        n states.
-    s_mm : ndarray, shape (n,)
-        Arc length along the seam at the states, mm.
-    t_s : ndarray, shape (n,)
-        Their times, s; between them joints move evenly.
+    s_mm : shape (n,). Arc length along the seam at the states, mm.
+    t_s : shape (n,). Their times, s; between them joints move evenly.
     """
     tip = _tip_in_part(cell, finer_states(planned, refine=REFINE))
     off, at = _off_chords(tip, REFINE), np.arange(len(tip)) / REFINE

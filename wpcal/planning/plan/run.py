@@ -43,30 +43,17 @@ class Phase(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellRun:
-    """States of both robots with times, from the approach to the retract.
-
-    Parameters
-    ----------
-    state : CellState
-        N states; rows `first` to `last` are the plan.
-    t_s : ndarray, shape (N,)
-        s; 0 at the first state.
-    first, last : int
-        Rows of the first and the last point of the weld.
-    tip : TipMotion
-        Of the weld.
-    check : PathCheck or None
-        Of the whole run; None if it was not checked.
-    """
+    """States of both robots with times, from the approach to the retract."""
 
     plan: Plan
     schedule: Schedule
-    state: CellState
-    t_s: FloatArray
+    state: CellState  #: N states; rows `first` to `last` are the plan.
+    t_s: FloatArray  #: shape (N,). s; 0 at the first state.
+    #: `first`, `last`: Rows of the first and the last point of the weld.
     first: int
     last: int
-    tip: TipMotion
-    check: PathCheck | None = None
+    tip: TipMotion  #: Of the weld.
+    check: PathCheck | None = None  #: Of the whole run; None if it was not checked.
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -102,21 +89,9 @@ def build_run(
 ) -> CellRun:
     """Add an approach and a retract to a plan, and check the whole run.
 
-    Parameters
-    ----------
-    schedule : Schedule
-        Times of the plan.
-    approach_mm : float
-        Distance along the wire at which the run begins and ends.
-    air_speed_mm_s : float
-        Speed of the wire tip on approach and retract; less where a joint cannot follow.
-    refine : int or None
-        Parts into which each step is divided for the check; None leaves the run unchecked.
-
     Raises
     ------
-    InputError
-        When a number is not positive (the distance: negative), or hulls need a package that is not installed.
+    InputError : When a number is not positive (the distance: negative), or hulls need a package that is not installed.
     """
     if not (0.0 <= approach_mm < math.inf and 0.0 < air_speed_mm_s < math.inf):
         raise InputError(f"approach {approach_mm:g} mm at {air_speed_mm_s:g} mm/s: expected positive numbers")
@@ -149,17 +124,11 @@ def away_along_wire(
 
     Parameters
     ----------
-    joints1, joints2 : ndarray, shape (6,)
-        At the pose, rad.
-    distance_mm : float
-        Largest distance.
-    refine : int or None
-        Parts into which each step is divided for the check; None does not check.
+    joints1, joints2 : shape (6,). At the pose, rad.
 
     Returns
     -------
-    ndarray, shape (k, 6)
-        As far as the steps can be reached and, if checked, are clear.
+    ndarray, shape (k, 6). As far as the steps can be reached and, if checked, are clear.
     """
     away = _back_along_wire(cell, joints1, distance_mm)
     if refine is None or not len(away):

@@ -26,15 +26,9 @@ def run_record(
 ) -> dict[str, Any]:
     """Return the record of ``plan.json``.
 
-    Parameters
-    ----------
-    coordinated : mapping of str to CoordinatedRun, optional
-        By language, the motions in its programs.
-
     Returns
     -------
-    dict
-        Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null elsewhere.
+    dict. Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null elsewhere.
     """
     plan = run.plan
     return {

@@ -22,45 +22,22 @@ SPEED_MM_S = 6.0
 
 @dataclass(frozen=True, slots=True)
 class SpeedLimit:
-    """The joint that limits the speed along a seam.
+    """The joint that limits the speed along a seam."""
 
-    Parameters
-    ----------
-    robot : int
-        1 or 2.
-    joint : str
-        Name on the pendant.
-    s_mm : float
-        Start of the step where the joint is fastest.
-    fastest_mm_s : float
-        Speed along the seam at which this joint reaches its limit there.
-    """
-
-    robot: int
-    joint: str
-    s_mm: float
-    fastest_mm_s: float
+    robot: int  #: 1 or 2.
+    joint: str  #: Name on the pendant.
+    s_mm: float  #: Start of the step where the joint is fastest.
+    fastest_mm_s: float  #: Speed along the seam at which this joint reaches its limit there.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Schedule:
-    """Times along a plan.
+    """Times along a plan."""
 
-    Parameters
-    ----------
-    t_s : ndarray, shape (n,)
-        Time at the points, s; 0 at the first.
-    speed_mm_s : float
-        Of the wire along the seam, at every point.
-    asked_mm_s : float
-        The asked speed.
-    limit : SpeedLimit or None
-        The joint that reaches its limit first as the speed grows; None if no arm states a joint speed.
-    """
-
-    t_s: FloatArray
-    speed_mm_s: float
-    asked_mm_s: float
+    t_s: FloatArray  #: shape (n,). Time at the points, s; 0 at the first.
+    speed_mm_s: float  #: Of the wire along the seam, at every point.
+    asked_mm_s: float  #: The asked speed.
+    #: The joint that reaches its limit first as the speed grows; None if no arm states a joint speed.
     limit: SpeedLimit | None
 
     @property
@@ -86,15 +63,9 @@ def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S
     :math:`v = \min(v_{asked}, \min_{i,j} \dot q_{j,max} \, \Delta s_i / |\Delta q_{ij}|)` and
     :math:`t = (s - s_0) / v`.
 
-    Parameters
-    ----------
-    speed_mm_s : float
-        Asked speed of the wire along the seam.
-
     Raises
     ------
-    InputError
-        When the speed is not positive, or two points of the plan have the same arc length.
+    InputError : When the speed is not positive, or two points of the plan have the same arc length.
     """
     if not 0.0 < speed_mm_s < math.inf:
         raise InputError(f"the speed along the seam must be positive, got {speed_mm_s:g} mm/s")

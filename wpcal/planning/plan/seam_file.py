@@ -17,28 +17,18 @@ from wpcal.seam.seam import Seam
 
 
 def read_held_seams(path: Path, cell: RobotCell) -> dict[str, Seam]:
-    """Read all seams and bring them into the frame `part`.
+    """Read all seams and bring them into the frame `part`, by name: ``W1``, and so on.
 
     Parameters
     ----------
-    path : Path
-        Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` if it also has ``T_base_part``.
-    cell : RobotCell
-        Its robot 1 must have the robot space in which frames in `base` were calibrated.
-
-    Returns
-    -------
-    dict of str to Seam
-        By name: ``W1``, …
+    path : Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` if it also has ``T_base_part``.
+    cell : Its robot 1 must have the robot space in which frames in `base` were calibrated.
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is of another schema version or incomplete.
-    FrameError
-        When the seams were calibrated with a different model of robot 1 than the cell has.
+    InputError : When the file cannot be opened.
+    FormatError : When it is of another schema version or incomplete.
+    FrameError : When the seams were calibrated with a different model of robot 1 than the cell has.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
@@ -63,8 +53,7 @@ def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
 
     Raises
     ------
-    InputError
-        When the file has no seam of that name.
+    InputError : When the file has no seam of that name.
     """
     seams = read_held_seams(path, cell)
     if name not in seams:

@@ -45,14 +45,7 @@ def obstacle_at(
 
     Parameters
     ----------
-    place : ndarray, shape (3,)
-        Of the weld point, in `middle`, mm.
-    branches : tuple of int
-        Of robot 1 and robot 2.
-    point : int
-        Row of the seam.
-    leans : sequence of float, optional
-        Work and travel angles that are tried, as parts of their range.
+    place : shape (3,). Of the weld point, in `middle`, mm.
     """
     coordinates, leaning = _leaning_attitudes(problem, place, leans)
     path = problem.path.select(np.full(len(coordinates), point))
@@ -93,17 +86,11 @@ def _shortage(obstacle: Obstacle) -> tuple[int, float]:
 
 
 def limit_excess(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
-    """Return how far joints are beyond their limits in the best whole turn.
+    """Return how far joints are beyond their limits in the best whole turn, shape (n, 12). rad; zero within the limits.
 
     Parameters
     ----------
-    joints : ndarray, shape (n, 12)
-        Robot 1, then robot 2, rad.
-
-    Returns
-    -------
-    ndarray, shape (n, 12)
-        rad; zero within the limits.
+    joints : shape (n, 12). Robot 1, then robot 2, rad.
     """
     low, high = problem.cell.joint_limits
     turned = joints[None] + TURN * np.arange(-2, 3)[:, None, None]
@@ -115,10 +102,7 @@ def clearance_advice(problem: PlanningProblem, between: tuple[str, str], best_mm
 
     Parameters
     ----------
-    between : tuple of str
-        Names as in `Body.name`.
-    best_mm : float
-        Largest distance that was attained, mm.
+    best_mm : Largest distance that was attained, mm.
     """
     near = {shape.name for shape in problem.cell.torch if shape.to_part_mm is not None}
     part = {f"robot 2 {shape.name}" for shape in problem.cell.part}
@@ -204,10 +188,8 @@ def singular_obstacle(values: FloatArray, s_mm: float) -> Obstacle:
 
     Parameters
     ----------
-    values : ndarray, shape (6,)
-        The three measures of robot 1, then of robot 2.
-    s_mm : float
-        Place along the seam, mm.
+    values : shape (6,). The three measures of robot 1, then of robot 2.
+    s_mm : Place along the seam, mm.
     """
     robot, kind = divmod(int(np.argmin(values)), len(SINGULAR))
     return Obstacle(

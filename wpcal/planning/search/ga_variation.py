@@ -42,22 +42,12 @@ HUNDRED_MM = 100.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DecodedPaths:
-    """N paths that were decoded from genes.
+    """N paths that were decoded from genes."""
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (N, n, 9)
-    branches : ndarray of int, shape (N, 2)
-    joints : ndarray, shape (N, n, 12)
-        Unwrapped, rad; zero where a branch does not reach.
-    violations : ndarray, shape (N, 5)
-        In the order of `CONSTRAINTS`; zero or less where a path is allowed.
-    """
-
-    coordinates: FloatArray
-    branches: IntArray
-    joints: FloatArray
-    violations: FloatArray
+    coordinates: FloatArray  #: shape (N, n, 9).
+    branches: IntArray  #: shape (N, 2).
+    joints: FloatArray  #: shape (N, n, 12). Unwrapped, rad; zero where a branch does not reach.
+    violations: FloatArray  #: shape (N, 5). In the order of `CONSTRAINTS`; zero or less where a path is allowed.
 
     def path(self, row: int) -> CandidatePath:
         """Return one of the N paths."""
@@ -67,21 +57,13 @@ class DecodedPaths:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathEncoding:
-    """What genes mean. A path has 9 `TERMS` + 3 genes: `TERMS` numbers per coordinate, the base, and two branches.
-
-    Parameters
-    ----------
-    bases : ndarray, shape (m, n, 9)
-        Base paths; neighbours are similar. A single row of zeros means that there are none.
-    branches : ndarray of int, shape (m, 2)
-        Of robot 1 and robot 2, for each base.
-    least, largest : ndarray, shape (9 TERMS + 3,)
-        Ranges of the genes.
-    """
+    """What genes mean. A path has 9 `TERMS` + 3 genes: `TERMS` numbers per coordinate, the base, and two branches."""
 
     problem: PlanningProblem
+    #: shape (m, n, 9). Base paths; neighbours are similar. A single row of zeros means that there are none.
     bases: FloatArray
-    branches: IntArray
+    branches: IntArray  #: shape (m, 2). Of robot 1 and robot 2, for each base.
+    #: `least`, `largest`: shape (9 TERMS + 3,). Ranges of the genes.
     least: FloatArray
     largest: FloatArray
 

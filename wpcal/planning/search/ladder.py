@@ -42,27 +42,13 @@ YAWS, SPINS = 12, 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ladder:
-    """The allowed states of all rungs.
+    """The allowed states of all rungs."""
 
-    Parameters
-    ----------
-    reachable : ReachablePlace
-        Place of the weld point and branches of all states.
-    rungs : ndarray of int, shape (r,)
-        Points of the seam.
-    coordinates : ndarray, shape (a, 9)
-        Attitudes; the states of any rung may have any of them.
-    attitude : tuple of ndarray of int, r times (m_i,)
-        Attitude of each state.
-    joints : tuple of ndarray, r times (m_i, 12)
-        rad.
-    """
-
-    reachable: ReachablePlace
-    rungs: IntArray
-    coordinates: FloatArray
-    attitude: tuple[IntArray, ...]
-    joints: tuple[FloatArray, ...]
+    reachable: ReachablePlace  #: Place of the weld point and branches of all states.
+    rungs: IntArray  #: shape (r,). Points of the seam.
+    coordinates: FloatArray  #: shape (a, 9). Attitudes; the states of any rung may have any of them.
+    attitude: tuple[IntArray, ...]  #: Attitude of each state.
+    joints: tuple[FloatArray, ...]  #: rad.
 
 
 def build_ladder(problem: PlanningProblem, reachable: ReachablePlace, *, leaning: bool = False) -> Ladder:
@@ -145,13 +131,7 @@ def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray,
 
 
 def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> CandidatePath | None:
-    """Return the cheapest way along a ladder, filled in between the rungs; None if there is no way.
-
-    Parameters
-    ----------
-    weights : mapping of Objective to float
-        Of the squared objectives.
-    """
+    """Return the cheapest way along a ladder, filled in between the rungs; None if there is no way."""
     if min(len(joints) for joints in ladder.joints) == 0:
         return None
     path = _cheapest_way(problem, ladder, weights)
@@ -159,13 +139,7 @@ def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) ->
 
 
 def ladder_obstacle(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> Obstacle | None:
-    """Return what closes a ladder through which there is no way: its worst rung, or the gap between two rungs.
-
-    Parameters
-    ----------
-    weights : mapping of Objective to float
-        Of the squared objectives.
-    """
+    """Return what closes a ladder through which there is no way: its worst rung, or the gap between two rungs."""
     place, branches = ladder.reachable.place, ladder.reachable.branches
     empty = [int(rung) for rung, joints in zip(ladder.rungs, ladder.joints, strict=True) if not len(joints)]
     if not empty:

@@ -37,15 +37,7 @@ GRADIENT_STEP_RAD = 1e-6
 def linearise(
     problem: PlanningProblem, path: CandidatePath, weights: Weights, *, stiffness: float = 1.0
 ) -> LinearModel:
-    """Return the least-squares problem around a path.
-
-    Parameters
-    ----------
-    weights : mapping of Objective to float
-        Of the squared objectives.
-    stiffness : float
-        Factor on the excess over the limits.
-    """
+    """Return the least-squares problem around a path."""
     n, s, K = len(path.coordinates), problem.path.s_mm, problem.cell.joint_weights
     slopes = np.degrees(joint_slopes(problem.cell, path.coordinates, path.joints))
     deviation_scale = np.sqrt(deviation_weights(weights) / n)

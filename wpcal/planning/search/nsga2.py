@@ -33,23 +33,15 @@ MOST_PATHS = 60
 class Nsga2Options:
     """How long NSGA-II runs, and what it starts from.
 
-    Parameters
-    ----------
-    seed : int
-        Of every random number.
-    seeded : bool
-        Whether the deterministic front is part of the first population.
-
     Raises
     ------
-    InputError
-        When a number is too small.
+    InputError : When a number is too small.
     """
 
     population: int = 100
     generations: int = 200
-    seed: int = 0
-    seeded: bool = True
+    seed: int = 0  #: Of every random number.
+    seeded: bool = True  #: Whether the deterministic front is part of the first population.
 
     def __post_init__(self) -> None:
         if self.population < 4 or self.generations < 1 or self.seed < 0:
@@ -61,22 +53,9 @@ def evolve_paths(
 ) -> tuple[list[CandidatePath], bool]:
     """Run NSGA-II.
 
-    Parameters
-    ----------
-    seeds : sequence of CandidatePath
-        The deterministic front.
-
-    Returns
-    -------
-    paths : list of CandidatePath
-        The best allowed paths of all generations, at most `MOST_PATHS`.
-    interrupted : bool
-        Whether the user ended it early.
-
     Raises
     ------
-    InputError
-        When pymoo is not installed.
+    InputError : When pymoo is not installed.
     """
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: PLC0415  # an optional extra, slow to import
@@ -119,17 +98,10 @@ def evolve_paths(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Archive:
-    """The best allowed paths so far. NSGA-II loses some of them when it thins a crowded population.
+    """The best allowed paths so far. NSGA-II loses some of them when it thins a crowded population."""
 
-    Parameters
-    ----------
-    genes : ndarray, shape (m, g)
-    values : ndarray, shape (m, k)
-        Objectives of the m paths.
-    """
-
-    genes: FloatArray
-    values: FloatArray
+    genes: FloatArray  #: shape (m, g).
+    values: FloatArray  #: shape (m, k). Objectives of the m paths.
 
     @classmethod
     def empty(cls, genes: int) -> Archive:

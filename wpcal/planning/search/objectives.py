@@ -31,23 +31,13 @@ from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathValues:
-    """What an objective is a function of: one path, or many paths along the leading axes.
-
-    Parameters
-    ----------
-    s_mm : ndarray, shape (n,)
-        Arc length at the points of the seam.
-    coordinates : ndarray, shape (..., n, 9)
-        mm and rad, as in `wpcal.planning.cell.closed_chain`.
-    joints : ndarray, shape (..., n, 12)
-        Robot 1, then robot 2; unwrapped, rad.
-    """
+    """What an objective is a function of: one path, or many paths along the leading axes."""
 
     cell: RobotCell
     targets: WeldTargets
-    s_mm: FloatArray
-    coordinates: FloatArray
-    joints: FloatArray
+    s_mm: FloatArray  #: shape (n,). Arc length at the points of the seam.
+    coordinates: FloatArray  #: shape (..., n, 9). mm and rad, as in `wpcal.planning.cell.closed_chain`.
+    joints: FloatArray  #: shape (..., n, 12). Robot 1, then robot 2; unwrapped, rad.
 
 
 class Residuals(Enum):
@@ -63,34 +53,18 @@ class Residuals(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Objective:
-    """One row of the table.
+    """One row of the table."""
 
-    Parameters
-    ----------
-    name : str
-        Key in files, with the unit.
-    label, unit : str
-        For tables and pages.
-    value : callable
-        The objective of `PathValues`; shape (...). Smaller is better.
-    residuals : Residuals
-        What its weight multiplies in the least squares.
-    coordinates : tuple of int
-        Columns of `ATTITUDE` that it measures; empty unless `residuals` is TARGET_DEVIATIONS.
-    symbol : str
-        Key of the paper's function in ``as_printed``; empty where the paper has none.
-    printed : callable or None
-        The paper's function as printed, of one path.
-    """
-
-    name: str
+    name: str  #: Key in files, with the unit.
+    #: `label`, `unit`: For tables and pages.
     label: str
     unit: str
-    value: Callable[[PathValues], FloatArray]
-    residuals: Residuals = Residuals.NONE
+    value: Callable[[PathValues], FloatArray]  #: The objective of `PathValues`; shape (...). Smaller is better.
+    residuals: Residuals = Residuals.NONE  #: What its weight multiplies in the least squares.
+    #: Columns of `ATTITUDE` that it measures; empty unless `residuals` is TARGET_DEVIATIONS.
     coordinates: tuple[int, ...] = ()
-    symbol: str = ""
-    printed: Callable[[PathValues], float] | None = None
+    symbol: str = ""  #: Key of the paper's function in ``as_printed``; empty where the paper has none.
+    printed: Callable[[PathValues], float] | None = None  #: The paper's function as printed, of one path.
 
     @property
     def title(self) -> str:
@@ -99,19 +73,10 @@ class Objective:
 
 
 def root_mean_square_deviation(path: PathValues, columns: tuple[int, ...]) -> FloatArray:
-    r"""Return the root mean square deviation of some coordinates from their targets, deg.
+    r"""Return the root mean square deviation of some coordinates from their targets, deg, shape (...).
 
     .. math::
         \sqrt{\tfrac1n \sum_i \sum_k (x_{ik} - x_{0k})^2}
-
-    Parameters
-    ----------
-    columns : tuple of int
-        Of `ATTITUDE`.
-
-    Returns
-    -------
-    ndarray, shape (...)
     """
     rows = [ATTITUDE.index(column) for column in columns]
     off = path.coordinates[..., list(columns)] - path.targets.attitude_rad[rows]
@@ -129,19 +94,10 @@ def torch_deviation(path: PathValues) -> FloatArray:
 
 
 def joint_motion(path: PathValues) -> FloatArray:
-    r"""Return the root mean square of the weighted joint rates along the seam (in place of eq. 4), deg/mm.
+    r"""Return the root mean square of the weighted joint rates along the seam (in place of eq. 4), deg/mm, shape (...).
 
     .. math::
         \sqrt{\frac{1}{L \sum_j K_j} \int_0^L \sum_j K_j\, (dq_j/ds)^2\, ds}
-
-    Parameters
-    ----------
-    path : PathValues
-        With K_j of all twelve joints in its cell.
-
-    Returns
-    -------
-    ndarray, shape (...)
     """
     s_mm, steps = path.s_mm, np.diff(path.joints, axis=-2)
     weights = path.cell.joint_weights

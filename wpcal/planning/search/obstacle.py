@@ -24,38 +24,19 @@ class Constraint(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstacle:
-    """The limit that is hardest to keep.
-
-    Parameters
-    ----------
-    says : str
-        What was found, where, and what was asked, for people.
-    advice : str
-        The relaxation that would help; empty if none is known.
-    s_mm : float, optional
-        Place along the seam, mm.
-    between : tuple of str, optional
-        Two bodies that are too near to each other.
-    robot : int, optional
-        1 or 2.
-    joint : str, optional
-        Name on the pendant.
-    best, asked : float, optional
-        The best value that was attained at this place, and the value that is asked, in `unit`.
-    unit : str
-        ``mm``, ``deg``, ``mm/s``, or empty.
-    """
+    """The limit that is hardest to keep."""
 
     constraint: Constraint
-    says: str
-    advice: str = ""
-    s_mm: float | None = None
-    between: tuple[str, str] | None = None
-    robot: int | None = None
-    joint: str | None = None
+    says: str  #: What was found, where, and what was asked, for people.
+    advice: str = ""  #: The relaxation that would help; empty if none is known.
+    s_mm: float | None = None  #: Place along the seam, mm.
+    between: tuple[str, str] | None = None  #: Two bodies that are too near to each other.
+    robot: int | None = None  #: 1 or 2.
+    joint: str | None = None  #: Name on the pendant.
+    #: `best`, `asked`: The best value that was attained at this place, and the value that is asked, in `unit`.
     best: float | None = None
     asked: float | None = None
-    unit: str = ""
+    unit: str = ""  #: ``mm``, ``deg``, ``mm/s``, or empty.
 
     def describe(self) -> str:
         """Say what was found and what would help."""
@@ -78,15 +59,7 @@ class Obstacle:
 
 
 class NoFeasiblePlanError(ConvergenceError):
-    """The search found no feasible plan.
-
-    Parameters
-    ----------
-    why : str
-        Which limit fails most, in a few words.
-    obstacle : Obstacle, optional
-        The limit that is hardest to keep; None if none could be named.
-    """
+    """The search found no feasible plan."""
 
     def __init__(self, why: str, obstacle: Obstacle | None = None) -> None:
         self.obstacle = obstacle
@@ -99,8 +72,7 @@ def too_near(between: tuple[str, str], s_mm: float, best_mm: float, asked_mm: fl
 
     Parameters
     ----------
-    s_mm : float
-        Place along the seam, mm.
+    s_mm : Place along the seam, mm.
     best_mm, asked_mm : float
         Largest distance that was attained there, and the safety distance, mm. Capsules that overlap have a negative
         distance.

@@ -33,18 +33,12 @@ MINIMISED = {Preference.POSITION: POSITION, Preference.SMOOTH: MOTION}
 class ParetoSet:
     """Plans none of which is at least as good as another in every objective.
 
-    Parameters
-    ----------
-    plans : tuple of Plan
-        With all objectives of `OBJECTIVES`.
-
     Raises
     ------
-    InputError
-        When there is no plan.
+    InputError : When there is no plan.
     """
 
-    plans: tuple[Plan, ...]
+    plans: tuple[Plan, ...]  #: With all objectives of `OBJECTIVES`.
 
     def __post_init__(self) -> None:
         if not self.plans:
@@ -70,16 +64,11 @@ class ParetoSet:
 
 
 def is_nondominated(values: FloatArray) -> BoolArray:
-    """Tell which rows no other row beats. A row beats another if it is nowhere worse and somewhere better.
+    """Tell which rows no other row beats. A row beats another if it is nowhere worse and somewhere better, shape (m,).
 
     Parameters
     ----------
-    values : ndarray, shape (m, k)
-        Smaller is better. Of equal rows the first stays.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
+    values : shape (m, k). Smaller is better. Of equal rows the first stays.
     """
     no_worse = (values[:, None] <= values).all(axis=2)
     better = (values[:, None] < values).any(axis=2)
@@ -93,15 +82,7 @@ def thin_front(values: FloatArray, count: int) -> IntArray:
 
     Parameters
     ----------
-    values : ndarray, shape (m, k)
-        Scaled by the range of each column for the distances.
-    count : int
-        Most rows.
-
-    Returns
-    -------
-    ndarray of int
-        Increasing.
+    values : shape (m, k). Scaled by the range of each column for the distances.
     """
     span = np.ptp(values, axis=0)
     scaled = values / np.where(span > 0, span, 1.0)
@@ -120,15 +101,12 @@ def hypervolume(values: FloatArray, reference: FloatArray) -> float:
 
     Parameters
     ----------
-    values : ndarray, shape (m, k)
-        Smaller is better. Rows that do not beat the reference in every objective add nothing.
-    reference : ndarray, shape (k,)
-        In the units of the objectives.
+    values : shape (m, k). Smaller is better. Rows that do not beat the reference in every objective add nothing.
+    reference : shape (k,). In the units of the objectives.
 
     Raises
     ------
-    InputError
-        When the numbers of objectives differ.
+    InputError : When the numbers of objectives differ.
 
     Notes
     -----

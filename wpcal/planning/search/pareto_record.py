@@ -26,19 +26,9 @@ def pareto_record(
 ) -> dict[str, Any]:
     """Return the record of a search that found plans.
 
-    Parameters
-    ----------
-    preference : Preference
-        Which plan was chosen.
-    runs : sequence of CellRun
-        The plans of the front with approach and retract, in its order. Without them, nothing is said of these moves.
-    no_program : sequence of str
-        Why a robot has no program.
-
     Returns
     -------
-    dict
-        Angles in degrees. ``fronts`` holds the objectives of each method's own front, in the order of ``objectives``.
+    dict. Angles in degrees. ``fronts`` holds the objectives of each method's own front, in the order of ``objectives``.
     """
     front = result.front
     chosen = front.chosen(preference)
@@ -65,15 +55,7 @@ def pareto_record(
 
 
 def failed_record(problem: PlanningProblem, why: str, obstacle: Obstacle | None = None) -> dict[str, Any]:
-    """Return the record of a search that found no feasible plan.
-
-    Parameters
-    ----------
-    why : str
-        The limit that failed most, with its place.
-    obstacle : Obstacle, optional
-        The same as data.
-    """
+    """Return the record of a search that found no feasible plan."""
     return {
         **_head(problem),
         "failed": why,

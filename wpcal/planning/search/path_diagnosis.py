@@ -31,13 +31,7 @@ COORDINATE_NAMES = {SLOPE: "slope", ROTATION: "rotation", WORK: "work angle", TR
 def no_plan(
     problem: PlanningProblem, tried: Sequence[CandidatePath], refused: Sequence[PathCheck] = ()
 ) -> NoFeasiblePlanError:
-    """Return the error of a search whose paths are all refused.
-
-    Parameters
-    ----------
-    refused : sequence of PathCheck
-        Checks of the paths that keep all limits at their points, but not between them.
-    """
+    """Return the error of a search whose paths are all refused."""
     if refused:
         return NoFeasiblePlanError("clearance fails most, between the points of every path", _between(problem, refused))
     counts: Counter[str] = Counter()
@@ -52,13 +46,7 @@ def no_plan(
 
 
 def path_obstacle(problem: PlanningProblem, paths: Sequence[CandidatePath], constraint: Constraint) -> Obstacle:
-    """Return where the path that breaks a limit by the least breaks it most.
-
-    Parameters
-    ----------
-    paths : sequence of CandidatePath
-        At least one breaks the limit.
-    """
+    """Return where the path that breaks a limit by the least breaks it most."""
     broken = [(problem.excesses(path).get(constraint.value, 0.0), path) for path in paths]
     path = min((one for one in broken if one[0] > ALLOWED_EXCESS), key=lambda one: one[0])[1]
     if constraint is Constraint.REACH:

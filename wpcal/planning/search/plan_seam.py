@@ -35,30 +35,13 @@ def plan_seam(
     genetic: Nsga2Options | None = None,
     progress: SearchProgress = lambda what, done, of: None,
 ) -> PlanningResult:
-    """Search for plans of a seam.
-
-    Parameters
-    ----------
-    weights : sequence of mapping of Objective to float
-        Of the squared objectives, one set per path, in an order in which neighbours are near.
-    genetic : Nsga2Options, optional
-        Runs the genetic algorithm after the deterministic search.
-    progress : callable, optional
-        Called with the name of the running step, how many of its parts are done, and of how many.
-
-    Returns
-    -------
-    PlanningResult
-        If the user ends the search (KeyboardInterrupt), the best front so far.
+    """Search for plans of a seam. If the user ends the search (KeyboardInterrupt), the best front so far.
 
     Raises
     ------
-    GeometryError
-        When the seam is out of reach, the bases are too close to each other or the start is in collision.
-    NoFeasiblePlanError
-        When no feasible plan is found; it names the limit that is hardest to keep, and where.
-    KeyboardInterrupt
-        When the user ends the search before there is any plan.
+    GeometryError : When the seam is out of reach, the bases are too close to each other or the start is in collision.
+    NoFeasiblePlanError : When no feasible plan is found; it names the limit that is hardest to keep, and where.
+    KeyboardInterrupt : When the user ends the search before there is any plan.
     """
     require_bases_apart(problem.cell)
     found: list[CandidatePath] = []
@@ -111,17 +94,9 @@ def judge_paths(
 ) -> PlanningResult:
     """Check the best paths for collisions between their points and compare those that are free.
 
-    Parameters
-    ----------
-    swept, bred : sequence of CandidatePath
-        What the deterministic search and the genetic algorithm found; they may break limits.
-    interrupted : bool
-        Whether the user ended the search early.
-
     Raises
     ------
-    NoFeasiblePlanError
-        When no path is allowed and free; it names the limit that most paths break, and where.
+    NoFeasiblePlanError : When no path is allowed and free; it names the limit that most paths break, and where.
     """
     best, evolved = best_paths(problem, swept), best_paths(problem, bred)
     (ladder, refused), (genetic, also) = (

@@ -11,28 +11,16 @@ from wpcal.planning.search.problem import PlanningProblem
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanningResult:
-    """What a search found.
-
-    Parameters
-    ----------
-    front : ParetoSet
-        The best plans of all methods. Every plan was checked by hulls between its points.
-    ladder, genetic : ParetoSet or None
-        The front of the deterministic search alone, and of the genetic algorithm alone.
-    reference : ndarray, shape (k,)
-        Corner of the hypervolumes, in the units of the k objectives.
-    interrupted : bool
-        Whether the user ended the search early.
-    not_free : int
-        Plans that were removed because the check between their points found bodies too near to each other.
-    """
+    """What a search found."""
 
     problem: PlanningProblem
-    front: ParetoSet
+    front: ParetoSet  #: The best plans of all methods. Every plan was checked by hulls between its points.
+    #: `ladder`, `genetic`: The front of the deterministic search alone, and of the genetic algorithm alone.
     ladder: ParetoSet | None
     genetic: ParetoSet | None
-    reference: FloatArray
-    interrupted: bool
+    reference: FloatArray  #: shape (k,). Corner of the hypervolumes, in the units of the k objectives.
+    interrupted: bool  #: Whether the user ended the search early.
+    #: Plans that were removed because the check between their points found bodies too near to each other.
     not_free: int
 
     def hypervolume_of(self, front: ParetoSet | None) -> float:

@@ -26,21 +26,11 @@ SearchProgress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CandidatePath:
-    """A path as the search handles it: coordinates, the branches of both inverses, and the joints that follow.
+    """A path as the search handles it: coordinates, the branches of both inverses, and the joints that follow."""
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n, 9)
-        mm and rad, as in `wpcal.planning.cell.closed_chain`.
-    branches : tuple of int
-        Of robot 1 and robot 2.
-    joints : ndarray, shape (n, 12)
-        Unwrapped, rad.
-    """
-
-    coordinates: FloatArray
-    branches: tuple[int, int]
-    joints: FloatArray
+    coordinates: FloatArray  #: shape (n, 9). mm and rad, as in `wpcal.planning.cell.closed_chain`.
+    branches: tuple[int, int]  #: Of robot 1 and robot 2.
+    joints: FloatArray  #: shape (n, 12). Unwrapped, rad.
 
     @property
     def state(self) -> CellState:
@@ -55,20 +45,12 @@ class CandidatePath:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanningProblem:
-    """A seam to be welded in a cell.
-
-    Parameters
-    ----------
-    path : SeamPath
-        n points in `part`.
-    speed_mm_s : float
-        Of the torch along the seam: no joint may need more than its largest speed.
-    """
+    """A seam to be welded in a cell."""
 
     cell: RobotCell
-    path: SeamPath
+    path: SeamPath  #: n points in `part`.
     targets: WeldTargets = field(default_factory=WeldTargets)
-    speed_mm_s: float = SPEED_MM_S
+    speed_mm_s: float = SPEED_MM_S  #: Of the torch along the seam: no joint may need more than its largest speed.
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -83,48 +65,30 @@ class PlanningProblem:
         return PathValues(self.cell, self.targets, self.path.s_mm, coordinates, joints)
 
     def objectives(self, coordinates: FloatArray, joints: FloatArray) -> FloatArray:
-        """Return the objectives of one path or of many.
+        """Return the objectives of one path or of many, shape (..., len(OBJECTIVES)). In the order of `OBJECTIVES`.
 
         Parameters
         ----------
         coordinates : ndarray, shape (..., n, 9)
-        joints : ndarray, shape (..., n, 12)
-            Unwrapped, rad.
-
-        Returns
-        -------
-        ndarray, shape (..., len(OBJECTIVES))
-            In the order of `OBJECTIVES`.
+        joints : shape (..., n, 12). Unwrapped, rad.
         """
         return objective_values(self.path_values(coordinates, joints))
 
     def margins(self, joints: FloatArray) -> FloatArray:
-        """Return the least capsule clearance beyond the safety distances.
+        """Return the least capsule clearance beyond the safety distances, shape (N,), mm.
 
         Parameters
         ----------
-        joints : ndarray, shape (N, 12)
-            Robot 1, then robot 2, rad.
-
-        Returns
-        -------
-        ndarray, shape (N,)
-            mm.
+        joints : shape (N, 12). Robot 1, then robot 2, rad.
         """
         return capsule_clearance(self.cell, CellState(joints[:, :JOINTS], joints[:, JOINTS:])).margin_mm
 
     def regularity(self, joints: FloatArray) -> FloatArray:
-        """Return how far both arms are from singular poses.
+        """Return how far both arms are from singular poses, shape (N, 6). The three measures of each arm.
 
         Parameters
         ----------
-        joints : ndarray, shape (N, 12)
-            Robot 1, then robot 2, rad.
-
-        Returns
-        -------
-        ndarray, shape (N, 6)
-            The three measures of each arm.
+        joints : shape (N, 12). Robot 1, then robot 2, rad.
         """
         one, _ = regularity(self.cell.arm1, joints[:, :JOINTS])
         two, _ = regularity(self.cell.arm2, joints[:, JOINTS:])
@@ -136,11 +100,6 @@ class PlanningProblem:
 
     def excesses(self, path: CandidatePath) -> dict[str, float]:
         """Return how far a path is beyond each kind of limit, by name; all zero for an allowed path.
-
-        Parameters
-        ----------
-        path : CandidatePath
-            Joints that are NaN are out of reach.
 
         Returns
         -------

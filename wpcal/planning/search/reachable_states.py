@@ -47,21 +47,11 @@ some tenths of a second."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReachablePlace:
-    """A place of the weld point and a pair of branches that have an allowed state at every scanned point.
+    """A place of the weld point and a pair of branches that have an allowed state at every scanned point."""
 
-    Parameters
-    ----------
-    place : ndarray, shape (3,)
-        In `middle`, mm.
-    branches : tuple of int
-        Of robot 1 and robot 2.
-    allowed : int
-        Number of allowed states at the scanned point that has fewest.
-    """
-
-    place: FloatArray
-    branches: tuple[int, int]
-    allowed: int
+    place: FloatArray  #: shape (3,). In `middle`, mm.
+    branches: tuple[int, int]  #: Of robot 1 and robot 2.
+    allowed: int  #: Number of allowed states at the scanned point that has fewest.
 
 
 def allowed_rotations(targets: WeldTargets, offsets_rad: Sequence[float]) -> FloatArray:
@@ -76,13 +66,10 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
     Parameters
     ----------
     coordinates : ndarray, shape (N, 9)
-    path : SeamPath
-        N points.
 
     Returns
     -------
-    joints : ndarray, shape (2, N, 8, 6)
-        Robot 1 and robot 2, rad, in the turn around zero.
+    joints : ndarray, shape (2, N, 8, 6). Robot 1 and robot 2, rad, in the turn around zero.
     usable : ndarray of bool, shape (2, N, 8)
     """
     joints = np.stack(all_joints(problem.cell, path, coordinates))
@@ -96,20 +83,9 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
 def find_reachable_places(problem: PlanningProblem, count: int) -> list[ReachablePlace]:
     """Return the most promising places with their branches, best first; each pair of branches appears once.
 
-    Parameters
-    ----------
-    count : int
-        Most places.
-
-    Returns
-    -------
-    list of ReachablePlace
-        At least one.
-
     Raises
     ------
-    GeometryError
-        When a point of the seam is out of reach, or every state at its start is in collision.
+    GeometryError : When a point of the seam is out of reach, or every state at its start is in collision.
     NoFeasiblePlanError
         When no place and branches have an allowed state at every scanned point; it names the limit and the place.
     """

@@ -23,13 +23,7 @@ objective, for example where the target weld position is not clear."""
 
 
 def refine_within_limits(problem: PlanningProblem, path: CandidatePath, weights: Weights) -> CandidatePath:
-    """Refine a path with stiffer and stiffer limits until it keeps them, or the stiffest do not help.
-
-    Returns
-    -------
-    CandidatePath
-        As `refine_path` leaves it; it may still break a limit.
-    """
+    """Refine a path with stiffer and stiffer limits until it keeps them, or the stiffest do not help."""
     for stiffness in STIFFNESSES:
         path = refine_path(problem, path, weights, stiffness=stiffness)
         if problem.is_allowed(path):
@@ -40,24 +34,7 @@ def refine_within_limits(problem: PlanningProblem, path: CandidatePath, weights:
 def refine_path(
     problem: PlanningProblem, path: CandidatePath, weights: Weights, *, stiffness: float = 1.0, iterations: int = 80
 ) -> CandidatePath:
-    """Minimise the weighted sum of squared objectives, starting from a path.
-
-    Parameters
-    ----------
-    path : CandidatePath
-        The start; its branches stay.
-    weights : mapping of Objective to float
-        Of the squared objectives.
-    stiffness : float
-        Factor on the excess over the limits.
-    iterations : int
-        Most steps.
-
-    Returns
-    -------
-    CandidatePath
-        Never with a larger sum than the start.
-    """
+    """Minimise the weighted sum of squared objectives, starting from a path. Never with a larger sum than the start."""
     return descend(
         path,
         lambda at: linearise(problem, at, weights, stiffness=stiffness),

@@ -40,22 +40,10 @@ def sweep_paths(
 ) -> Iterator[CandidatePath]:
     """Find one path for each set of weights and yield each as soon as it is found.
 
-    Parameters
-    ----------
-    weights : sequence of mapping of Objective to float
-        In an order in which neighbours are near.
-
-    Yields
-    ------
-    CandidatePath
-        As the least squares leave it; it may still break a limit.
-
     Raises
     ------
-    GeometryError
-        When the seam is out of reach or its start is in collision.
-    NoFeasiblePlanError
-        When no ladder has a way through; it names the place and the limit.
+    GeometryError : When the seam is out of reach or its start is in collision.
+    NoFeasiblePlanError : When no ladder has a way through; it names the place and the limit.
     """
     path = _first_path(problem, progress)
     for done, one in enumerate(weights):

@@ -19,30 +19,21 @@ ATTITUDE = [SLOPE, ROTATION, WORK, TRAVEL]
 class WeldTargets:
     """The target weld position and torch angles, and how far from them a plan may go.
 
-    Parameters
-    ----------
-    slope_rad, rotation_rad : float
-        θ0 and -φ0 of Hou 2018: the boat position has θ0 8…12° and φ0 0…5°.
-    slope_range_rad, rotation_range_rad : float
-        θmax and φmax: no plan leaves ``-max … max``.
-    work_rad, travel_rad : float
-        Target torch angles (DESIGN §3).
-    torch_range_rad : float
-        Largest deviation of either torch angle from its target.
-
     Raises
     ------
-    InputError
-        When a target is outside its range, or a range is not positive or too large.
+    InputError : When a target is outside its range, or a range is not positive or too large.
     """
 
+    #: `slope_rad`, `rotation_rad`: θ0 and -φ0 of Hou 2018: the boat position has θ0 8…12° and φ0 0…5°.
     slope_rad: float = math.radians(10.0)
     rotation_rad: float = 0.0
+    #: `slope_range_rad`, `rotation_range_rad`: θmax and φmax: no plan leaves ``-max … max``.
     slope_range_rad: float = math.radians(30.0)
     rotation_range_rad: float = math.radians(90.0)
+    #: `work_rad`, `travel_rad`: Target torch angles (DESIGN §3).
     work_rad: float = 0.0
     travel_rad: float = 0.0
-    torch_range_rad: float = math.radians(15.0)
+    torch_range_rad: float = math.radians(15.0)  #: Largest deviation of either torch angle from its target.
 
     def __post_init__(self) -> None:
         ranges = (
@@ -94,7 +85,6 @@ def deviations(coordinates: FloatArray, targets: WeldTargets) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (..., 4)
-        In the order of `ATTITUDE`.
+    ndarray, shape (..., 4). In the order of `ATTITUDE`.
     """
     return np.asarray(coordinates[..., ATTITUDE] - targets.attitude_rad, dtype=np.float64)

@@ -38,29 +38,15 @@ it that are drawn at random."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AirPath:
-    """A free way through the air.
+    """A free way through the air."""
 
-    Parameters
-    ----------
-    q : ndarray, shape (n, k)
-        Straight moves in the axes lead from state to state, rad and mm.
-    found_by : str
-        ``straight``, ``roadmap`` or ``rrt-connect``.
-    """
-
-    q: FloatArray
+    q: FloatArray  #: shape (n, k). Straight moves in the axes lead from state to state, rad and mm.
     check: CheckedMove
-    found_by: str
+    found_by: str  #: ``straight``, ``roadmap`` or ``rrt-connect``.
 
 
 class AirPlanner:
-    """Finds free ways between states of a cell.
-
-    Parameters
-    ----------
-    seed : int
-        Of all random numbers.
-    """
+    """Finds free ways between states of a cell."""
 
     def __init__(self, cell: OneRobotCell, checker: MotionChecker, seed: int = 0) -> None:
         self.cell, self.checker, self.seed = cell, checker, seed
@@ -72,15 +58,12 @@ class AirPlanner:
 
         Parameters
         ----------
-        start, end : ndarray, shape (k,)
-            All axes, rad and mm.
+        start, end : shape (k,). All axes, rad and mm.
 
         Raises
         ------
-        GeometryError
-            When an end is in collision, or no way was found.
-        InputError
-            When nothing is found in the roadmap and `ompl` is not installed.
+        GeometryError : When an end is in collision, or no way was found.
+        InputError : When nothing is found in the roadmap and `ompl` is not installed.
         """
         self._require_clear(start, end)
         for between in ([], *self._by_home(start, end)):
@@ -202,8 +185,7 @@ def import_ompl() -> tuple[Any, Any, Any]:
 
     Raises
     ------
-    InputError
-        When `ompl` is not installed.
+    InputError : When `ompl` is not installed.
     """
     try:
         from ompl import base, geometric, util  # noqa: PLC0415  # an optional package, needed where a way is blocked

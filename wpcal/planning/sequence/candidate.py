@@ -15,31 +15,15 @@ from wpcal.planning.sequence.seam_task import SeamTask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """One way to weld a stretch of a seam: the arm stays in one branch, the external axes move evenly or not at all.
+    """One way to weld a stretch of a seam: the arm stays in one branch, the external axes move evenly or not at all."""
 
-    Parameters
-    ----------
-    task : SeamTask
-        The stretch, in the direction of travel: n points.
-    q : ndarray, shape (n, k)
-        All axes at the points, rad and mm.
-    angles : ndarray, shape (n, 3)
-        Work, travel and spin, rad.
-    off_position_rad : float
-        Largest distance from the asked weld position.
-    off_torch_rad : float
-        Root mean square deviation of the torch from its target angles.
-    is_reversed : bool
-        Whether it is welded against the direction of the file.
-    """
-
-    task: SeamTask
-    q: FloatArray
-    angles: FloatArray
+    task: SeamTask  #: The stretch, in the direction of travel: n points.
+    q: FloatArray  #: shape (n, k). All axes at the points, rad and mm.
+    angles: FloatArray  #: shape (n, 3). Work, travel and spin, rad.
     branch: int
-    off_position_rad: float
-    off_torch_rad: float
-    is_reversed: bool = False
+    off_position_rad: float  #: Largest distance from the asked weld position.
+    off_torch_rad: float  #: Root mean square deviation of the torch from its target angles.
+    is_reversed: bool = False  #: Whether it is welded against the direction of the file.
 
     def __len__(self) -> int:
         return len(self.q)
@@ -51,13 +35,7 @@ class Candidate:
         return float(np.sqrt(((steps**2).sum(axis=1) / s).sum() / (JOINTS * self.task.length_mm)))
 
     def weld_speed(self, cell: OneRobotCell, asked_mm_s: float) -> tuple[float, str | None]:
-        """Return the speed along the seam that every joint can follow, mm/s, and the joint that limits it.
-
-        Parameters
-        ----------
-        asked_mm_s : float
-            Where the seam has no speed of its own.
-        """
+        """Return the speed along the seam that every joint can follow, mm/s, and the joint that limits it."""
         asked_mm_s = self.task.speed_mm_s or asked_mm_s
         moves = np.abs(np.diff(self.q, axis=0))
         s = np.diff(self.task.s_mm)[:, None]

@@ -28,24 +28,15 @@ ROUND_OFF_MM = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Unwelded:
-    """A stretch of a seam that is not welded.
-
-    Parameters
-    ----------
-    from_mm, to_mm : float
-        Arc length along the seam.
-    help : tuple of Help
-        Changes with which it is welded, as a trial showed; empty if none was found.
-    is_searched : bool
-        Whether all kinds of changes were tried.
-    """
+    """A stretch of a seam that is not welded."""
 
     seam: str
+    #: `from_mm`, `to_mm`: Arc length along the seam.
     from_mm: float
     to_mm: float
     why: str
-    help: tuple[Help, ...] = ()
-    is_searched: bool = True
+    help: tuple[Help, ...] = ()  #: Changes with which it is welded, as a trial showed; empty if none was found.
+    is_searched: bool = True  #: Whether all kinds of changes were tried.
 
     def describe(self) -> str:
         """Return one line for people."""
@@ -73,18 +64,7 @@ class _Way(NamedTuple):
 
 
 def cut_seam(search: SeamSearch, task: SeamTask, remedies: RemedySearch) -> tuple[list[Candidate], list[Unwelded]]:
-    """Weld as much of a seam as possible, in as few pieces as possible.
-
-    Parameters
-    ----------
-    task : SeamTask
-        A seam for which `SeamSearch.whole` found nothing.
-
-    Returns
-    -------
-    pieces : list of Candidate
-        In the order of the seam; neighbours may share a point.
-    """
+    """Weld as much of a seam as possible, in as few pieces as possible."""
     ways = _ways(search, task)
     spans = best_cuts(task.s_mm, [way.span for way in ways], min(LEAST_PIECE_MM, task.length_mm))
     pieces = [_part(search, task, next(way for way in ways if _holds(way.span, span)), span) for span in spans]
@@ -98,12 +78,7 @@ def best_cuts(s_mm: FloatArray, ways: Sequence[Span], least_mm: float) -> list[S
 
     Parameters
     ----------
-    s_mm : ndarray, shape (n,)
-        Arc length of the points, increasing.
-    ways : sequence of Span
-        Stretches that can be welded; every part of one can be welded, too.
-    least_mm : float
-        Of a piece.
+    s_mm : shape (n,). Arc length of the points, increasing.
     """
     n = len(s_mm)
     s = np.rint(s_mm / ROUND_OFF_MM).astype(np.int64).tolist()  # whole numbers: pieces in a row add up exactly

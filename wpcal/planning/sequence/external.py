@@ -38,18 +38,12 @@ ROUND_RAD = math.radians(5.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExternalAxes:
-    """C positions of the external axes, the most promising first.
+    """C positions of the external axes, the most promising first."""
 
-    Parameters
-    ----------
-    values : ndarray, shape (C, 2, k - 6)
-        Rail (mm) and angles (rad) at the start of the seam and at its end; they change evenly along it.
-    off_rad : ndarray, shape (C,)
-        Largest distance of the seam from the asked weld position.
-    """
-
+    #: shape (C, 2, k - 6). Rail (mm) and angles (rad) at the start of the seam and at its end; they change evenly along
+    #: it.
     values: FloatArray
-    off_rad: FloatArray
+    off_rad: FloatArray  #: shape (C,). Largest distance of the seam from the asked weld position.
 
     def __len__(self) -> int:
         return len(self.off_rad)
@@ -66,31 +60,19 @@ def axes_of(cell: OneRobotCell, values: FloatArray) -> FloatArray:
 
 
 def values_along(values: FloatArray, task: SeamTask, rows: IntArray) -> FloatArray:
-    """Return external axes at points of a seam.
+    """Return external axes at points of a seam, shape (C, n, e).
 
     Parameters
     ----------
-    values : ndarray, shape (C, 2, e)
-        At its start and at its end.
-    rows : ndarray of int, shape (n,)
-        Its points.
-
-    Returns
-    -------
-    ndarray, shape (C, n, e)
+    values : shape (C, 2, e). At its start and at its end.
+    rows : shape (n,). Its points.
     """
     share = ((task.s_mm[rows] - task.s_mm[0]) / task.length_mm)[:, None]
     return np.asarray(values[:, :1] + share * (values[:, 1:] - values[:, :1]), dtype=np.float64)
 
 
 def external_axes(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets) -> ExternalAxes:
-    """Return where the external axes may be while a seam is welded.
-
-    Returns
-    -------
-    ExternalAxes
-        At most `MOST`; those in position first, then by how far they are off.
-    """
+    """Return where the external axes may be while a seam is welded."""
     turning = _turning_grid(cell)
     rail = np.zeros((1, 0))
     if cell.rail is not None:

@@ -23,18 +23,10 @@ def cheapest_way(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, wei
 
     Parameters
     ----------
-    joints : ndarray, shape (m, K, 6)
-        Of one branch, rad.
+    joints : shape (m, K, 6). Of one branch, rad.
     usable : ndarray of bool, shape (m, K)
-    off_rad : ndarray, shape (m, K)
-        Deviation of the torch from its targets.
-    weights : ndarray, shape (6,)
-        K_j, positive.
-
-    Returns
-    -------
-    list of int
-        One state per rung, up to the last rung that can be reached; empty if the first cannot.
+    off_rad : shape (m, K). Deviation of the torch from its targets.
+    weights : shape (6,). K_j, positive.
     """
     q = np.nan_to_num(joints)
     ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))

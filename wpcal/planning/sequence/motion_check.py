@@ -29,22 +29,12 @@ beyond their safety distance, and no cell should have a smaller one."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedMove:
-    """Result for a row of straight moves.
-
-    Parameters
-    ----------
-    states : ndarray, shape (m, k)
-        The measured states in order, rad and mm.
-    at : ndarray, shape (m,)
-        Their places, in moves from the start: 1.5 is half-way along the second move.
-    margin_mm : ndarray, shape (m,)
-        Lower bounds of the margins.
-    """
+    """Result for a row of straight moves."""
 
     is_free: bool
-    states: FloatArray
-    at: FloatArray
-    margin_mm: FloatArray
+    states: FloatArray  #: shape (m, k). The measured states in order, rad and mm.
+    at: FloatArray  #: shape (m,). Their places, in moves from the start: 1.5 is half-way along the second move.
+    margin_mm: FloatArray  #: shape (m,). Lower bounds of the margins.
 
 
 class MotionChecker:
@@ -65,17 +55,11 @@ class MotionChecker:
         return np.asarray((product(np.abs(step), self._per_axis.T) / free).max(axis=1, initial=0.0), dtype=np.float64)
 
     def check(self, states: FloatArray) -> CheckedMove:
-        """Check the straight moves from state to state.
+        """Check the straight moves from state to state. Where it is not free, the states measured so far.
 
         Parameters
         ----------
-        states : ndarray, shape (n, k)
-            Two or more, rad and mm.
-
-        Returns
-        -------
-        CheckedMove
-            Where it is not free, the states measured so far.
+        states : shape (n, k). Two or more, rad and mm.
         """
         at, q = self._divided(np.asarray(states, dtype=np.float64))
         margin, free = self._measured(q)
@@ -110,17 +94,11 @@ class MotionChecker:
 
         Parameters
         ----------
-        a, b : ndarray, shape (n, k)
-            Starts and ends, rad and mm.
-        whole : bool
-            A move that is not free to its end counts as 0: nothing more of it is measured.
-        trust : float
-            How much farther than proved free a body may move between two measured states: 1 is a proof.
+        a, b : shape (n, k). Starts and ends, rad and mm.
 
         Returns
         -------
-        ndarray, shape (n,)
-            0 where the start is not clear, 1 where the whole move is free.
+        ndarray, shape (n,). 0 where the start is not clear, 1 where the whole move is free.
         """
         motion = self.motion_mm(a, b)
         parts = np.maximum(np.ceil(motion / (LONG_STEP_MM if whole else FIRST_STEP_MM)), 1.0).astype(int) + 1

@@ -27,16 +27,14 @@ def states_on_lines(cell: OneRobotCell, q: FloatArray) -> tuple[FloatArray, Floa
 
     Parameters
     ----------
-    q : ndarray, shape (n, k)
-        Neighbouring states of a weld with its approach and retract, rad and mm.
+    q : shape (n, k). Neighbouring states of a weld with its approach and retract, rad and mm.
 
     Returns
     -------
     q : ndarray, shape (m, k)
         The given states and those between them; a place that Newton's method does not find within the limits is on the
         straight move in the axes.
-    at : ndarray, shape (m,)
-        Their places, in steps from the first.
+    at : ndarray, shape (m,). Their places, in steps from the first.
     """
     tool = _in_part(cell, q)
     middle = _in_part(cell, (q[:-1] + q[1:]) / 2)[:, :3, 3]

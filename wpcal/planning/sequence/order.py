@@ -27,25 +27,14 @@ LEAST_GAIN_S = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stop:
-    """One stretch to weld, with its ways.
+    """One stretch to weld, with its ways."""
 
-    Parameters
-    ----------
-    start, end : ndarray, shape (c, k)
-        All axes at the first and the last point of each way.
-    cost_s : ndarray, shape (c,)
-        What a way costs by itself, in seconds.
-    middle : ndarray, shape (3,)
-        Of the stretch, mm in `part`.
-    rank : int
-        All stops of a lower rank come first: tack welds before welds, and a bead before the one on it.
-    """
-
+    #: `start`, `end`: shape (c, k). All axes at the first and the last point of each way.
     start: FloatArray
     end: FloatArray
-    cost_s: FloatArray
-    middle: FloatArray
-    rank: int = 1
+    cost_s: FloatArray  #: shape (c,). What a way costs by itself, in seconds.
+    middle: FloatArray  #: shape (3,). Of the stretch, mm in `part`.
+    rank: int = 1  #: All stops of a lower rank come first: tack welds before welds, and a bead before the one on it.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,14 +62,8 @@ def find_order(
 
     Parameters
     ----------
-    stops : sequence of Stop
-        One or more.
-    home : ndarray, shape (k,)
-        Where the sequence starts and ends.
-    speeds : ndarray, shape (k,)
-        Of the axes through the air.
-    blocked : sequence of (stop, way, stop, way)
-        Moves that are not free; -1 is home.
+    home : shape (k,). Where the sequence starts and ends.
+    speeds : shape (k,). Of the axes through the air.
     """
     seconds = _Seconds(stops, home, speeds, blocked)
     if rule is WeldOrder.LISTED:

@@ -60,26 +60,16 @@ class Moved(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaceMap:
-    """The reachable part of all seams over a grid of places.
-
-    Parameters
-    ----------
-    x_mm, y_mm : ndarray, shapes (a,) and (b,)
-        Moves in `world` from where the cell has it.
-    turn_deg : ndarray, shape (a, b)
-        The best turn of the part about the vertical at each place; 0 where the robot is moved.
-    share : ndarray, shape (a, b)
-        Part of the length of all seams that is reachable, 0 to 1.
-    now : float
-        The same where the cell has it.
-    """
+    """The reachable part of all seams over a grid of places."""
 
     moved: Moved
+    #: `x_mm`, `y_mm`: shapes (a,) and (b,). Moves in `world` from where the cell has it.
     x_mm: FloatArray
     y_mm: FloatArray
+    #: shape (a, b). The best turn of the part about the vertical at each place; 0 where the robot is moved.
     turn_deg: FloatArray
-    share: FloatArray
-    now: float
+    share: FloatArray  #: shape (a, b). Part of the length of all seams that is reachable, 0 to 1.
+    now: float  #: The same where the cell has it.
 
     @property
     def best(self) -> tuple[float, float, float, float]:
@@ -122,17 +112,6 @@ def map_places(
     progress: Progress = no_progress,
 ) -> PlaceMap:
     """Measure how much of the seams is reachable over a grid of places.
-
-    Parameters
-    ----------
-    cell : OneRobotCell
-        With the part in its place. A part on a positioner is moved with it.
-    part : TriangleMaterial or None
-        In `part`, for the torch.
-    seams : sequence of PlannedSeam
-        In `part`.
-    range_mm, step_mm : float
-        Of the moves in x and y of `world`.
 
     Notes
     -----
@@ -233,14 +212,10 @@ class _Grid:
 
         Parameters
         ----------
-        at : tuple of float
-            Move in x and y, mm.
-        usable : ndarray of bool, shape (c, m, K, 8)
-            For each position of the external axes, point, pose of the torch and branch.
-        joints : ndarray, shape (c, m, K, 8, 6)
-            rad.
-        outer : ndarray, shape (c, m, K, e)
-            External axes, rad and mm.
+        at : Move in x and y, mm.
+        usable : shape (c, m, K, 8). For each position of the external axes, point, pose of the torch and branch.
+        joints : shape (c, m, K, 8, 6). rad.
+        outer : shape (c, m, K, e). External axes, rad and mm.
         """
         counts = usable.sum(axis=2).min(axis=1)  # poses at the point that has the fewest
         ways = np.argsort(-counts, axis=None, kind="stable")[:MOST_WAYS]

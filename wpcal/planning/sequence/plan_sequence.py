@@ -91,21 +91,10 @@ def plan_sequence(
 ) -> SequenceChoice:
     """Plan how one robot welds seams.
 
-    Parameters
-    ----------
-    cell : OneRobotCell
-        With the part in its place.
-    part : TriangleMaterial or None
-        In `part`; without it no collision with the part is looked at.
-    prefer : SequencePreference
-        Which plan is worked out.
-
     Raises
     ------
-    GeometryError
-        When no seam can be welded, or no free way leads from one to another.
-    InputError
-        When the part is through the floor, home is in collision, or an optional package is missing.
+    GeometryError : When no seam can be welded, or no free way leads from one to another.
+    InputError : When the part is through the floor, home is in collision, or an optional package is missing.
     """
     clearance = OneRobotClearance(cell, part)
     require_sound_start(cell, clearance)

@@ -47,55 +47,27 @@ tried that helped before."""
 
 @dataclass(frozen=True, slots=True)
 class Help:
-    """A change with which a stretch is welded; it was tried.
-
-    Parameters
-    ----------
-    turn_deg : float
-        Of the part about the vertical.
-    move_mm : tuple of float
-        Of the robot in `world`: x and y.
-    raise_mm : float
-        Of the part, with its positioner.
-    from_table_mm : float
-        Of the part along z of the carrier: away from the table of its positioner.
-    torch_range_deg : float or None
-        How far the torch may leave its target angles.
-    torch_scale : float or None
-        Radius of another torch's bodies relative to those of this one.
-    """
+    """A change with which a stretch is welded; it was tried."""
 
     text: str
-    turn_deg: float = 0.0
-    move_mm: tuple[float, float] = (0.0, 0.0)
-    raise_mm: float = 0.0
-    from_table_mm: float = 0.0
-    torch_range_deg: float | None = None
-    torch_scale: float | None = None
+    turn_deg: float = 0.0  #: Of the part about the vertical.
+    move_mm: tuple[float, float] = (0.0, 0.0)  #: Of the robot in `world`: x and y.
+    raise_mm: float = 0.0  #: Of the part, with its positioner.
+    from_table_mm: float = 0.0  #: Of the part along z of the carrier: away from the table of its positioner.
+    torch_range_deg: float | None = None  #: How far the torch may leave its target angles.
+    torch_scale: float | None = None  #: Radius of another torch's bodies relative to those of this one.
 
 
 @dataclass(slots=True)
 class RemedySearch:
-    """Looks for changes, and remembers those that helped.
+    """Looks for changes, and remembers those that helped."""
 
-    Parameters
-    ----------
-    search : SeamSearch
-        Of the cell as it is.
-    """
-
-    search: SeamSearch
+    search: SeamSearch  #: Of the cell as it is.
     _worked: list[Help] = field(default_factory=list)
     _searched: int = 0
 
     def find(self, stretch: SeamTask) -> tuple[tuple[Help, ...], bool]:
-        """Return changes that help, and whether all kinds of changes were looked for.
-
-        Parameters
-        ----------
-        stretch : SeamTask
-            Without a way in the cell as it is.
-        """
+        """Return changes that help, and whether all kinds of changes were looked for."""
         found = [each for each in self._worked if self._welds(each, stretch)]
         if found:
             return tuple(found), True
@@ -178,8 +150,7 @@ def changed_cell(cell: OneRobotCell, help_: Help, centre: FloatArray) -> OneRobo
 
     Parameters
     ----------
-    centre : ndarray, shape (3,)
-        What the part turns about, mm in `part`.
+    centre : shape (3,). What the part turns about, mm in `part`.
     """
     if help_.turn_deg:
         cell = _turned(cell, help_.turn_deg, centre)

@@ -54,17 +54,11 @@ class Roadmap:
         self._moves: list[tuple[int, int]] = []
 
     def way(self, start: FloatArray, end: FloatArray) -> FloatArray | None:
-        """Return a free way of straight moves.
+        """Return a free way of straight moves, shape (m, k). None: none was found.
 
         Parameters
         ----------
-        start, end : ndarray, shape (k,)
-            Clear states, rad and mm.
-
-        Returns
-        -------
-        ndarray, shape (m, k), or None
-            None: none was found.
+        start, end : shape (k,). Clear states, rad and mm.
         """
         ends = [self._known(q * self.scale) for q in (start, end)]
         self._link(np.array(ends), FIRST_LINKS)

@@ -45,18 +45,10 @@ TILTED_AXES = 24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Climb:
-    """What a ladder gave: the last point of the seam that it reaches, and the way to there.
+    """What a ladder gave: the last point of the seam that it reaches, and the way to there."""
 
-    Parameters
-    ----------
-    last : int
-        Point of the seam; -1 if not even the first rung is reached.
-    candidate : Candidate or None
-        The way from the first point to `last`, if there is one of two points or more.
-    """
-
-    last: int
-    candidate: Candidate | None
+    last: int  #: Point of the seam; -1 if not even the first rung is reached.
+    candidate: Candidate | None  #: The way from the first point to `last`, if there is one of two points or more.
 
 
 class SeamSearch:
@@ -75,10 +67,7 @@ class SeamSearch:
 
         Parameters
         ----------
-        most_axes : int, optional
-            Positions of the external axes that are tried; by default all.
-        tilts : sequence of bool
-            Whether the torch may leave its target angles: what is tried, in this order.
+        most_axes : Positions of the external axes that are tried; by default all.
         """
         axes = external_axes(self.cell, task, self.targets).first(most_axes)
         for tilted in tilts:
@@ -137,17 +126,12 @@ class SeamSearch:
 
         Parameters
         ----------
-        poses : TorchPoses
-            m rungs, K poses each.
-        values : ndarray, shape (C, 2, k - 6)
-            External axes at the start and at the end of the seam.
+        values : shape (C, 2, k - 6). External axes at the start and at the end of the seam.
 
         Returns
         -------
-        joints : ndarray, shape (C, m, K, 8, 6)
-            rad; NaN where a branch does not reach.
-        usable : ndarray of bool, shape (C, m, K, 8)
-            Within limits, regular, and the torch free of the part.
+        joints : ndarray, shape (C, m, K, 8, 6). rad; NaN where a branch does not reach.
+        usable : ndarray of bool, shape (C, m, K, 8). Within limits, regular, and the torch free of the part.
         """
         m, K = poses.is_free.shape
         along = np.repeat(values_along(values, task, poses.rungs), K, axis=1)
@@ -234,15 +218,12 @@ class SeamSearch:
 
         Parameters
         ----------
-        angles : ndarray, shape (n, 3)
-            Work, travel and spin at its first n points, rad.
-        values : ndarray, shape (2, k - 6)
-            External axes at the start and at the end of the seam.
+        angles : shape (n, 3). Work, travel and spin at its first n points, rad.
+        values : shape (2, k - 6). External axes at the start and at the end of the seam.
 
         Returns
         -------
-        q : ndarray, shape (n, k)
-            rad and mm; up to the point before the returned one.
+        q : ndarray, shape (n, k). rad and mm; up to the point before the returned one.
         """
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
@@ -267,12 +248,8 @@ class SeamSearch:
 
         Parameters
         ----------
-        task : SeamTask
-            n points.
-        angles : ndarray, shape (n, 3)
-            Work, travel and spin, rad.
-        q : ndarray, shape (n, k)
-            All axes, rad and mm.
+        angles : shape (n, 3). Work, travel and spin, rad.
+        q : shape (n, k). All axes, rad and mm.
         """
         R_world_part = self.cell.part_places(q)[:, :3, :3]
         off = float(self.targets.off_position(product(R_world_part, task.R)).max())

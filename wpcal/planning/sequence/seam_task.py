@@ -22,38 +22,20 @@ LEAST_RUNGS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamTask:
-    """One seam to weld, or a stretch of one.
-
-    Parameters
-    ----------
-    s_mm : ndarray, shape (n,)
-        Arc length, increasing, mm.
-    p, R : ndarray, shapes (n, 3) and (n, 3, 3)
-        Points (mm) and axes x (travel), y, z (out of the joint) in `part`.
-    lean_rad : ndarray, shape (n, 2)
-        Work and travel angle with which a straight torch is free there; zero where no lean is needed.
-    is_source : ndarray of bool, shape (n,)
-        Whether the point is one of the seam file.
-    weld : str
-        What is welded, for people: ``tee fillet``.
-    speed_mm_s : float or None
-        The speed that the weld data ask for; None: that of all seams.
-    rank : int
-        All seams of a lower rank are welded first.
-    more_wire_mm : float
-        The tool centre point stays back by this from the seam.
-    """
+    """One seam to weld, or a stretch of one."""
 
     name: str
-    s_mm: FloatArray
+    s_mm: FloatArray  #: shape (n,). Arc length, increasing, mm.
+    #: `p`, `R`: shapes (n, 3) and (n, 3, 3). Points (mm) and axes x (travel), y, z (out of the joint) in `part`.
     p: FloatArray
     R: FloatArray
+    #: shape (n, 2). Work and travel angle with which a straight torch is free there; zero where no lean is needed.
     lean_rad: FloatArray
-    is_source: BoolArray
-    weld: str = ""
-    speed_mm_s: float | None = None
-    rank: int = 1
-    more_wire_mm: float = 0.0
+    is_source: BoolArray  #: shape (n,). Whether the point is one of the seam file.
+    weld: str = ""  #: What is welded, for people: ``tee fillet``.
+    speed_mm_s: float | None = None  #: The speed that the weld data ask for; None: that of all seams.
+    rank: int = 1  #: All seams of a lower rank are welded first.
+    more_wire_mm: float = 0.0  #: The tool centre point stays back by this from the seam.
 
     def __len__(self) -> int:
         return len(self.s_mm)
@@ -105,17 +87,11 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> Sea
 
     Parameters
     ----------
-    seam : Seam
-        With frames in `part`.
-    speed_mm_s : float, optional
-        That the weld data ask for.
-    rank : int
-        All seams of a lower rank are welded first.
+    seam : With frames in `part`.
 
     Raises
     ------
-    InputError
-        When it is given in another frame, or has fewer than two points.
+    InputError : When it is given in another frame, or has fewer than two points.
     """
     frames = seam.frames
     if frames.frame != "part" or len(frames) < 2:

@@ -33,21 +33,11 @@ OFF_PART_MM = 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedSeam:
-    """What is planned as one: a seam, or one bead along one stretch of it.
+    """What is planned as one: a seam, or one bead along one stretch of it."""
 
-    Parameters
-    ----------
-    seam : Seam
-        With n frames in `part`.
-    u95_mm : ndarray, shape (n,), or None
-        The 95 % error at the frames, mm.
-    run : WeldRun or None
-        What is laid; None without weld data.
-    """
-
-    seam: Seam
-    u95_mm: FloatArray | None = None
-    run: WeldRun | None = None
+    seam: Seam  #: With n frames in `part`.
+    u95_mm: FloatArray | None = None  #: shape (n,). The 95 % error at the frames, mm.
+    run: WeldRun | None = None  #: What is laid; None without weld data.
 
     @property
     def name(self) -> str:
@@ -70,27 +60,15 @@ class PlannedSeam:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceInput:
-    """Seams to weld and the part.
+    """Seams to weld and the part."""
 
-    Parameters
-    ----------
-    seams : tuple of PlannedSeam
-        Chosen ones.
-    found : tuple of Seam
-        All of the file, with frames in `part`.
-    T_base_part : RigidTransform or None
-        Where the robot found the part; None if the seams were found without a calibration.
-    part : TriangleMaterial or None
-        In `part`; None if there is no ``part.glb``.
-    torch : TorchShape or None
-        With which reach was felt when the seams were found; None in files that do not state it.
-    """
-
-    seams: tuple[PlannedSeam, ...]
-    found: tuple[Seam, ...]
+    seams: tuple[PlannedSeam, ...]  #: Chosen ones.
+    found: tuple[Seam, ...]  #: All of the file, with frames in `part`.
+    #: Where the robot found the part; None if the seams were found without a calibration.
     T_base_part: RigidTransform | None
-    part: TriangleMaterial | None
+    part: TriangleMaterial | None  #: In `part`; None if there is no ``part.glb``.
     part_glb: bytes | None
+    #: With which reach was felt when the seams were found; None in files that do not state it.
     torch: TorchShape | None = None
 
     def placed(self, cell: OneRobotCell) -> OneRobotCell:
@@ -98,8 +76,7 @@ class SequenceInput:
 
         Raises
         ------
-        InputError
-            When neither is known.
+        InputError : When neither is known.
         """
         found = cell if self.T_base_part is None else cell.with_touched_part(self.T_base_part)
         _ = found.T_part  # refuses a part whose place is not known
@@ -117,13 +94,7 @@ class SequenceInput:
         )
 
     def in_base(self, cell: OneRobotCell) -> tuple[RigidTransform, tuple[Seam, ...]]:
-        """Return ``T_base_part`` and all seams with frames in the base: as the robot found them, else as at home.
-
-        Parameters
-        ----------
-        cell : OneRobotCell
-            With the part in its place.
-        """
+        """Return ``T_base_part`` and all seams with frames in the base: as the robot found them, else as at home."""
         T = self.T_base_part
         if T is None:
             home = cell.home[None]
@@ -134,17 +105,9 @@ class SequenceInput:
     def with_welds(self, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float) -> SequenceInput:
         """Return the same with weld data: every bead, stretch and tack weld is planned as a seam of its own.
 
-        Parameters
-        ----------
-        welds : mapping
-            By the names of the seams.
-        speed_mm_s : float
-            Along a seam whose weld data states none.
-
         Raises
         ------
-        InputError
-            As `wpcal.weld.runs.chosen_runs` does.
+        InputError : As `wpcal.weld.runs.chosen_runs` does.
         """
         seams = [(each.seam, welds[each.name], each.u95_mm) for each in self.seams]
         runs = chosen_runs(seams, choice, speed_mm_s)
@@ -158,23 +121,15 @@ def read_sequence_input(
 
     Parameters
     ----------
-    result : Path
-        A folder with ``seams.json``, as `wpcal calibrate` and `wpcal seams` write it, or the file.
-    cell : OneRobotCell
-        Its robot must have the robot space in which frames in `base` were calibrated.
-    names : sequence of str, optional
-        Seams and ranges (``W1``, ``W5-W8``); None: the accepted ones.
-    part_glb : bytes, optional
-        Triangles of the part; by default ``part.glb`` beside the seams, if it is there.
+    cell : Its robot must have the robot space in which frames in `base` were calibrated.
+    part_glb : Triangles of the part; by default ``part.glb`` beside the seams, if it is there.
 
     Raises
     ------
     InputError
         When a file cannot be opened, a name is unknown, no seam is left, or a seam is outside of the given part.
-    FormatError
-        When a file breaks its format.
-    FrameError
-        When the seams were calibrated with a different model of the robot than the cell has.
+    FormatError : When a file breaks its format.
+    FrameError : When the seams were calibrated with a different model of the robot than the cell has.
     """
     path = result / SEAMS_FILE if result.is_dir() else result
     record = read_json(path, schema=SEAMS_SCHEMA)

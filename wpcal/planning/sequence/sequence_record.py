@@ -24,20 +24,7 @@ CSV_DIGITS = 10
 
 
 def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mapping[str, str]) -> dict[str, Any]:
-    """Return the record of ``plan.json``.
-
-    Parameters
-    ----------
-    line : Timeline
-        Of the chosen sequence.
-    no_program : mapping of str to str
-        Why there is no program, by the language.
-
-    Returns
-    -------
-    dict
-        Angles in degrees, a rail in mm.
-    """
+    """Return the record of ``plan.json``. Angles in degrees, a rail in mm."""
     sequence = choice.sequence
     cell = sequence.cell
     return {

@@ -122,20 +122,7 @@ def _knots(way: Candidate) -> IntArray:
 
 
 def smoothed(search: SeamSearch, way: Candidate, *, may_tilt: bool = True) -> Candidate:
-    """Return a way whose joints move less, with the same branch and external axes.
-
-    Parameters
-    ----------
-    search : SeamSearch
-        Checks the new way: limits, singular poses, collisions, also between points.
-    may_tilt : bool
-        Whether the torch may leave its targets so that the joints move less.
-
-    Returns
-    -------
-    Candidate
-        The given one if no better one is clear.
-    """
+    """Return a way whose joints move less, with the same branch and external axes."""
     spun = _refined(search, way, is_tilted=False)
     if not may_tilt or search.targets.torch_range_rad == 0.0:
         return spun

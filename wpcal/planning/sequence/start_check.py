@@ -21,15 +21,9 @@ STEP_RAD = math.radians(15.0)
 def require_sound_start(cell: OneRobotCell, clearance: OneRobotClearance) -> None:
     """Refuse a cell that no plan can start from.
 
-    Parameters
-    ----------
-    clearance : OneRobotClearance
-        Of this cell, with the part if there is one.
-
     Raises
     ------
-    InputError
-        When the part is through the floor, or home is in collision: with a change that was tried.
+    InputError : When the part is through the floor, or home is in collision: with a change that was tried.
     """
     _require_above_floor(cell, clearance)
     found = clearance.margins(cell.home[None])

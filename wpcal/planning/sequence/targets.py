@@ -43,39 +43,22 @@ class WeldOrder(Enum):
 class SequenceTargets:
     """Targets of all seams.
 
-    Parameters
-    ----------
-    position_tol_rad : float
-        A seam is in position if it is off by no more anywhere.
-    work_rad, travel_rad : float
-        Target torch angles (DESIGN §3).
-    torch_range_rad : float
-        Largest deviation from the target angles.
-    speed_mm_s : float
-        Along the seam.
-    air_speed_mm_s : float
-        Of approach and retract.
-    approach_mm : float
-        Along the wire, before and after each seam.
-    seed : int
-        Of the random numbers of air moves.
-
     Raises
     ------
-    InputError
-        When a number is not positive or too large.
+    InputError : When a number is not positive or too large.
     """
 
     position: WeldPosition = WeldPosition.FLAT
-    position_tol_rad: float = math.radians(10.0)
+    position_tol_rad: float = math.radians(10.0)  #: A seam is in position if it is off by no more anywhere.
+    #: `work_rad`, `travel_rad`: Target torch angles (DESIGN §3).
     work_rad: float = 0.0
     travel_rad: float = 0.0
-    torch_range_rad: float = math.radians(15.0)
+    torch_range_rad: float = math.radians(15.0)  #: Largest deviation from the target angles.
     order: WeldOrder = WeldOrder.TIME
-    speed_mm_s: float = 6.0
-    air_speed_mm_s: float = 100.0
-    approach_mm: float = 50.0
-    seed: int = 0
+    speed_mm_s: float = 6.0  #: Along the seam.
+    air_speed_mm_s: float = 100.0  #: Of approach and retract.
+    approach_mm: float = 50.0  #: Along the wire, before and after each seam.
+    seed: int = 0  #: Of the random numbers of air moves.
 
     def __post_init__(self) -> None:
         for name in ("speed_mm_s", "air_speed_mm_s", "approach_mm"):
@@ -96,8 +79,7 @@ class SequenceTargets:
 
         Parameters
         ----------
-        R_world_seam : ndarray, shape (..., 3, 3)
-            Columns x (travel), y, z (out of the joint) in `world`.
+        R_world_seam : shape (..., 3, 3). Columns x (travel), y, z (out of the joint) in `world`.
 
         Returns
         -------

@@ -25,28 +25,14 @@ class SequencePhase(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timeline:
-    """All states of a sequence.
+    """All states of a sequence."""
 
-    Parameters
-    ----------
-    q : ndarray, shape (N, k)
-        All axes, rad and mm.
-    t_s : ndarray, shape (N,)
-        Increasing, 0 at home.
-    piece : ndarray of int, shape (N,)
-        Row of the piece, -1 in the air.
-    s_mm : ndarray, shape (N,)
-        Arc length along the seam of the file; NaN off the weld.
-    margin_mm : ndarray, shape (N,)
-        Lower bounds of the least distance less the safety distance.
-    """
-
-    q: FloatArray
-    t_s: FloatArray
+    q: FloatArray  #: shape (N, k). All axes, rad and mm.
+    t_s: FloatArray  #: shape (N,). Increasing, 0 at home.
     phase: tuple[SequencePhase, ...]
-    piece: IntArray
-    s_mm: FloatArray
-    margin_mm: FloatArray
+    piece: IntArray  #: shape (N,). Row of the piece, -1 in the air.
+    s_mm: FloatArray  #: shape (N,). Arc length along the seam of the file; NaN off the weld.
+    margin_mm: FloatArray  #: shape (N,). Lower bounds of the least distance less the safety distance.
 
     def __len__(self) -> int:
         return len(self.t_s)

@@ -25,27 +25,13 @@ TILTS = (0.0, 0.5, -0.5, 1.0, -1.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TorchPoses:
-    """K poses at each of m rungs of a seam.
+    """K poses at each of m rungs of a seam."""
 
-    Parameters
-    ----------
-    rungs : ndarray of int, shape (m,)
-        Points of the seam.
-    angles : ndarray, shape (m, K, 3)
-        Work, travel and spin, rad.
-    T_part_tool : ndarray, shape (m, K, 4, 4)
-        mm.
-    off_rad : ndarray, shape (m, K)
-        Root of the squared deviations of work and travel from their targets.
-    is_free : ndarray of bool, shape (m, K)
-        Whether the torch keeps its distances from the part.
-    """
-
-    rungs: IntArray
-    angles: FloatArray
-    T_part_tool: FloatArray
-    off_rad: FloatArray
-    is_free: BoolArray
+    rungs: IntArray  #: shape (m,). Points of the seam.
+    angles: FloatArray  #: shape (m, K, 3). Work, travel and spin, rad.
+    T_part_tool: FloatArray  #: shape (m, K, 4, 4). mm.
+    off_rad: FloatArray  #: shape (m, K). Root of the squared deviations of work and travel from their targets.
+    is_free: BoolArray  #: shape (m, K). Whether the torch keeps its distances from the part.
 
 
 def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> FloatArray:
@@ -57,19 +43,12 @@ def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> Fl
 
 
 def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArray:
-    """Return ``T_part_tool``.
+    """Return ``T_part_tool``, shape (n, 4, 4), mm.
 
     Parameters
     ----------
-    rows : ndarray of int, shape (n,)
-        Its points.
-    angles : ndarray, shape (n, 3)
-        Work, travel and spin, rad.
-
-    Returns
-    -------
-    ndarray, shape (n, 4, 4)
-        mm.
+    rows : shape (n,). Its points.
+    angles : shape (n, 3). Work, travel and spin, rad.
     """
     coordinates = np.zeros((len(rows), COORDINATES))
     coordinates[:, [WORK, TRAVEL, SPIN]] = angles
@@ -80,13 +59,7 @@ def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArr
 
 
 def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotClearance, *, tilted: bool) -> TorchPoses:
-    """Return the poses that a search tries.
-
-    Parameters
-    ----------
-    tilted : bool
-        Whether the torch angles may leave their targets.
-    """
+    """Return the poses that a search tries."""
     rungs = task.rungs()
     tilts = np.array(TILTS if tilted and targets.torch_range_rad > 0.0 else (0.0,)) * targets.torch_range_rad
     spins = 2 * np.pi * np.arange(SPINS) / SPINS

@@ -23,27 +23,17 @@ AIR_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldPiece:
-    """One stretch with its approach and retract.
+    """One stretch with its approach and retract."""
 
-    Parameters
-    ----------
-    name : str
-        The seam's, with a letter where the seam is welded in pieces.
-    before, after : ndarray, shapes (a, k) and (b, k)
-        States on the wire's line before and after the stretch, in the order of travel; perhaps none.
-    check : CheckedMove
-        Of approach, stretch and retract.
-    slowed_by : str or None
-        The axis that does not allow the asked speed.
-    """
-
-    name: str
+    name: str  #: The seam's, with a letter where the seam is welded in pieces.
     candidate: Candidate
+    #: `before`, `after`: shapes (a, k) and (b, k). States on the wire's line before and after the stretch, in the order
+    #: of travel; perhaps none.
     before: FloatArray
     after: FloatArray
-    check: CheckedMove
+    check: CheckedMove  #: Of approach, stretch and retract.
     speed_mm_s: float
-    slowed_by: str | None
+    slowed_by: str | None  #: The axis that does not allow the asked speed.
 
     @property
     def states(self) -> FloatArray:
@@ -58,44 +48,24 @@ class WeldPiece:
 
 @dataclass(frozen=True, slots=True)
 class SequenceValues:
-    """What plans are compared by; smaller is better.
+    """What plans are compared by; smaller is better."""
 
-    Parameters
-    ----------
-    position_deg : float
-        Mean over the welded length of the largest distance of each piece from the asked weld position.
-    torch_deg : float
-        Root mean square deviation of the torch from its target angles.
-    motion_deg_per_mm : float
-        Root mean square of the joint rates along the seams.
-    time_s : float
-        Welds and moves between them; of a plan that is not worked out, straight moves at the same share of the speeds.
-    """
-
+    #: Mean over the welded length of the largest distance of each piece from the asked weld position.
     position_deg: float
-    torch_deg: float
-    motion_deg_per_mm: float
+    torch_deg: float  #: Root mean square deviation of the torch from its target angles.
+    motion_deg_per_mm: float  #: Root mean square of the joint rates along the seams.
+    #: Welds and moves between them; of a plan that is not worked out, straight moves at the same share of the speeds.
     time_s: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeldSequence:
-    """A complete plan.
+    """A complete plan."""
 
-    Parameters
-    ----------
-    cell : OneRobotCell
-        With the part in its place.
-    pieces : tuple of WeldPiece
-        In the order of welding.
-    air : tuple of AirPath
-        From home to the first piece, between pieces, and home: one more than pieces.
-    """
-
-    cell: OneRobotCell
+    cell: OneRobotCell  #: With the part in its place.
     targets: SequenceTargets
-    pieces: tuple[WeldPiece, ...]
-    air: tuple[AirPath, ...]
+    pieces: tuple[WeldPiece, ...]  #: In the order of welding.
+    air: tuple[AirPath, ...]  #: From home to the first piece, between pieces, and home: one more than pieces.
     unwelded: tuple[Unwelded, ...]
     values: SequenceValues
 
@@ -119,15 +89,7 @@ class WeldSequence:
 def sequence_values(
     cell: OneRobotCell, targets: SequenceTargets, chosen: list[Candidate], air_s: float
 ) -> SequenceValues:
-    """Return what plans are compared by.
-
-    Parameters
-    ----------
-    chosen : list of Candidate
-        One or more.
-    air_s : float
-        Time of all moves between the welds.
-    """
+    """Return what plans are compared by."""
     length = np.array([candidate.task.length_mm for candidate in chosen])
     share = length / length.sum()
     position = float(product(share, [math.degrees(candidate.off_position_rad) for candidate in chosen]))

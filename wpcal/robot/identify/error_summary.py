@@ -41,18 +41,10 @@ class ErrorFigures:
 
 @dataclass(frozen=True, slots=True)
 class PoseErrorSummary:
-    """Errors of a set of poses.
+    """Errors of a set of poses."""
 
-    Parameters
-    ----------
-    distance_mm : ErrorFigures
-        Of the position.
-    turn_deg : ErrorFigures or None
-        Of the orientation, as one angle; None where only positions were measured.
-    """
-
-    distance_mm: ErrorFigures
-    turn_deg: ErrorFigures | None
+    distance_mm: ErrorFigures  #: Of the position.
+    turn_deg: ErrorFigures | None  #: Of the orientation, as one angle; None where only positions were measured.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -61,19 +53,11 @@ class PoseErrorSummary:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether the identified arm is better, judged on poses that were not fitted.
-
-    Parameters
-    ----------
-    chance : float
-        Probability of such a gain by luck (Wilcoxon's signed-rank test on the paired distances).
-    reasons : tuple of str
-        Why not, when not.
-    """
+    """Whether the identified arm is better, judged on poses that were not fitted."""
 
     improved: bool
-    chance: float
-    reasons: tuple[str, ...]
+    chance: float  #: Probability of such a gain by luck (Wilcoxon's signed-rank test on the paired distances).
+    reasons: tuple[str, ...]  #: Why not, when not.
 
 
 def distances_mm(errors: FloatArray) -> FloatArray:
@@ -108,10 +92,8 @@ def judge(before: FloatArray, after: FloatArray, *, changes: Mapping[str, tuple[
 
     Parameters
     ----------
-    before, after : ndarray, shape (N, 3 or 6)
-        Errors of the nominal and of the identified arm, as `pose_errors` gives them.
-    changes : mapping of str to (float, bool), optional
-        Change of each link parameter, mm or rad, and whether it is a length.
+    before, after : shape (N, 3 or 6). Errors of the nominal and of the identified arm, as `pose_errors` gives them.
+    changes : Change of each link parameter, mm or rad, and whether it is a length.
     """
     gain = distances_mm(before) - distances_mm(after)
     left = float(np.sqrt(np.mean(distances_mm(after) ** 2)))

@@ -37,14 +37,8 @@ class PoseFitness:
 
     Parameters
     ----------
-    start : KinematicModel
-        Nominal links, known base and tool.
-    parameters : sequence of Parameter
-        Link parameters: the coordinates of a state, as corrections in mm and rad.
-    theta : ndarray, shape (N, n)
-        Model angles, rad.
-    angle_length_mm : float
-        L.
+    parameters : Link parameters: the coordinates of a state, as corrections in mm and rad.
+    theta : shape (N, n). Model angles, rad.
     """
 
     def __init__(
@@ -89,17 +83,11 @@ def _rpy(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GeneticTabuFit:
-    """What the published method found.
-
-    Parameters
-    ----------
-    steps : ndarray, shape (m,)
-        Identified minus nominal values, mm and rad.
-    """
+    """What the published method found."""
 
     model: KinematicModel
     parameters: tuple[Parameter, ...]
-    steps: FloatArray
+    steps: FloatArray  #: shape (m,). Identified minus nominal values, mm and rad.
     genetic: GeneticResult
     tabu: TabuResult
 
@@ -120,13 +108,7 @@ def solve_genetic_tabu(
 
     Parameters
     ----------
-    start : KinematicModel
-        Nominal links, known base and tool.
-    parameters : sequence of Parameter
-        Link parameters that the measurements determine.
     theta : ndarray, shape (N, n)
-    expected_mm, expected_rad : float
-        Expected errors; the search box is three times as wide to each side.
     """
     fitness = PoseFitness(start, parameters, theta, observations)
     width = BOUND_FACTOR * np.where([p.is_length for p in parameters], expected_mm, expected_rad)

@@ -19,8 +19,7 @@ def split_poses(observations: PoseObservations, test: BoolArray | None, seed: in
 
     Parameters
     ----------
-    test : ndarray of bool, shape (N,), or None
-        Rows to keep back; drawn with the seed unless given.
+    test : shape (N,). Rows to keep back; drawn with the seed unless given.
     """
     if test is not None:
         return np.flatnonzero(~test), np.flatnonzero(test)
@@ -37,8 +36,7 @@ def fold_rows(observations: PoseObservations, folds: int, seed: int) -> Iterator
 
     Raises
     ------
-    InputError
-        When there are fewer than two folds, or more folds than poses.
+    InputError : When there are fewer than two folds, or more folds than poses.
     """
     poses = observations.poses
     count = int(poses.max()) + 1
@@ -56,13 +54,11 @@ def without_rows(
 
     Parameters
     ----------
-    test : ndarray of bool, shape (N,), or None
-        Rows to keep back.
+    test : shape (N,). Rows to keep back.
 
     Raises
     ------
-    InputError
-        When a line holds no measured pose.
+    InputError : When a line holds no measured pose.
     """
     unknown = sorted(set(lines) - set(observations.rows))
     if unknown:

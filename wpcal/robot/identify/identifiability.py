@@ -33,19 +33,12 @@ TRACKER = Noise(sigma_mm=0.05, sigma_rad=float(np.deg2rad(0.005)))
 
 @dataclass(frozen=True, slots=True)
 class Unseen:
-    """A parameter that the measurements cannot tell from others; it keeps its nominal value.
-
-    Parameters
-    ----------
-    like : tuple of str
-        Names of the kept parameters it cannot be told from: those with a large share.
-    shares : tuple of float
-        How much each kept parameter changes per unit of this one, in the order of the kept ones. Where the true value
-        differs from the nominal one, the kept parameters absorb the difference in these shares.
-    """
+    """A parameter that the measurements cannot tell from others; it keeps its nominal value."""
 
     parameter: Parameter
-    like: tuple[str, ...]
+    like: tuple[str, ...]  #: Names of the kept parameters it cannot be told from: those with a large share.
+    #: How much each kept parameter changes per unit of this one, in the order of the kept ones. Where the true value
+    #: differs from the nominal one, the kept parameters absorb the difference in these shares.
     shares: tuple[float, ...]
 
     @property
@@ -62,18 +55,11 @@ class Unseen:
 
 
 def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> FloatArray:
-    """Scale a Jacobian to standard deviations and weights, and stack its rows.
+    """Scale a Jacobian to standard deviations and weights, and stack its rows, shape (6 N, m) or (3 N, m).
 
     Parameters
     ----------
-    J : ndarray, shape (N, 6, m)
-        Derivatives of the poses: turn (rad), then position (mm).
-    observations : PoseObservations
-        Say whether orientations were measured.
-
-    Returns
-    -------
-    ndarray, shape (6 N, m) or (3 N, m)
+    J : shape (N, 6, m). Derivatives of the poses: turn (rad), then position (mm).
     """
     sigmas = np.repeat([noise.sigma_rad, noise.sigma_mm], 3)[:, None]
     rows = J / sigmas if observations.has_orientations else J[:, 3:] / sigmas[3:]
@@ -91,12 +77,7 @@ def split_determined(
 
     Parameters
     ----------
-    model : KinematicModel
-        The start: there, parallel axes are exactly parallel.
-    parameters : sequence of Parameter
-        If some cannot be told apart, the earlier ones are kept.
-    theta : ndarray, shape (N, n)
-        Model angles, rad.
+    theta : shape (N, n). Model angles, rad.
     """
     J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, TRACKER)
     norms = np.linalg.norm(J, axis=0)

@@ -45,79 +45,47 @@ class IdentificationSolver(Enum):
 
 @dataclass(frozen=True, slots=True)
 class IdentifyOptions:
-    """What is known and how to proceed.
-
-    Parameters
-    ----------
-    free_base : bool
-        Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
-    free_tool : bool
-        Whether what was measured (a probe, reflectors) hangs at an unknown place on the flange.
-    parameters : tuple of str, optional
-        Link parameters by name; all four of every link unless given.
-    noise : Noise, optional
-        Of the instrument; estimated from the residuals unless given.
-    folds : int, optional
-        Number of folds of a cross-validation: every pose is tested once, and the arm is identified from all poses.
-    seed : int
-        For the choice of test poses, and for `GENETIC_TABU`.
-    expected_mm, expected_rad : float
-        Expected errors of a length and an angle: the bounds of `GENETIC_TABU`, and what unseen parameters add to the
-        intervals of those that absorb their error.
-    leave_out : tuple of int
-        Rows (line numbers) that are neither fitted nor tested.
-    """
+    """What is known and how to proceed."""
 
     solver: IdentificationSolver = IdentificationSolver.LEAST_SQUARES
+    #: Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
     free_base: bool = False
-    free_tool: bool = False
-    parameters: tuple[str, ...] | None = None
-    noise: Noise | None = None
+    free_tool: bool = False  #: Whether what was measured (a probe, reflectors) hangs at an unknown place on the flange.
+    parameters: tuple[str, ...] | None = None  #: Link parameters by name; all four of every link unless given.
+    noise: Noise | None = None  #: Of the instrument; estimated from the residuals unless given.
+    #: Number of folds of a cross-validation: every pose is tested once, and the arm is identified from all poses.
     folds: int | None = None
-    seed: int = 0
+    seed: int = 0  #: For the choice of test poses, and for `GENETIC_TABU`.
+    #: `expected_mm`, `expected_rad`: Expected errors of a length and an angle: the bounds of `GENETIC_TABU`, and what
+    #: unseen parameters add to the intervals of those that absorb their error.
     expected_mm: float = EXPECTED_MM
     expected_rad: float = EXPECTED_RAD
-    leave_out: tuple[int, ...] = ()
+    leave_out: tuple[int, ...] = ()  #: Rows (line numbers) that are neither fitted nor tested.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identification:
-    """An identified arm and the proof.
+    """An identified arm and the proof."""
 
-    Parameters
-    ----------
-    arm : Arm
-        The identified arm, with the base and flange frames of the nominal one.
-    fit : LeastSquaresFit
-        Rank, covariance and noise. After `GENETIC_TABU` it belongs to the point that the search found.
-    nominal : KinematicModel
-        Nominal links with the base and tool that suit them best.
-    train, test : ndarray of int
-        Rows that were fitted, and rows that were judged.
-    observations : PoseObservations
-        The measurements that were used.
-    errors_before, errors_after : ndarray, shape (len(test), 3 or 6)
-        Errors of the test poses: turn (rad, where measured), then distance (mm).
-    half_widths : ndarray or None, shape (m,)
-        Of the 95 % interval of each parameter of the fit, mm and rad, with what it absorbs of unseen ones. None after
-        `GENETIC_TABU`: that search stops short of the minimum which such an interval is about.
-    outliers : tuple of OutlierPose
-        Poses that the others contradict.
-    """
-
-    arm: Arm
+    arm: Arm  #: The identified arm, with the base and flange frames of the nominal one.
+    #: Rank, covariance and noise. After `GENETIC_TABU` it belongs to the point that the search found.
     fit: LeastSquaresFit
     search: GeneticTabuFit | None
-    nominal: KinematicModel
+    nominal: KinematicModel  #: Nominal links with the base and tool that suit them best.
+    #: `train`, `test`: Rows that were fitted, and rows that were judged.
     train: IntArray
     test: IntArray
-    observations: PoseObservations
+    observations: PoseObservations  #: The measurements that were used.
+    #: `errors_before`, `errors_after`: shape (len(test), 3 or 6). Errors of the test poses: turn (rad, where measured),
+    #: then distance (mm).
     errors_before: FloatArray
     errors_after: FloatArray
+    #: shape (m,). Of the 95 % interval of each parameter of the fit, mm and rad, with what it absorbs of unseen ones.
+    #: None after `GENETIC_TABU`: that search stops short of the minimum which such an interval is about.
     half_widths: FloatArray | None
     verdict: Verdict
     options: IdentifyOptions
-    outliers: tuple[OutlierPose, ...] = ()
+    outliers: tuple[OutlierPose, ...] = ()  #: Poses that the others contradict.
     issues: tuple[Issue, ...] = field(default=())
 
     @property
@@ -142,20 +110,16 @@ def identify_arm(
 
     Parameters
     ----------
-    arm : Arm
-        Nominal, or identified before; then the search starts from its nominal chain.
     test : ndarray of bool, shape (N,), optional
         Rows to keep back; two sevenths of the poses drawn with the seed unless given, or unless `folds` is set.
 
     Raises
     ------
-    GeometryError
-        When there are too few poses for the parameters that they determine.
+    GeometryError : When there are too few poses for the parameters that they determine.
     InputError
         When a position is out of the arm's reach, orientations are given in another convention, or options exclude each
         other.
-    UnitError
-        When positions or angles are in another unit.
+    UnitError : When positions or angles are in another unit.
     """
     o = options or IdentifyOptions()
     nominal = arm.as_nominal()

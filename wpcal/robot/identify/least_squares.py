@@ -34,49 +34,23 @@ NOISE_SETTLED = 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeastSquaresFit:
-    """What least squares found.
+    """What least squares found."""
 
-    Parameters
-    ----------
-    model : KinematicModel
-        The identified model.
-    parameters : tuple of Parameter
-        The m parameters that were identified.
-    steps : ndarray, shape (m,)
-        Identified minus starting value, mm and rad.
-    covariance : ndarray, shape (m, m)
-        Of the parameters, mm and rad.
-    unseen : tuple of Unseen
-        Parameters that were asked for but left at their start.
-    condition : float
-        Of the weighted Jacobian with columns of length one.
-    noise : Noise
-        Given, or estimated from the residuals.
-    degrees_of_freedom : int
-        Measured numbers minus parameters.
-    residuals : ndarray, shape (M,)
-        Whitened, of every measured number.
-    jacobian : ndarray, shape (M, m)
-        Their whitened derivatives (of the modelled poses).
-    clusters : int or None
-        Number of poses, where several rows of a pose make their errors dependent; the covariance then comes from the
-        spread between poses.
-    converged : bool
-        Whether the last step was below round-off; measurements that do not belong to the poses may not get there.
-    """
-
-    model: KinematicModel
-    parameters: tuple[Parameter, ...]
-    steps: FloatArray
-    covariance: FloatArray
-    unseen: tuple[Unseen, ...]
-    condition: float
-    noise: Noise
-    degrees_of_freedom: int
+    model: KinematicModel  #: The identified model.
+    parameters: tuple[Parameter, ...]  #: The m parameters that were identified.
+    steps: FloatArray  #: shape (m,). Identified minus starting value, mm and rad.
+    covariance: FloatArray  #: shape (m, m). Of the parameters, mm and rad.
+    unseen: tuple[Unseen, ...]  #: Parameters that were asked for but left at their start.
+    condition: float  #: Of the weighted Jacobian with columns of length one.
+    noise: Noise  #: Given, or estimated from the residuals.
+    degrees_of_freedom: int  #: Measured numbers minus parameters.
     iterations: int
-    residuals: FloatArray
-    jacobian: FloatArray
+    residuals: FloatArray  #: shape (M,). Whitened, of every measured number.
+    jacobian: FloatArray  #: shape (M, m). Their whitened derivatives (of the modelled poses).
+    #: Number of poses, where several rows of a pose make their errors dependent; the covariance then comes from the
+    #: spread between poses.
     clusters: int | None
+    #: Whether the last step was below round-off; measurements that do not belong to the poses may not get there.
     converged: bool
 
     @property
@@ -133,19 +107,13 @@ def solve_least_squares(
 
     Parameters
     ----------
-    start : KinematicModel
-        Nominal links, with base and tool near theirs.
     parameters : sequence of Parameter
         What may change; where some cannot be told from others, earlier ones are kept and later ones stay fixed.
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
-    noise : Noise, optional
-        Estimated from the residuals of position and orientation (variance components) unless given.
+    theta : shape (N, n). Model angles of the rows, rad.
 
     Raises
     ------
-    GeometryError
-        When there are not more measured numbers than parameters that they determine.
+    GeometryError : When there are not more measured numbers than parameters that they determine.
 
     Notes
     -----
@@ -186,16 +154,7 @@ def assess(
 
     Parameters
     ----------
-    start : KinematicModel
-        The nominal model; differences are measured from it.
-    model : KinematicModel
-        The model to assess.
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
-    unseen : tuple of Unseen
-        Parameters left at their start.
-    noise : Noise, optional
-        Estimated from the residuals unless given.
+    theta : shape (N, n). Model angles of the rows, rad.
     """
     found = evaluate(model, parameters, theta, observations, noise or TRACKER)
     if noise is None:
@@ -219,15 +178,11 @@ def absorbed_errors(
 
     Parameters
     ----------
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
-    expected_mm, expected_rad : float
-        Standard deviation of true lengths and angles about their nominal values.
+    theta : shape (N, n). Model angles of the rows, rad.
 
     Returns
     -------
-    ndarray, shape (m,)
-        Root mean square, mm and rad; zero where nothing is absorbed.
+    ndarray, shape (m,). Root mean square, mm and rad; zero where nothing is absorbed.
     """
     if not fit.unseen:
         return np.zeros(len(fit.parameters))
@@ -256,12 +211,8 @@ def clustered_covariance(J: FloatArray, r: FloatArray, observations: PoseObserva
 
     Parameters
     ----------
-    J : ndarray, shape (M, m)
-        Whitened.
-    r : ndarray, shape (M,)
-        Whitened.
-    observations : PoseObservations
-        Gives the pose of each row.
+    J : shape (M, m). Whitened.
+    r : shape (M,). Whitened.
 
     Returns
     -------

@@ -44,23 +44,13 @@ RIDGE = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosePlan:
-    """Poses to measure.
+    """Poses to measure."""
 
-    Parameters
-    ----------
-    joints : ndarray, shape (N, n)
-        Shown angles, rad, ordered for short moves.
-    index : float
-        O1 of the set with columns of the Jacobian scaled to one unit of noise.
-    random_index : float
-        O1 of a random set of as many of the candidates (the mean of twenty): what the choice gains over chance.
-    expected_sigma : ndarray, shape (m,)
-        Standard deviation to expect of each parameter with a laser tracker's noise, mm and rad.
-    """
-
-    joints: FloatArray
-    index: float
+    joints: FloatArray  #: shape (N, n). Shown angles, rad, ordered for short moves.
+    index: float  #: O1 of the set with columns of the Jacobian scaled to one unit of noise.
+    #: O1 of a random set of as many of the candidates (the mean of twenty): what the choice gains over chance.
     random_index: float
+    #: shape (m,). Standard deviation to expect of each parameter with a laser tracker's noise, mm and rad.
     expected_sigma: FloatArray
     parameters: tuple[Parameter, ...]
 
@@ -98,19 +88,9 @@ def plan_poses(
 ) -> PosePlan:
     """Pick `count` poses that see the parameters best.
 
-    Parameters
-    ----------
-    parameters : sequence of Parameter
-        What is to be identified; those that no pose can tell apart are left out.
-    positions_only : bool
-        Whether the instrument gives positions without orientations.
-    above_mm : float, optional
-        Height in the base that the flange stays above: the floor, a table.
-
     Raises
     ------
-    InputError
-        When there are fewer poses than the parameters need, or too few candidates above the height.
+    InputError : When there are fewer poses than the parameters need, or too few candidates above the height.
 
     Notes
     -----

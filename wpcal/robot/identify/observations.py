@@ -16,35 +16,20 @@ from wpcal.core.errors import InputError
 class PoseObservations:
     """N measurements: joint angles, a measured position, and where the tracker gives it an orientation.
 
-    Parameters
-    ----------
-    joints : array_like, shape (N, n)
-        Joint angles as the controller shows them, rad.
-    p_base : array_like, shape (N, 3)
-        Measured positions of the flange (or tool, or reflector), mm, in the frame of the measurement.
-    R_base_flange : array_like, shape (N, 3, 3), optional
-        Measured orientations.
-    reflectors : tuple of str
-        Names of the reflectors on the tool; one, unnamed, when there is only one.
-    reflector : array_like of int, shape (N,), optional
-        Which reflector each row saw, an index into `reflectors`; the first unless given.
-    rows : tuple of int, optional
-        Line number of each measurement in its file, for messages.
-    weights : array_like, shape (N,), optional
-        Weight of each measurement's squared residuals, 0 to 1; one unless given.
-
     Raises
     ------
-    InputError
-        When shapes differ, a value is not finite, or orientations come with more than one reflector.
+    InputError : When shapes differ, a value is not finite, or orientations come with more than one reflector.
     """
 
-    joints: FloatArray
+    joints: FloatArray  #: shape (N, n). Joint angles as the controller shows them, rad.
+    #: shape (N, 3). Measured positions of the flange (or tool, or reflector), mm, in the frame of the measurement.
     p_base: FloatArray
-    R_base_flange: FloatArray | None = None
-    reflectors: tuple[str, ...] = ("",)
+    R_base_flange: FloatArray | None = None  #: shape (N, 3, 3). Measured orientations.
+    reflectors: tuple[str, ...] = ("",)  #: Names of the reflectors on the tool; one, unnamed, when there is only one.
+    #: shape (N,). Which reflector each row saw, an index into `reflectors`; the first unless given.
     reflector: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
-    rows: tuple[int, ...] = ()
+    rows: tuple[int, ...] = ()  #: Line number of each measurement in its file, for messages.
+    #: shape (N,). Weight of each measurement's squared residuals, 0 to 1; one unless given.
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
@@ -104,8 +89,7 @@ class PoseObservations:
 
         Parameters
         ----------
-        indices : array_like of int, shape (k,)
-            Rows, in the order wanted.
+        indices : shape (k,). Rows, in the order wanted.
         """
         i = np.asarray(indices, dtype=np.int64)
         return PoseObservations(

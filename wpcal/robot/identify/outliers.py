@@ -40,24 +40,13 @@ the efficiency of least squares under normal noise, at a bounded influence (Hube
 
 @dataclass(frozen=True, slots=True)
 class OutlierPose:
-    """A pose that the others contradict.
+    """A pose that the others contradict."""
 
-    Parameters
-    ----------
-    rows : tuple of int
-        Its lines in the file.
-    distance_mm : float
-        How far the measured position is from the arm fitted without this pose (the largest of its rows), mm.
-    turn_deg : float or None
-        The same for the orientation, degrees.
-    held_back : bool
-        Whether the pose was a test pose; it then never bent the fit.
-    """
-
-    rows: tuple[int, ...]
+    rows: tuple[int, ...]  #: Its lines in the file.
+    #: How far the measured position is from the arm fitted without this pose (the largest of its rows), mm.
     distance_mm: float
-    turn_deg: float | None
-    held_back: bool
+    turn_deg: float | None  #: The same for the orientation, degrees.
+    held_back: bool  #: Whether the pose was a test pose; it then never bent the fit.
 
     def __str__(self) -> str:
         lines = f"row {self.rows[0]}" if len(self.rows) == 1 else f"rows {', '.join(map(str, self.rows))}"
@@ -69,17 +58,10 @@ class OutlierPose:
 def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tuple[IntArray, FloatArray]:
     """Return how likely normal noise makes a pose stand out as each does.
 
-    Parameters
-    ----------
-    fit : LeastSquaresFit
-        A fit of these observations with `residuals` and `jacobian`.
-
     Returns
     -------
-    poses : ndarray of int, shape (G,)
-        The poses with weight one.
-    chances : ndarray, shape (G,)
-        The probability of an F as large, for one pose.
+    poses : ndarray of int, shape (G,). The poses with weight one.
+    chances : ndarray, shape (G,). The probability of an F as large, for one pose.
     """
     block = np.repeat(observations.poses, 6 if observations.has_orientations else 3)
     full = np.repeat(observations.weights, 6 if observations.has_orientations else 3) == 1.0
@@ -103,18 +85,10 @@ def find_outliers(
 ) -> tuple[IntArray, LeastSquaresFit]:
     """Find the poses that the others contradict, worst first.
 
-    Parameters
-    ----------
-    fit : callable
-        From observations (with weights) to their fit.
-    observations : PoseObservations
-        With weight one everywhere.
-
     Returns
     -------
     poses : ndarray of int, shape (k,)
-    without : LeastSquaresFit
-        The fit in which these poses have no weight.
+    without : LeastSquaresFit. The fit in which these poses have no weight.
     """
     count, seen = len(np.unique(observations.poses)), observations
     named: list[int] = []
@@ -131,19 +105,13 @@ def find_outliers(
 
 
 def huber_weights(distances: FloatArray, poses: IntArray, named: IntArray) -> FloatArray:
-    """Return the weights of rows: one, and less for the rows of named poses.
+    """Return the weights of rows: one, and less for the rows of named poses, shape (N,).
 
     Parameters
     ----------
-    distances : ndarray, shape (N,)
-        Root mean square of the whitened residuals of each row, in a fit without the named poses.
-    poses : ndarray of int, shape (N,)
-        The pose of each row.
+    distances : shape (N,). Root mean square of the whitened residuals of each row, in a fit without the named poses.
+    poses : shape (N,). The pose of each row.
     named : ndarray of int, shape (k,)
-
-    Returns
-    -------
-    ndarray, shape (N,)
     """
     weights = np.ones(len(poses))
     for pose in named:
@@ -158,15 +126,7 @@ def unexpected_poses(fit: LeastSquaresFit, theta: FloatArray, observations: Pose
 
     Parameters
     ----------
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
-    observations : PoseObservations
-        Measurements that were not fitted.
-
-    Returns
-    -------
-    list of int
-        Values of `PoseObservations.poses`.
+    theta : shape (N, n). Model angles of the rows, rad.
     """
     at = evaluate(fit.model, fit.parameters, theta, observations, fit.noise)
     block = np.repeat(observations.poses, len(at.r) // len(observations))

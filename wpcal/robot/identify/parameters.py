@@ -34,22 +34,12 @@ class Group(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One number that identification may change.
+    """One number that identification may change."""
 
-    Parameters
-    ----------
-    name : str
-        ``theta1``, ``beta2``, ``base_rz``, ``tool_x``, ``A_y`` (y of the reflector named A).
-    symbol : str
-        One of `LINK_SYMBOLS`, or of `POSE_SYMBOLS`.
-    index : int
-        Number of the link or reflector, from 0.
-    """
-
-    name: str
+    name: str  #: ``theta1``, ``beta2``, ``base_rz``, ``tool_x``, ``A_y`` (y of the reflector named A).
     group: Group
-    symbol: str
-    index: int = 0
+    symbol: str  #: One of `LINK_SYMBOLS`, or of `POSE_SYMBOLS`.
+    index: int = 0  #: Number of the link or reflector, from 0.
 
     @property
     def is_length(self) -> bool:
@@ -96,8 +86,7 @@ def parameters_by_name(chain: MDHChain, names: Sequence[str]) -> tuple[Parameter
 
     Raises
     ------
-    InputError
-        When a name is unknown or comes twice.
+    InputError : When a name is unknown or comes twice.
     """
     known = {f"{s}{i + 1}": Parameter(f"{s}{i + 1}", Group.LINK, s, i) for s in LINK_SYMBOLS for i in range(len(chain))}
     for name in names:
@@ -113,13 +102,7 @@ def parameters_by_name(chain: MDHChain, names: Sequence[str]) -> tuple[Parameter
 def surrounding_parameters(
     *, free_base: bool, free_tool: bool, reflectors: Sequence[str] | None
 ) -> tuple[Parameter, ...]:
-    """Return the numbers of an unknown base and an unknown tool.
-
-    Parameters
-    ----------
-    reflectors : sequence of str or None
-        Names of the reflectors on the tool, where only positions are measured; None where full poses are.
-    """
+    """Return the numbers of an unknown base and an unknown tool."""
     base = base_parameters() if free_base else ()
     if not free_tool:
         return base
@@ -138,17 +121,10 @@ def last_link_first(chain: MDHChain, names: Sequence[str] | None) -> tuple[Param
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KinematicModel:
-    """A chain from the frame of the measurement to the tool, and the reflectors on the tool.
+    """A chain from the frame of the measurement to the tool, and the reflectors on the tool."""
 
-    Parameters
-    ----------
-    chain : MDHChain
-        Its ``T_base_dh0`` starts in the frame of the measurement.
-    reflectors_flange : array_like, shape (K, 3)
-        Reflectors in the flange frame, mm; one at its origin unless given.
-    """
-
-    chain: MDHChain
+    chain: MDHChain  #: Its ``T_base_dh0`` starts in the frame of the measurement.
+    #: shape (K, 3). Reflectors in the flange frame, mm; one at its origin unless given.
     reflectors_flange: FloatArray = (  # type: ignore[assignment]  # frozen in __post_init__
         (0.0, 0.0, 0.0),
     )
@@ -161,10 +137,7 @@ class KinematicModel:
 
         Parameters
         ----------
-        parameters : sequence of Parameter
-            m parameters.
-        step : array_like, shape (m,)
-            mm and rad.
+        step : shape (m,). mm and rad.
         """
         table = self.chain.table.copy()
         base, tool = np.zeros(6), np.zeros(6)

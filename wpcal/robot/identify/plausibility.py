@@ -39,19 +39,12 @@ def require_plausible(
 
     Parameters
     ----------
-    chain : MDHChain
-        The nominal chain.
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
-    free_base, free_tool : bool
-        What of the set-up is unknown.
+    theta : shape (N, n). Model angles of the rows, rad.
 
     Raises
     ------
-    UnitError
-        When positions are in metres, inches or centimetres, or angles in radians.
-    InputError
-        When orientations are given in another convention, or belong to other poses.
+    UnitError : When positions are in metres, inches or centimetres, or angles in radians.
+    InputError : When orientations are given in another convention, or belong to other poses.
     """
 
     def residuals(changed: PoseObservations) -> tuple[float, float]:

@@ -67,12 +67,7 @@ def evaluate(
 
     Parameters
     ----------
-    parameters : tuple of Parameter
-        Columns of the Jacobian.
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
-    noise : Noise
-        The residuals are divided by it.
+    theta : shape (N, n). Model angles of the rows, rad.
     """
     problem = _PoseProblem(parameters, theta, observations, noise)
     at = problem.at(model)
@@ -90,12 +85,7 @@ def minimise(
 
     Parameters
     ----------
-    model : KinematicModel
-        The start.
-    parameters : tuple of Parameter
-        What may change.
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
+    theta : shape (N, n). Model angles of the rows, rad.
     """
     problem = _PoseProblem(parameters, theta, observations, noise)
     still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * float(np.sqrt(observations.equations))

@@ -37,25 +37,17 @@ LIMIT_SLACK_DEG = 1.0
 def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None]:
     """Read ``q1_deg…qn_deg,x_mm,y_mm,z_mm[,qx,qy,qz,qw | rx_deg,ry_deg,rz_deg][,reflector][,set]``.
 
-    Parameters
-    ----------
-    arm : Arm
-        Tells how many joints there are, their limits and couplings.
-
     Returns
     -------
-    test : ndarray of bool, shape (N,), or None
-        Rows of the set ``test``; None where the file does not say.
+    test : ndarray of bool, shape (N,), or None. Rows of the set ``test``; None where the file does not say.
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
+    InputError : When the file cannot be opened.
     FormatError
         When columns are missing, a cell is not a finite number, a quaternion does not have length
         one, a joint is beyond its limits, two rows are one pose, or both forms of an orientation are there.
-    UnitError
-        When the joint angles look like radians.
+    UnitError : When the joint angles look like radians.
     """
     table = read_table(path)
     joints = read_joints(table, arm)
@@ -125,15 +117,12 @@ def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArra
 
     Returns
     -------
-    joints : ndarray, shape (N, n)
-        Shown angles, rad.
-    others : list of dict
-        The other cells of each row (``feature``, ``use``), to be passed on.
+    joints : ndarray, shape (N, n). Shown angles, rad.
+    others : list of dict. The other cells of each row (``feature``, ``use``), to be passed on.
 
     Raises
     ------
-    InputError, FormatError, UnitError
-        As in `read_poses`; also when a name is missing or appears twice.
+    InputError, FormatError, UnitError : As in `read_poses`; also when a name is missing or appears twice.
     """
     table = read_table(path)
     names = table.unique_names("name")
@@ -164,14 +153,9 @@ def corrected_table(
 
     Parameters
     ----------
-    points : ndarray, shape (N, 3)
-        In the base, mm; written to 1e-6 mm.
-    others : sequence of dict
-        Cells of the other columns.
-    tcp_bias_mm : float
-        Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
-    postures : ndarray, shape (N, 3, 3), optional
-        The axes of the tool in the base, as columns.
+    points : shape (N, 3). In the base, mm; written to 1e-6 mm.
+    tcp_bias_mm : Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
+    postures : shape (N, 3, 3). The axes of the tool in the base, as columns.
     """
     rest = list(others[0]) if others else []
     columns: tuple[str, ...] = ()
@@ -191,8 +175,7 @@ def plan_table(arm: Arm, joints: FloatArray) -> str:
 
     Parameters
     ----------
-    joints : ndarray, shape (N, n)
-        Shown joint angles, rad.
+    joints : shape (N, n). Shown joint angles, rad.
     """
     rows = [[*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]]
     for q, p in zip(np.rad2deg(joints), arm.forward(joints)[:, :3, 3], strict=True):
@@ -205,15 +188,9 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
 
     No text is the flange itself.
 
-    Returns
-    -------
-    error_95_mm : float or None
-        Of the tool centre point, where a file states it.
-
     Raises
     ------
-    InputError
-        When the text is not three or six finite numbers, or the file is not one of `wpcal tcp`.
+    InputError : When the text is not three or six finite numbers, or the file is not one of `wpcal tcp`.
     """
     if text is None:
         return RigidTransform.identity(target="flange", source="tool"), None

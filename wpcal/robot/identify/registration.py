@@ -31,8 +31,7 @@ def register(
 
     Parameters
     ----------
-    theta : ndarray, shape (N, n)
-        Model angles of the rows, rad.
+    theta : shape (N, n). Model angles of the rows, rad.
     free_base, free_tool : bool
         Which of the two is unknown; what is known stays as the chain has it. An unknown tool is a pose where
         orientations were measured, and one offset a reflector where not.

@@ -40,14 +40,8 @@ def simulate_poses(
 
     Parameters
     ----------
-    arm : Arm
-        Nominal.
-    errors : array_like, shape (m,)
-        Real minus nominal value of its `link_parameters`, mm and rad.
-    joints : array_like, shape (N, n)
-        Shown angles, rad.
-    noise : Noise, optional
-        Normally distributed, independent; none unless given.
+    errors : shape (m,). Real minus nominal value of its `link_parameters`, mm and rad.
+    joints : shape (N, n). Shown angles, rad.
     """
     q = np.asarray(joints, dtype=np.float64)
     real = KinematicModel(arm.chain).moved(link_parameters(arm.chain), errors)

@@ -18,28 +18,15 @@ from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobia
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """One joint as the controller shows it.
+    """One joint as the controller shows it."""
 
-    Parameters
-    ----------
-    name : str
-        As on the pendant: ``S``, ``J3``, ``A1``.
-    sign : int
-        +1 where the controller counts with the model, -1 where against it.
-    min_rad, max_rad : float
-        Limits of the angle the controller shows, rad.
-    speed_rad_s : float, optional
-        Largest speed.
-    pulses_per_deg : float, optional
-        Encoder pulses, for controllers whose programs hold pulses.
-    """
-
-    name: str
-    sign: int
+    name: str  #: As on the pendant: ``S``, ``J3``, ``A1``.
+    sign: int  #: +1 where the controller counts with the model, -1 where against it.
+    #: `min_rad`, `max_rad`: Limits of the angle the controller shows, rad.
     min_rad: float
     max_rad: float
-    speed_rad_s: float | None = None
-    pulses_per_deg: float | None = None
+    speed_rad_s: float | None = None  #: Largest speed.
+    pulses_per_deg: float | None = None  #: Encoder pulses, for controllers whose programs hold pulses.
 
     def __post_init__(self) -> None:
         if self.sign not in (1, -1):
@@ -68,31 +55,23 @@ class Arm:
 
     Parameters
     ----------
-    joints : tuple of Joint
-        One a link.
-    source, licence : str
-        Where the numbers come from.
     mount_mm : array_like, shape (3,)
         Origin of the mounting face in the base frame: the origin of drawings and meshes of the arm.
-    space : RobotSpace
-        Whether the chain is the controller's model or an identified one.
-    nominal : MDHChain, optional
-        Of an identified arm, the chain that its controller computes with.
-    unseen_tool_mm : float
-        Of an arm identified with an unknown tool: how far a tool centre point that was taught in the controller may be
-        off in this arm (95 %), since the last link stayed nominal. A tool centre point found in this arm is not.
     """
 
     name: str
     chain: MDHChain
-    joints: tuple[Joint, ...]
+    joints: tuple[Joint, ...]  #: One a link.
     couplings: tuple[Coupling, ...] = ()
+    #: `source`, `licence`: Where the numbers come from.
     source: str = ""
     licence: str = ""
     notes: tuple[str, ...] = ()
     mount_mm: FloatArray = (0.0, 0.0, 0.0)  # type: ignore[assignment]  # frozen in __post_init__
-    space: RobotSpace = RobotSpace.NOMINAL
-    nominal: MDHChain | None = None
+    space: RobotSpace = RobotSpace.NOMINAL  #: Whether the chain is the controller's model or an identified one.
+    nominal: MDHChain | None = None  #: Of an identified arm, the chain that its controller computes with.
+    #: Of an arm identified with an unknown tool: how far a tool centre point that was taught in the controller may be
+    #: off in this arm (95 %), since the last link stayed nominal. A tool centre point found in this arm is not.
     unseen_tool_mm: float = 0.0
 
     def __post_init__(self) -> None:
@@ -160,8 +139,7 @@ class Arm:
 
         Raises
         ------
-        InputError
-            When the arm's file does not state the pulses per degree of every joint.
+        InputError : When the arm's file does not state the pulses per degree of every joint.
         """
         return np.deg2rad(np.asarray(pulses, dtype=np.float64) / self._pulses_per_deg())
 
@@ -170,8 +148,7 @@ class Arm:
 
         Raises
         ------
-        InputError
-            When the arm's file does not state the pulses per degree of every joint.
+        InputError : When the arm's file does not state the pulses per degree of every joint.
         """
         return np.asarray(np.rint(np.rad2deg(q) * self._pulses_per_deg()), dtype=np.float64)
 

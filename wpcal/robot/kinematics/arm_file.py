@@ -36,10 +36,8 @@ def find_arm(name_or_path: str) -> Arm:
 
     Raises
     ------
-    InputError
-        When it is neither a shipped name nor a file; the message lists the names.
-    FormatError
-        When the file breaks the format.
+    InputError : When it is neither a shipped name nor a file; the message lists the names.
+    FormatError : When the file breaks the format.
 
     Notes
     -----
@@ -60,10 +58,8 @@ def read_arm(path: Path) -> Arm:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When a field is missing or wrong, or the numbers of links and joints differ.
+    InputError : When the file cannot be opened.
+    FormatError : When a field is missing or wrong, or the numbers of links and joints differ.
     """
     record = read_json(path, schema=ARM_SCHEMA)
     try:

@@ -23,32 +23,20 @@ stop there, or leave the path."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Broken:
-    """Where a path cannot go on.
+    """Where a path cannot go on."""
 
-    Parameters
-    ----------
-    row : int
-        The first pose that the arm does not get to.
-    """
-
-    row: int
+    row: int  #: The first pose that the arm does not get to.
     why: str
 
 
 def continue_branch(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray | Broken:
-    """Count whole turns along a path.
+    """Count whole turns along a path, shape (N, n). Shown angles, rad; or where the path breaks, and why.
 
     Parameters
     ----------
     joints : array_like, shape (N, n)
         Shown angles of one branch, each in the turn around zero, rad; NaN where the branch does not reach.
-    near : array_like, shape (n,)
-        The first angles are as near as possible to these.
-
-    Returns
-    -------
-    ndarray, shape (N, n)
-        Shown angles, rad; or where the path breaks, and why.
+    near : shape (n,). The first angles are as near as possible to these.
     """
     q = np.asarray(joints, dtype=np.float64)
     out = ~np.isfinite(q).all(axis=1)

@@ -23,28 +23,23 @@ class MDHChain:
 
     ``T_base_flange = T_base_dh0 · link 1 · … · link n · T_dhn_flange``.
 
-    Parameters
-    ----------
-    theta, d, a, alpha, beta : array_like, shape (n,)
-        Offset of the joint angle (rad), distance along z (mm) and along x (mm), twist about x (rad), and Hayati's
-        twist about y (rad).
-    hayati : sequence of bool, length n
-        Whether the axis of the next joint is parallel to this one: then β is a parameter of the link and d is not.
-    T_base_dh0, T_dhn_flange : RigidTransform, optional
-        From the base to the first axis, and from the last link to the flange (or tool); identity unless given.
-
     Raises
     ------
-    InputError
-        When lengths differ, a value is not finite, or the last link is marked parallel to a next one.
+    InputError : When lengths differ, a value is not finite, or the last link is marked parallel to a next one.
     """
 
+    #: `theta`, `d`, `a`, `alpha`, `beta`: shape (n,). Offset of the joint angle (rad), distance along z (mm) and along
+    #: x (mm), twist about x (rad), and Hayati's twist about y (rad).
     theta: FloatArray
     d: FloatArray
     a: FloatArray
     alpha: FloatArray
     beta: FloatArray
+    #: length n. Whether the axis of the next joint is parallel to this one: then β is a parameter of the link and d is
+    #: not.
     hayati: tuple[bool, ...]
+    #: `T_base_dh0`, `T_dhn_flange`: From the base to the first axis, and from the last link to the flange (or tool);
+    #: identity unless given.
     T_base_dh0: RigidTransform = field(default_factory=lambda: RigidTransform.identity(target="base", source="dh0"))
     T_dhn_flange: RigidTransform = field(default_factory=lambda: RigidTransform.identity(target="dhn", source="flange"))
 

@@ -75,12 +75,10 @@ def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMo
 
     Parameters
     ----------
-    start : Frames
-        The frame before the first link.
+    start : The frame before the first link.
     table : ndarray, shape (5, n, ...)
         Link parameters in the order of `LINK_SYMBOLS`; axes after the second broadcast with those of `theta`.
-    theta : ndarray, shape (n, ...)
-        Joint angles without the offsets of the table, rad.
+    theta : shape (n, ...). Joint angles without the offsets of the table, rad.
     """
     frame, more = start, (1,) * (theta.ndim + 1 - table.ndim)
     offsets, ds, lengths, alphas, betas = table.reshape(*table.shape[:2], *more, *table.shape[2:])
@@ -113,17 +111,11 @@ def chain_frames(chain: MDHChain, theta: ArrayLike) -> Frames:
 
 
 def forward_kinematics(chain: MDHChain, theta: ArrayLike) -> FloatArray:
-    """Return the flange poses ``T_base_flange``.
+    """Return the flange poses ``T_base_flange``, shape (N, 4, 4). Homogeneous matrices, mm.
 
     Parameters
     ----------
-    theta : array_like, shape (N, n)
-        Joint angles of the model without its offsets, rad.
-
-    Returns
-    -------
-    ndarray, shape (N, 4, 4)
-        Homogeneous matrices, mm.
+    theta : shape (N, n). Joint angles of the model without its offsets, rad.
 
     References
     ----------
@@ -145,10 +137,8 @@ def geometric_jacobian(chain: MDHChain, theta: ArrayLike, *, point: ArrayLike = 
 
     Parameters
     ----------
-    theta : array_like, shape (N, n)
-        Joint angles, rad.
-    point : array_like, shape (3,) or (3, N), optional
-        The point in the flange frame whose velocity is wanted, mm.
+    theta : shape (N, n). Joint angles, rad.
+    point : shape (3,) or (3, N). The point in the flange frame whose velocity is wanted, mm.
 
     Returns
     -------

@@ -39,18 +39,11 @@ elsewhere."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointSolutions:
-    """All branches for many poses.
+    """All branches for many poses."""
 
-    Parameters
-    ----------
-    joints : ndarray, shape (N, 8, 6)
-        Shown joint angles, rad, each in the turn around zero; NaN where a branch does not reach.
-    reached : ndarray of bool, shape (N, 8)
-        Whether the branch meets the pose; limits are not looked at.
-    """
-
+    #: shape (N, 8, 6). Shown joint angles, rad, each in the turn around zero; NaN where a branch does not reach.
     joints: FloatArray
-    reached: BoolArray
+    reached: BoolArray  #: shape (N, 8). Whether the branch meets the pose; limits are not looked at.
 
 
 def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
@@ -61,13 +54,11 @@ def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
 
     Parameters
     ----------
-    T_base_flange : array_like, shape (N, 4, 4)
-        Flange poses in the base, mm.
+    T_base_flange : shape (N, 4, 4). Flange poses in the base, mm.
 
     Raises
     ------
-    GeometryError
-        When the nominal chain is not of the family.
+    GeometryError : When the nominal chain is not of the family.
     """
     T = _as_poses(T_base_flange)
     nominal = arm.as_nominal().chain
@@ -126,15 +117,12 @@ def turn_into_limits(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray
 
     Parameters
     ----------
-    joints : array_like, shape (..., n)
-        Shown angles, rad.
-    near : array_like, shape broadcasting with `joints`
-        The angles before: a last axis with several turns then does not jump back.
+    joints : shape (..., n). Shown angles, rad.
+    near : shape broadcasting with `joints`. The angles before: a last axis with several turns then does not jump back.
 
     Returns
     -------
-    ndarray, shape (..., n)
-        NaN for an angle that no number of turns brings within the limits.
+    ndarray, shape (..., n). NaN for an angle that no number of turns brings within the limits.
     """
     q = np.asarray(joints, dtype=np.float64)
     low, high = arm.limits
@@ -149,18 +137,15 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
     Parameters
     ----------
     T_base_flange : array_like, shape (N, 4, 4)
-    near : array_like, shape (n,) or (N, n)
-        Shown angles, rad.
+    near : shape (n,) or (N, n). Shown angles, rad.
 
     Returns
     -------
-    ndarray, shape (N, n)
-        Shown angles, rad.
+    ndarray, shape (N, n). Shown angles, rad.
 
     Raises
     ------
-    GeometryError
-        When a pose is out of reach or all its solutions break a limit: which pose, and which of the two.
+    GeometryError : When a pose is out of reach or all its solutions break a limit: which pose, and which of the two.
     """
     solutions = solve_inverse(arm, T_base_flange)
     target = np.broadcast_to(np.asarray(near, dtype=np.float64), (len(solutions.joints), len(arm.joints)))[:, None]
@@ -180,10 +165,8 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
 
     Parameters
     ----------
-    T_base_flange : array_like, shape (N, 4, 4)
-        Flange poses in the order of travel.
-    start : array_like, shape (n,)
-        Shown angles before the first pose, rad.
+    T_base_flange : shape (N, 4, 4). Flange poses in the order of travel.
+    start : shape (n,). Shown angles before the first pose, rad.
 
     Returns
     -------
@@ -192,8 +175,7 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
 
     Raises
     ------
-    GeometryError
-        As in `nearest_joints`.
+    GeometryError : As in `nearest_joints`.
     """
     solutions = solve_inverse(arm, T_base_flange)
     path = np.empty((len(solutions.joints), len(arm.joints)))

@@ -41,26 +41,20 @@ BRANCHES = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OPWGeometry:
-    """The seven lengths of the family, and how its angles and frames follow from a chain's.
+    """The seven lengths of the family, and how its angles and frames follow from a chain's."""
 
-    Parameters
-    ----------
-    a1, a2, b, c1, c2, c3 : float
-        Lengths, mm, with the names of the paper; its c4 is part of `T_wrist_flange`.
-    signs, offsets : array_like, shape (6,)
-        ``θ_opw = signs · θ_model + offsets``, θ_model without the chain's offsets, rad.
-    T_base_opw, T_wrist_flange : array_like, shape (4, 4)
-        From the base to the family's own base frame, and from its wrist frame to the flange.
-    """
-
+    #: `a1`, `a2`, `b`, `c1`, `c2`, `c3`: Lengths, mm, with the names of the paper; its c4 is part of `T_wrist_flange`.
     a1: float
     a2: float
     b: float
     c1: float
     c2: float
     c3: float
+    #: `signs`, `offsets`: shape (6,). ``θ_opw = signs · θ_model + offsets``, θ_model without the chain's offsets, rad.
     signs: FloatArray
     offsets: FloatArray
+    #: `T_base_opw`, `T_wrist_flange`: shape (4, 4). From the base to the family's own base frame, and from its wrist
+    #: frame to the flange.
     T_base_opw: FloatArray
     T_wrist_flange: FloatArray
 
@@ -70,8 +64,7 @@ class OPWGeometry:
 
         Raises
         ------
-        GeometryError
-            When the chain is not of the family; the message says which axes are not as they should be.
+        GeometryError : When the chain is not of the family; the message says which axes are not as they should be.
         """
         return _geometry(chain)
 
@@ -169,8 +162,7 @@ def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: fl
 
     Parameters
     ----------
-    T_base_flange : array_like, shape (N, 4, 4)
-        Flange poses, mm.
+    T_base_flange : shape (N, 4, 4). Flange poses, mm.
     least_bend : float, optional
         Sine of the elbow angle that a start for other steps keeps off the stretched arm; poses that are out of reach
         by as little get this bend instead of NaN. With 0 the answers are exact.

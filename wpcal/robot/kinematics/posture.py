@@ -24,21 +24,11 @@ about 25° has another zero or another base."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posture:
-    """Postures for N joint angles.
+    """Postures for N joint angles."""
 
-    Parameters
-    ----------
-    joints : ndarray, shape (N, 6)
-        Shown angles, rad.
-    is_behind : ndarray of bool, shape (N,)
-        Whether the wrist centre is behind axis 1.
-    is_behind_lower_arm : ndarray of bool, shape (N,)
-        Whether the wrist centre is behind the line through axes 2 and 3.
-    """
-
-    joints: FloatArray
-    is_behind: BoolArray
-    is_behind_lower_arm: BoolArray
+    joints: FloatArray  #: shape (N, 6). Shown angles, rad.
+    is_behind: BoolArray  #: shape (N,). Whether the wrist centre is behind axis 1.
+    is_behind_lower_arm: BoolArray  #: shape (N,). Whether the wrist centre is behind the line through axes 2 and 3.
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -54,10 +44,7 @@ def posture(arm: Arm, joints: ArrayLike) -> Posture:
 
     Parameters
     ----------
-    arm : Arm
-        Of an identified one, the controller's own model is used.
-    joints : array_like, shape (N, 6)
-        Shown angles, rad.
+    joints : shape (N, 6). Shown angles, rad.
 
     Raises
     ------

@@ -59,25 +59,15 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
 
     Parameters
     ----------
-    path : Path
-        A URDF with xacro already expanded.
     base_link : str, optional
         Link whose frame becomes `base`; unless given, the link ``base`` where there is one (by convention of the
         ROS-Industrial packages the controller's own base frame), else the root.
-    tip_link : str, optional
-        Link whose frame becomes `flange`; unless given, ``tool0`` where there is one, else the end of the chain.
-
-    Returns
-    -------
-    Arm
-        Joints shown as the file counts them; a URDF knows no couplings, those are added by hand.
+    tip_link : Link whose frame becomes `flange`; unless given, ``tool0`` where there is one, else the end of the chain.
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not a URDF file, branches, or has a joint on the way that is neither revolute nor fixed.
+    InputError : When the file cannot be opened.
+    FormatError : When it is not a URDF file, branches, or has a joint on the way that is neither revolute nor fixed.
     """
     root = urdf_root(path)
     try:
@@ -94,10 +84,8 @@ def urdf_root(path: Path) -> ET.Element:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not XML.
+    InputError : When the file cannot be opened.
+    FormatError : When it is not XML.
     """
     try:
         return ET.fromstring(read_bytes(path).decode("utf-8"))
@@ -107,11 +95,6 @@ def urdf_root(path: Path) -> ET.Element:
 
 def link_places(root: ET.Element) -> dict[str, tuple[int, FloatArray]]:
     """Return where the links of a robot are with all joints at zero.
-
-    Parameters
-    ----------
-    root : Element
-        Of a file that `read_urdf` reads.
 
     Returns
     -------
@@ -251,10 +234,8 @@ def chain_from_axes(points: FloatArray, directions: FloatArray, T_base_flange: F
 
     Parameters
     ----------
-    points, directions : ndarray, shape (n, 3)
-        A point on each axis (mm) and its unit direction, in the base.
-    T_base_flange : ndarray, shape (4, 4)
-        The flange at zero, in the base.
+    points, directions : shape (n, 3). A point on each axis (mm) and its unit direction, in the base.
+    T_base_flange : shape (4, 4). The flange at zero, in the base.
     """
     n = len(points)
     frame = _first_frame(points, directions, T_base_flange)

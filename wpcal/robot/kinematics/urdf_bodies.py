@@ -44,42 +44,25 @@ HULL_DIGITS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkHull:
-    """A convex hull of one link, or of a slice of it.
+    """A convex hull of one link, or of a slice of it."""
 
-    Parameters
-    ----------
-    name : str
-        Of the link in the URDF file, with a number if it has several hulls.
-    link : int
-        0 for the base, i for the link that joint i moves.
-    hull : ndarray, shape (m, 3)
-        Corners in the frame after link i of the arm's chain (0: the base; the last: the flange), mm.
-    """
-
-    name: str
-    link: int
+    name: str  #: Of the link in the URDF file, with a number if it has several hulls.
+    link: int  #: 0 for the base, i for the link that joint i moves.
+    #: shape (m, 3). Corners in the frame after link i of the arm's chain (0: the base; the last: the flange), mm.
     hull: FloatArray
 
 
 def read_link_hulls(path: Path, arm: Arm) -> tuple[LinkHull, ...]:
     """Read the collision shapes of a URDF file, or its visual shapes where a link has no other.
 
-    Parameters
-    ----------
-    arm : Arm
-        The same file as `read_urdf` reads it.
-
     Returns
     -------
-    tuple of LinkHull
-        In the order of the file; links without shapes are left out.
+    tuple of LinkHull. In the order of the file; links without shapes are left out.
 
     Raises
     ------
-    InputError
-        When a mesh cannot be opened.
-    FormatError
-        When a mesh is not an STL file, or a shape is not as the format says.
+    InputError : When a mesh cannot be opened.
+    FormatError : When a mesh is not an STL file, or a shape is not as the format says.
     """
     root = urdf_root(path)
     places, frames = link_places(root), _frames_at_zero(arm)
@@ -139,18 +122,15 @@ def hull_corners(points: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    points : ndarray, shape (n, 3)
-        Any frame, mm.
+    points : shape (n, 3). Any frame, mm.
 
     Returns
     -------
-    ndarray, shape (m, 3)
-        mm. The hull of these corners is inside the true one by less than `NEAR_MM`.
+    ndarray, shape (m, 3). mm. The hull of these corners is inside the true one by less than `NEAR_MM`.
 
     Raises
     ------
-    FormatError
-        When the points lie in a plane.
+    FormatError : When the points lie in a plane.
     """
     try:
         corners = points[np.sort(ConvexHull(points).vertices)]
@@ -189,10 +169,8 @@ def read_stl(path: Path) -> FloatArray:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is neither a binary nor a text STL file.
+    InputError : When the file cannot be opened.
+    FormatError : When it is neither a binary nor a text STL file.
     """
     raw = read_bytes(path)
     count = struct.unpack_from("<I", raw, STL_HEAD - 4)[0] if len(raw) >= STL_HEAD else -1
