@@ -33,7 +33,7 @@ RANK_BITS = 30
 
 
 def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Return ``a @ b`` for arrays of any dimensions that `numpy.matmul` takes."""
+    """Return ``a @ b`` for arrays of shape (...) that `numpy.matmul` takes."""
     left, right = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     rows, columns = "ij" if left.ndim > 1 else "j", "jk" if right.ndim > 1 else "j"
     rows, columns = ("..." if left.ndim > 1 else "") + rows, ("..." if right.ndim > 1 else "") + columns
@@ -42,7 +42,7 @@ def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def length(v: ArrayLike) -> float:
-    """Return the length of one vector."""
+    """Return the length of one vector, shape (k,)."""
     return float(np.sqrt(product(v, v)))
 
 
