@@ -55,7 +55,7 @@ PRELOADED = (
     "wpcal.planning.cell.grasp",
     "wpcal.pages.report",
     "wpcal.robot.kinematics.arm_file",
-    "wpcal.seam.torch_file",
+    "wpcal.robot.torch.file",
     "scipy.interpolate",
     "scipy.optimize",
     "scipy.sparse.csgraph",

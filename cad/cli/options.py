@@ -70,8 +70,8 @@ class ReachFlags:
 
     def to_reach(self) -> Reach:
         """Read the torch, and return it with the ranges."""
+        from wpcal.robot.torch.file import find_torch
         from wpcal.seam.options import Reach
-        from wpcal.seam.torch_file import find_torch
 
         return Reach(
             find_torch(self.torch),

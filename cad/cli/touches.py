@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from cad.workpiece.touches import DrawnTouches
     from wpcal.planning.cell.one_robot import OneRobotCell
-    from wpcal.seam.torch import TorchShape
+    from wpcal.robot.torch.shape import TorchShape
     from wpcal.touch.plan import TouchOptions
     from wpcal.touch.searches import SeamPrediction, Search, TouchPlan
 

@@ -30,9 +30,9 @@ from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
 from wpcal.taught.features import FeatureKind
 from wpcal.taught.match import Match, match_points
 from wpcal.taught.programs import names_as_features

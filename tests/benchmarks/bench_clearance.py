@@ -16,9 +16,10 @@ from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.bodies import body_frames, body_pairs
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
-from wpcal.planning.cell.hulls import capsule_around, fcl_objects, hull_clearance
+from wpcal.planning.cell.hulls import fcl_objects, hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
 from wpcal.planning.plan.recheck import check_path
+from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 ROOT = Path(__file__).parents[2]
 CELL = ROOT / "fixtures" / "cells" / "two-mh6.json"

@@ -44,7 +44,7 @@ def job(folder: Path, *words: str) -> dict[str, Any]:
 
 
 IDENTITY = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-TORCH = next((Path(__file__).parents[2] / "wpcal" / "seam" / "torches").glob("*.json"))
+TORCH = next((Path(__file__).parents[2] / "wpcal" / "robot" / "torch" / "torches").glob("*.json"))
 MOVED = [[1, 0, 0, 5], *IDENTITY[1:]]
 
 

@@ -21,10 +21,10 @@ from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.brep.material import ExactMaterial, TriangleMaterial
 from wpcal.core.arrays import FloatArray
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.judge.material import TorchPart, find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
-from wpcal.seam.torch import USUAL_TORCH
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 POINTS = 24

@@ -11,10 +11,10 @@ from cad.kernel.primitives import box, cut, cylinder
 from cad.kernel.to_brep import to_brep
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, detect_seams
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.material import find_poses_in_material
-from wpcal.seam.torch import USUAL_TORCH
 
 
 def seams_of(*solids: tuple[str, Any]) -> tuple[Seam, ...]:

@@ -11,12 +11,12 @@ import pytest
 from cad.kernel.primitives import box, prism
 from cad.kernel.to_brep import to_brep
 from wpcal.core.arrays import FloatArray
+from wpcal.robot.torch.file import find_torch
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.torch_neck import bend_directions
 from wpcal.seam.options import Reach
-from wpcal.seam.torch import TorchShape
-from wpcal.seam.torch_file import find_torch
 
 Box = tuple[float, float, float, tuple[float, float, float]]
 POINTS = 400

@@ -35,8 +35,8 @@ from wpcal.planning.cell.grasp import read_holding
 from wpcal.robot.identify.poses_file import parse_tool, read_poses, read_taught_joints
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
+from wpcal.robot.torch.file import read_torch
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
-from wpcal.seam.torch_file import read_torch
 from wpcal.taught.pairs import read_pairs
 from wpcal.taught.programs import ProgramReader, TaughtProgram
 from wpcal.taught.table import taught_csv, taught_from_table
@@ -48,7 +48,8 @@ from wpcal.weld.runs import weld_runs
 from wpcal.weld.xmcf.read import parse_xmcf
 
 TORCHES = tuple(
-    path.read_bytes() for path in sorted((Path(__file__).parents[2] / "wpcal" / "seam" / "torches").glob("*.json"))
+    path.read_bytes()
+    for path in sorted((Path(__file__).parents[2] / "wpcal" / "robot" / "torch" / "torches").glob("*.json"))
 )
 MOVED = RigidTransform.from_six_tuple([100.0, -20.0, 3.0, 0.1, -0.2, 0.3], target="base", source="part")
 

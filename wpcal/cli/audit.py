@@ -15,7 +15,7 @@ from wpcal.cli.torch_options import TipFlags, TorchShapeFlags
 if TYPE_CHECKING:
     from wpcal.controllers.audit import AuditReport
     from wpcal.controllers.audit.programs import Surroundings
-    from wpcal.seam.torch import TorchShape
+    from wpcal.robot.torch.shape import TorchShape
 
 
 @click.command()
@@ -75,8 +75,8 @@ def audit(
 
 def _surroundings(robot: str | None, tool: str | None, tip: TipFlags, torch: TorchShape) -> Surroundings:
     from wpcal.controllers.audit.programs import Surroundings
-    from wpcal.controllers.torch import ToolAxis
     from wpcal.core.errors import InputError
+    from wpcal.robot.torch.attitude import ToolAxis
 
     if (robot is None) != (tool is None):
         raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")

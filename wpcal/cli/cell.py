@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from wpcal.core.arrays import FloatArray
     from wpcal.core.transform import RigidTransform
     from wpcal.robot.kinematics.arm import Coupling
-    from wpcal.seam.torch import TorchShape
+    from wpcal.robot.torch.shape import TorchShape
 
 PLACE_METAVAR = "X,Y,Z[,RX,RY,RZ]"
 PLACE_HELP = "mm and degrees (R = Rz Ry Rx)"
@@ -266,8 +266,8 @@ def _tool(tool: str | None, tool_from: str | None, axis: str) -> RigidTransform 
 def _torch(name: str, wire_mm: float | None, nozzle_radius_mm: float | None) -> TorchShape:
     """Return the torch; the options change the sizes of a straight one."""
     from wpcal.core.errors import InputError
-    from wpcal.seam.torch import TorchShape
-    from wpcal.seam.torch_file import find_torch
+    from wpcal.robot.torch.file import find_torch
+    from wpcal.robot.torch.shape import TorchShape
 
     shape = find_torch(name)
     wire, radius = wire_mm or shape.wire_mm, nozzle_radius_mm or shape.nozzle_radius_mm

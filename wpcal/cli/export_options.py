@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wpcal.core.progress import Progress
     from wpcal.results.folder import FinishedCalibration
     from wpcal.robot.moves import PathTolerance
-    from wpcal.seam.torch import TorchShape
+    from wpcal.robot.torch.shape import TorchShape
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

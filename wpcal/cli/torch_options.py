@@ -12,8 +12,8 @@ from wpcal.cli.option_groups import option
 from wpcal.cli.shared_help import ANGLE, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
 
 if TYPE_CHECKING:
-    from wpcal.controllers.torch import TorchSettings
-    from wpcal.seam.torch import TorchShape
+    from wpcal.robot.torch.attitude import TorchSettings
+    from wpcal.robot.torch.shape import TorchShape
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +50,8 @@ class TorchFlags:
 
     def to_settings(self, shape: TorchShape) -> TorchSettings:
         """Return the torch as the programs take it, angles in radians; the turn of a bent neck is fixed."""
-        from wpcal.controllers.torch import ToolAxis, TorchSettings
         from wpcal.core.errors import InputError
+        from wpcal.robot.torch.attitude import ToolAxis, TorchSettings
 
         work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
         if shape.neck is not None and self.spin_range_deg:
@@ -98,7 +98,7 @@ class TorchShapeFlags:
             If options state other sizes than those of a torch with a neck.
         """
         from wpcal.core.errors import InputError
-        from wpcal.seam.torch import USUAL_TORCH, TorchShape
+        from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 
         shape = felt or USUAL_TORCH
         stated = {

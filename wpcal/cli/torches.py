@@ -10,7 +10,7 @@ import click
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
-    from wpcal.seam.torch import TorchShape
+    from wpcal.robot.torch.shape import TorchShape
 
 
 @click.command()
@@ -26,8 +26,8 @@ def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json:
     The first one is assumed unless another one is stated. -o draws them to one scale.
     """
     from wpcal.core.records import to_json, write_file
-    from wpcal.seam.torch_file import find_torch, shipped_torches, torches_record
-    from wpcal.seam.torch_picture import torches_svg
+    from wpcal.robot.torch.file import find_torch, shipped_torches, torches_record
+    from wpcal.robot.torch.picture import torches_svg
 
     shapes = [find_torch(name) for name in torches] or [torch.shape for torch in shipped_torches()]
     if out is not None:
@@ -43,7 +43,7 @@ def _show(shapes: list[TorchShape], out: Path | None) -> None:
     from rich.table import Table
 
     from wpcal.cli.console import plain_console
-    from wpcal.seam.torch_file import shipped_torches
+    from wpcal.robot.torch.file import shipped_torches
 
     table = Table(title="Torches: outer diameters and lengths in mm")
     for heading in ("torch", "wire", "nozzle", "neck", "body"):

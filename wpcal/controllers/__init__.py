@@ -3,7 +3,7 @@
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram, build_program
 from wpcal.controllers.registry import Controller, controller_named, controller_names, controllers
 from wpcal.controllers.taught_program import read_taught_program
-from wpcal.controllers.torch import ToolAxis, TorchSettings, measure_torch, tool_rotations, wire_directions
+from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, measure_torch, tool_rotations, wire_directions
 
 __all__ = [
     "Controller",

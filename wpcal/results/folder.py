@@ -18,11 +18,11 @@ from wpcal.core.robot_space import RobotSpace
 from wpcal.core.schemas import required_fields
 from wpcal.core.transform import RigidTransform
 from wpcal.results.agree import agreed_pose, check_same_part, check_same_run
+from wpcal.robot.torch.file import torch_of_seams
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
-from wpcal.seam.torch import TorchShape
-from wpcal.seam.torch_file import torch_of_seams
 
 CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
 JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"

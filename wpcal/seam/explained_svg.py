@@ -12,9 +12,9 @@ from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 from wpcal.seam.section_svg import SIZE, draw_section
-from wpcal.seam.torch import TorchShape
 
 WIDTH, HEIGHT, MARGIN = 900.0, 640.0, 40.0
 """Pixels."""

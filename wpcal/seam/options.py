@@ -9,8 +9,8 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.limits import LEAST_SEAM_MM, MEETING_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 MOST_LEAN_DEG = 60.0
 """At a square fillet a torch that leans by 45 degrees from the bisector lies on a plate."""

@@ -14,6 +14,8 @@ from wpcal.core.errors import FormatError
 from wpcal.core.record_check import check_record
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.torch.file import without_none
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.frame_records import frame_records, frames_from_records, leans_from_records
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.record_check import check_seams
@@ -29,8 +31,6 @@ from wpcal.seam.seam import (
     WeldType,
 )
 from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
-from wpcal.seam.torch_file import without_none
 
 SEAMS_SCHEMA = "wpcal/seams/1"
 

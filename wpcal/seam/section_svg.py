@@ -17,9 +17,9 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import RayHits, find_hits
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.seam import Seam, WeldType
-from wpcal.seam.torch import TorchShape
 
 SIZE, MARGIN, TOP = 560.0, 24.0, 70.0
 """Pixels: side of the square drawing, and the room around it and above it."""

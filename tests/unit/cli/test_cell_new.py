@@ -17,7 +17,7 @@ from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.seam.torch_file import find_torch, without_none
+from wpcal.robot.torch.file import find_torch, without_none
 
 AXES = ("0 0 1", "0 1 0", "0 -1 0", "-1 0 0", "0 -1 0", "-1 0 0")
 ORIGINS = ("0 0 0", "0.15 0 0", "0 0 0.6", "0 0 0.2", "0.64 0 0", "0.1 0 0")

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from wpcal.cli.main import wpcal
 from wpcal.cli.option_groups import option, option_names, takes
 from wpcal.cli.torch_options import TorchShapeFlags
-from wpcal.seam.torch import USUAL_TORCH
+from wpcal.robot.torch.shape import USUAL_TORCH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,7 +22,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
 from wpcal.planning.cell.part_distance import segment_triangle_distances
 from wpcal.results.folder import read_finished
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.torch.shape import TorchShape
 
 pytestmark = pytest.mark.many
 

@@ -14,9 +14,9 @@ from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
-from wpcal.controllers.torch import TorchSettings
 from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.moves import Line, PathTolerance
+from wpcal.robot.torch.attitude import TorchSettings
 
 CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
 ROUNDED_MM, ROUNDED_DEG = 0.003, 0.003  # of the languages with three decimals

@@ -10,13 +10,13 @@ import pytest
 from wpcal.controllers.program import build_program
 from wpcal.controllers.program.reachable_spin import choose_reachable_spin
 from wpcal.controllers.program.spin import least_turn, spun, swing_and_twist, unwinding_spin
-from wpcal.controllers.torch import ToolAxis, TorchSettings, wire_directions
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.results.folder import read_finished
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.inverse import nearest_joints
+from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, wire_directions
 
 SADDLE = Path(__file__).parents[3] / "fixtures" / "saddle" / "golden"
 ROUND_OFF = 1e-9

@@ -14,11 +14,11 @@ from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
 from wpcal.controllers.program import build_program
 from wpcal.controllers.program.checked_program import check_program
-from wpcal.controllers.torch import TorchSettings, neck_directions, wire_directions
 from wpcal.core.errors import GeometryError
 from wpcal.results.folder import read_finished
+from wpcal.robot.torch.attitude import TorchSettings, neck_directions, wire_directions
+from wpcal.robot.torch.file import find_torch, without_none
 from wpcal.seam.judge.torch_neck import bend_directions
-from wpcal.seam.torch_file import find_torch, without_none
 
 TEE = Path(__file__).parents[3] / "fixtures" / "tee" / "golden"
 NECK = "robot-45"

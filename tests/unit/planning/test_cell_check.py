@@ -10,7 +10,7 @@ from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.cell_check import check_cell, check_record, mounting_faces
 from wpcal.planning.cell.cell_file import cell_from_record
-from wpcal.planning.cell.hulls import capsule_around
+from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 BOX = [[x, y, z] for x in (-80, 80) for y in (-80, 80) for z in (50, 650)]
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from tests.chain_error import chain_error
-from wpcal.controllers.torch import measure_torch
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.closed_chain import (
     COORDINATES,
@@ -21,6 +20,7 @@ from wpcal.planning.cell.closed_chain import (
     unwrap,
 )
 from wpcal.planning.cell.robot_cell import JOINTS, CellState
+from wpcal.robot.torch.attitude import measure_torch
 from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.seam.seam import SeamFrames
 

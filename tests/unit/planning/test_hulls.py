@@ -11,8 +11,9 @@ from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.bodies import body_frames, body_pairs
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance, pair_margins
-from wpcal.planning.cell.hulls import FCL_MM, capsule_around, hull_clearance
+from wpcal.planning.cell.hulls import FCL_MM, hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, Shape
+from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"

@@ -7,10 +7,10 @@ import pytest
 from wpcal.brep.mesh import PartMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.controllers.program import MotionSettings, build_program
-from wpcal.controllers.torch import TorchSettings
 from wpcal.core.errors import FormatError, FrameError, GeometryError, InputError
 from wpcal.results.agree import SAME_POSE_MM, check_same_run
 from wpcal.results.folder import read_finished, read_result_folder
+from wpcal.robot.torch.attitude import TorchSettings
 
 ROUND_OFF_MM = 1e-9
 

@@ -14,6 +14,7 @@ from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.edit import apply_edits, read_edits
 from wpcal.seam.find.marked import MarkedEdges
@@ -23,7 +24,6 @@ from wpcal.seam.judge.stretches import Cut, cut_at
 from wpcal.seam.path.build import with_frames
 from wpcal.seam.record import seams_record
 from wpcal.seam.seam import SeamPieces, SeamSource
-from wpcal.seam.torch import USUAL_TORCH
 
 EXACT_MM = 1e-6
 """Planes and cylinders allow this; the cut itself is found to round-off."""

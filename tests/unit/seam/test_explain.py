@@ -7,6 +7,7 @@ import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.explain import explain_seam
 from wpcal.seam.explained_svg import SEAM, explained_svg
@@ -14,7 +15,6 @@ from wpcal.seam.limits import Level
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
 from wpcal.seam.rules import Rule
-from wpcal.seam.torch import USUAL_TORCH
 
 ROUNDED = 2e-3
 """Factors and confidences are written with three digits."""

@@ -11,9 +11,9 @@ from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam import detect_seams
 from wpcal.seam.judge.material import TorchPart, find_poses_in_material
-from wpcal.seam.torch import TorchShape
 
 HALF_MM = np.array([40.0, 30.0, 20.0])
 """Half the sides of the saved graph ``sharp-box``, which is around the origin."""

@@ -9,15 +9,15 @@ import pytest
 from tests.saved_graphs import saved_graph
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.records import to_json
+from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.judge.leans import Leans, back_directions
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.options import Reach
 from wpcal.seam.record import seams_from_record, seams_record
-from wpcal.seam.torch import USUAL_TORCH
 
 PARTS = (
     "tee-beside-block",

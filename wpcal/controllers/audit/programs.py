@@ -21,16 +21,16 @@ from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.reachable_spin import ArmAtTool
-from wpcal.controllers.torch import ToolAxis, wire_directions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, InputError, WpcalError
 from wpcal.core.tangent import log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import turn_into_limits
+from wpcal.robot.torch.attitude import ToolAxis, wire_directions
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 SAME_MM = 0.05
 """Poses that are read back are within this of those that were asked for: a user frame that is typed with three

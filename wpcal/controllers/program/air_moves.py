@@ -17,13 +17,13 @@ from itertools import pairwise
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.controllers.torch import ToolAxis, neck_directions, wire_directions
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.part_distance import part_distances
+from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import find_poses_in_material, place_tube
-from wpcal.seam.torch import TorchShape
 
 MARGIN_MM = 3.0
 """Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""

@@ -12,13 +12,13 @@ from wpcal.brep.material import Material, TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.air_moves import MARGIN_MM, AirPlan, AirSettings, Ends, TorchAtTool, Way, plan_air_moves
-from wpcal.controllers.torch import ToolAxis, neck_directions, wire_directions
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
+from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 STEP_MM = 1.0
 """Between two points of a seam the torch is compared with the part at this step: less than the thinnest sheet that is

@@ -11,7 +11,6 @@ import numpy as np
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.few_moves import AXIS, seam_course
 from wpcal.controllers.program.reachable_spin import ArmAtTool
-from wpcal.controllers.torch import wire_directions
 from wpcal.core.arrays import frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import exp_rotation
@@ -19,6 +18,7 @@ from wpcal.robot.kinematics.inverse import follow_path
 from wpcal.robot.moves import PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.robot.moves.interpolation import swings_between
+from wpcal.robot.torch.attitude import wire_directions
 
 TURN_RAD = math.radians(0.1)
 """How far the tool may be turned from the targets: a target that is turned is corrected by another amount, above all

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from wpcal.controllers.program import WeldPath, WeldProgram
-from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.course import Course
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
+from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations, wire_directions
 from wpcal.seam.seam import Seam
 
 AXIS = {ToolAxis.X: 0, ToolAxis.Z: 2}

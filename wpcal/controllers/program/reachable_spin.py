@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.few_moves import AXIS, spin_from_travel, with_moves
 from wpcal.controllers.program.spin import START_COST, STEP_RAD, possible_offsets, spun, swing_and_twist
-from wpcal.controllers.torch import ToolAxis, TorchSettings, tool_rotations
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.transform import RigidTransform
@@ -26,6 +25,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse, turn_into_limits
 from wpcal.robot.kinematics.opw import BRANCHES
+from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations
 
 
 class Begin(Enum):

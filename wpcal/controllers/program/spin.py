@@ -14,11 +14,11 @@ import math
 
 import numpy as np
 
-from wpcal.controllers.torch import ToolAxis
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.tangent import exp_rotation
+from wpcal.robot.torch.attitude import ToolAxis
 
 STEP_RAD = math.radians(5.0)
 """Step of e: finer steps change the sum by less than the swing does."""

@@ -13,7 +13,6 @@ import numpy as np
 from wpcal.controllers.program.arc import ArcSettings, seam_marks
 from wpcal.controllers.program.planned import PlannedMoves
 from wpcal.controllers.program.spin import spun, unwinding_spin
-from wpcal.controllers.torch import TorchSettings, tool_rotations, wire_directions
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
@@ -21,6 +20,7 @@ from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.posture import Posture, posture
 from wpcal.robot.moves import Arc, Line, Move, MovePath, PathTolerance
+from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld

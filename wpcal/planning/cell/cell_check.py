@@ -18,9 +18,9 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.issue import Issue
 from wpcal.planning.cell.bodies import PART, TOOL, Body, Owner, bodies_of, body_frames
 from wpcal.planning.cell.clearance import require_bases_apart
-from wpcal.planning.cell.hulls import capsule_around
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell, Shape
 from wpcal.robot.kinematics.arm import Arm
+from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 CELL_CHECK_SCHEMA = "wpcal/cell-check/1"
 FLOOR_MM = 25.0
@@ -239,7 +239,8 @@ def capsule_issues(bodies: Sequence[Body]) -> Iterator[Issue]:
             yield Issue(
                 "capsule-and-hull",
                 f"{body.name}: its hull reaches up to {out:.1f} mm outside its capsules, so the search sees "
-                "more room than there is; make the capsule with wpcal.planning.cell.hulls.capsule_around(hull_mm)",
+                "more room than there is; make the capsule with "
+                "wpcal.robot.kinematics.urdf_bodies.capsule_around(hull_mm)",
                 (body.name,),
             )
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -24,6 +23,7 @@ from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_frames, body
 from wpcal.planning.cell.clearance import STATES, Clearance, pair_margins
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
 from wpcal.robot.kinematics.forward import Frames
+from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 PLANE_DIGITS = 9
 """Planes of triangles of one face are equal to this many decimals (mm for what is off by a kilometre)."""
@@ -48,45 +48,6 @@ def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
             frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
             margin[some], row[some] = measure.least_margins(frames)
     return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
-
-
-def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
-    """Return a capsule that contains points, and so their convex hull.
-
-    The axis is parallel to a principal direction of the points, through the middle of their extent across it. Of the
-    three principal directions the one with the least volume is taken. The capsule is not the smallest one.
-
-    Parameters
-    ----------
-    points : shape (n, 3). mm.
-
-    Returns
-    -------
-    p, q : ndarray, shape (3,). Ends of the axis, mm.
-    radius : float. mm.
-    """
-    x = np.asarray(points, dtype=np.float64)
-    directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]
-    return min((_capsule_along(x, np.roll(directions, -i, axis=0)) for i in range(3)), key=_volume)
-
-
-def _capsule_along(x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return the capsule along the first of three axes (rows)."""
-    local = product(x, axes.T)
-    middle = (local.min(axis=0) + local.max(axis=0)) / 2
-    across = np.sqrt((local[:, 1] - middle[1]) ** 2 + (local[:, 2] - middle[2]) ** 2)
-    radius = float(across.max())
-    cap = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
-    low, high = (local[:, 0] + cap).min(), (local[:, 0] - cap).max()  # both ends as far inwards as all points allow
-    if low > high:
-        low = high = (low + high) / 2
-    ends = product(np.array([[low, middle[1], middle[2]], [high, middle[1], middle[2]]]), axes)
-    return ends[0], ends[1], radius
-
-
-def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
-    p, q, radius = capsule
-    return float(np.pi * radius**2 * (length(q - p) + 4.0 / 3.0 * radius))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

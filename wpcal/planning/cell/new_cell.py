@@ -17,18 +17,18 @@ from wpcal.planning.cell.home import choose_home
 from wpcal.planning.cell.one_robot import OneRobotCell, Positioner
 from wpcal.planning.cell.one_robot_file import rail_from_record
 from wpcal.planning.cell.robot_cell import JOINTS
-from wpcal.planning.cell.torch_bodies import (
+from wpcal.robot.kinematics.arm import Arm, Coupling
+from wpcal.robot.kinematics.arm_file import arm_record, find_arm
+from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
+from wpcal.robot.torch.bodies import (
     NOZZLE_TO_PART_MM,
     bodies_of_capsules,
     bodies_of_mesh,
     bodies_of_shape,
     hulled,
 )
-from wpcal.robot.kinematics.arm import Arm, Coupling
-from wpcal.robot.kinematics.arm_file import arm_record, find_arm
-from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
-from wpcal.seam.torch_file import without_none
+from wpcal.robot.torch.file import without_none
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 
 SAFETY_MM = 10.0
 """Above the errors of bases and meshes, and below what is between the links of most arms and a part."""

@@ -19,7 +19,7 @@ from wpcal.planning.cell.bodies import arm_frames
 from wpcal.planning.cell.robot_cell import JOINTS, Shape, joint_speeds
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames, start_frames
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.torch.shape import TorchShape
 
 MOST_AXES = 2
 """Axes of a positioner: one turns the part, two also tilt it."""

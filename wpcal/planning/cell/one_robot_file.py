@@ -16,7 +16,7 @@ from wpcal.planning.cell.cell_file import CELL_SCHEMA, arm_beside, built_from, c
 from wpcal.planning.cell.one_robot import OneRobotCell, Positioner, Rail
 from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.seam.torch_file import torch_from_fields
+from wpcal.robot.torch.file import torch_from_fields
 
 
 def read_any_cell(path: Path) -> RobotCell | OneRobotCell:

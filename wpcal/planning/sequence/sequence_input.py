@@ -18,11 +18,11 @@ from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.robot.torch.file import torch_of_seams
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
-from wpcal.seam.torch import TorchShape
-from wpcal.seam.torch_file import torch_of_seams
 from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
 

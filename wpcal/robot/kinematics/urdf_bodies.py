@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from wpcal.brep.surface_points import surface_points
@@ -21,6 +22,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.numbers import parse_number
+from wpcal.core.same_bits import length, product
 from wpcal.core.wording import shown
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import start_frames, walk
@@ -216,3 +218,42 @@ def _primitive(element: ET.Element, path: Path, link: str) -> FloatArray:
 def _hull_triangles(points: FloatArray) -> FloatArray:
     """Return the triangles of the convex hull of points, shape (m, 3, 3)."""
     return np.asarray(points[ConvexHull(points).simplices], dtype=np.float64)
+
+
+def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
+    """Return a capsule that contains points, and so their convex hull.
+
+    The axis is parallel to a principal direction of the points, through the middle of their extent across it. Of the
+    three principal directions the one with the least volume is taken. The capsule is not the smallest one.
+
+    Parameters
+    ----------
+    points : shape (n, 3). mm.
+
+    Returns
+    -------
+    p, q : ndarray, shape (3,). Ends of the axis, mm.
+    radius : float. mm.
+    """
+    x = np.asarray(points, dtype=np.float64)
+    directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]
+    return min((_capsule_along(x, np.roll(directions, -i, axis=0)) for i in range(3)), key=_volume)
+
+
+def _capsule_along(x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return the capsule along the first of three axes (rows)."""
+    local = product(x, axes.T)
+    middle = (local.min(axis=0) + local.max(axis=0)) / 2
+    across = np.sqrt((local[:, 1] - middle[1]) ** 2 + (local[:, 2] - middle[2]) ** 2)
+    radius = float(across.max())
+    cap = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
+    low, high = (local[:, 0] + cap).min(), (local[:, 0] - cap).max()  # both ends as far inwards as all points allow
+    if low > high:
+        low = high = (low + high) / 2
+    ends = product(np.array([[low, middle[1], middle[2]], [high, middle[1], middle[2]]]), axes)
+    return ends[0], ends[1], radius
+
+
+def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
+    p, q, radius = capsule
+    return float(np.pi * radius**2 * (length(q - p) + 4.0 / 3.0 * radius))

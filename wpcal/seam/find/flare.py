@@ -20,9 +20,9 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_roots, pipe_ranges
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
-from wpcal.seam.torch import USUAL_TORCH
 
 BALLS_MM = (0.6, 1.0, 1.5)
 """Radii of balls: half of a wire of 1.2 mm, the usual one of robots, and larger ones. Those are needed where the wall

@@ -10,9 +10,9 @@ import numpy as np
 
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.flare import FlareSearch
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, other_radii
-from wpcal.seam.torch import USUAL_TORCH
 
 BISECTIONS = 30
 """Bisections of a depth or a radius: from 20 mm to 2e-8 mm."""

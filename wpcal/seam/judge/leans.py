@@ -15,6 +15,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.torch_poses import (
     TorchPoses,
@@ -25,7 +26,6 @@ from wpcal.seam.judge.torch_poses import (
 )
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import Seam
-from wpcal.seam.torch import TorchShape
 
 WORK_STEP_DEG, TRAVEL_STEP_DEG = 15.0, 20.0
 """Across the seam welders tilt the torch by about 15 degrees before they call a joint unreachable; along it 20 degrees

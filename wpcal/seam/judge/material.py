@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.material import Material, find_solids_around
 from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.torch import USUAL_TORCH, TorchShape, Tube
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape, Tube
 
 WIRE_RADIUS_MM = 0.3
 """Half of the radius of a usual wire: in a joint of 60 degrees a whole wire touches both plates near the root."""

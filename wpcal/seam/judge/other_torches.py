@@ -10,11 +10,11 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.robot.torch.file import shipped_torches
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.leans import APPROACH_MM, FeltAt, at_stations, feel_seams
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import OtherTorch, Seam
-from wpcal.seam.torch import TorchShape
-from wpcal.seam.torch_file import shipped_torches
 
 ENDS = -1
 FEW = (1, ENDS, 4, 12)

@@ -16,9 +16,9 @@ from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_rows
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.path.cut import parameters_at, points_at, spans_of
 from wpcal.seam.seam import Seam, SeamFrames, SeamSource
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
 
 BEAD_MM = 15.0
 """Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""

@@ -11,7 +11,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.near_groups import find_near_faces, first_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.torch import TorchShape, Tube
+from wpcal.robot.torch.shape import TorchShape, Tube
 
 AROUND = 16
 """Lines on the surface of a piece: 8 mm apart on a body of 44 mm."""

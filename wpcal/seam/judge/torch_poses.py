@@ -17,9 +17,9 @@ from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import NEAR_ROOT_MM, WIRE_RADIUS_MM
 from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, neck_faces
-from wpcal.seam.torch import TorchShape
 
 MOST_WIDER_MM = 0.15
 """The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""

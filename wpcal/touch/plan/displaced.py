@@ -17,7 +17,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import Material, TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan.free import APPROACH_MM, Strokes, tool_axes, torch_is_free
 from wpcal.touch.plan.options import HIT_LEVEL, NominalError
 from wpcal.touch.plan.part import PartPlace

@@ -17,7 +17,7 @@ from wpcal.brep.hits import find_hits
 from wpcal.brep.material import Material
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan.contacts import BORDER_MM, Contacts, surface_labels
 from wpcal.touch.plan.options import TouchOptions
 

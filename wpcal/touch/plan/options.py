@@ -12,7 +12,7 @@ from wpcal.calibrate.errors.prediction import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian
-from wpcal.seam.torch import USUAL_TORCH, TorchShape
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.touch.searches.setup import TouchSetup
 
 LEAST_TOUCHES = 6  #: Each touch on a face gives one number, and a place has six.

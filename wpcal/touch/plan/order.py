@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.brep.material import Material
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import log_rotation
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan.displaced import DisplacedPart, poses_between
 from wpcal.touch.plan.free import BIN_MM, torch_is_free
 

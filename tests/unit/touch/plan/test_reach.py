@@ -13,7 +13,7 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.new_cell import bare_cell
-from wpcal.seam.torch import USUAL_TORCH
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.touch.plan import TouchOptions, plan_touches
 from wpcal.touch.plan.reach import MOST_TURN_RAD, ArmReach
 

@@ -13,7 +13,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import require_name
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
-from wpcal.seam.torch import Neck, TorchShape
+from wpcal.robot.torch.shape import Neck, TorchShape
 
 TORCH_SCHEMA, TORCHES_SCHEMA = "wpcal/torch/1", "wpcal/torches/1"
 
@@ -31,7 +31,7 @@ class ShippedTorch:
 def shipped_torches() -> tuple[ShippedTorch, ...]:
     """Return the torches that come with wpcal, the most usual first."""
     found = []
-    with resources.as_file(resources.files("wpcal.seam") / "torches") as folder:
+    with resources.as_file(resources.files("wpcal.robot.torch") / "torches") as folder:
         for path in sorted(folder.glob("*.json")):
             record = _record(path)
             found.append((record["rank"], ShippedTorch(_shape(record, path), record["title"], record["source"])))

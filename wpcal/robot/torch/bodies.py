@@ -16,9 +16,8 @@ from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.hulls import capsule_around
-from wpcal.robot.kinematics.urdf_bodies import hull_corners, read_stl
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.kinematics.urdf_bodies import capsule_around, hull_corners, read_stl
+from wpcal.robot.torch.shape import TorchShape
 
 NOZZLE_TO_PART_MM = 3.0
 """The nozzle works near the part: this is above the errors of a calibration and of a path."""

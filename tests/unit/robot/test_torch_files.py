@@ -15,12 +15,12 @@ import pytest
 from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.core.schemas import schema_text
+from wpcal.robot.torch.file import find_torch, shipped_torches
+from wpcal.robot.torch.picture import torches_svg
+from wpcal.robot.torch.shape import USUAL_TORCH, Neck, TorchShape
 from wpcal.seam.judge.other_torches import core_of_all
-from wpcal.seam.torch import USUAL_TORCH, Neck, TorchShape
-from wpcal.seam.torch_file import find_torch, shipped_torches
-from wpcal.seam.torch_picture import torches_svg
 
-FOLDER = Path(__file__).parents[3] / "wpcal" / "seam" / "torches"
+FOLDER = Path(__file__).parents[3] / "wpcal" / "robot" / "torch" / "torches"
 OWN = json.loads((FOLDER / "robot-45.json").read_text(encoding="utf-8"))
 
 

@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.seam.torch import TorchShape
+from wpcal.robot.torch.shape import TorchShape
 
 PIXELS_PER_MM = 1.0
 ROOM = 30.0

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from wpcal.controllers.torch import (
+from wpcal.core.errors import InputError
+from wpcal.robot.torch.attitude import (
     ToolAxis,
     TorchSettings,
     measure_torch,
@@ -14,7 +15,6 @@ from wpcal.controllers.torch import (
     tool_rotations,
     wire_directions,
 )
-from wpcal.core.errors import InputError
 from wpcal.seam.judge.torch_neck import bend_directions
 
 ROUND_OFF = 1e-12
