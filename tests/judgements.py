@@ -81,13 +81,14 @@ def everything_said(part: Path, folder: Path) -> Said:
     advice = _answer(said, "advise", "advise", part, "--count", str(TOUCHES), "--json")
     taught, out = folder / "taught.csv", folder / "out"
     taught.write_text(_taught_table(advice), encoding="utf-8")
-    done = run_here("calibrate", part, taught, "-o", out, "--json")
+    done = run_here("calibrate", part, taught, "-o", out, "--sigma-mm", str(NOISE_MM), "--tolerance-mm", "1", "--json")
     assert done.returncode in (0, 1), done.stderr
     calibration = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
     _calibration(said, "calibration.json", calibration)
     _calibration(said, "calibrate --json", json.loads(done.stdout))
     _seams(said, "seams.json", json.loads((out / "seams.json").read_text(encoding="utf-8")))
     _page(said, (out / "report.html").read_text(encoding="utf-8"))
+    _summary(said, "job.json", json.loads((out / "job.json").read_text(encoding="utf-8"))["result"])
     _welds(said, out)
     _export(said, out, folder)
     _folder(said, out)
@@ -131,7 +132,9 @@ def _calibration(said: Said, place: str, record: dict[str, Any]) -> None:
     judgement, teaching = record["judgement"], record["teaching_error"]
     said.add(place, "verdict", record["verdict"])
     said.add(f"{place}, judgement", "verdict", judgement["kind"])
-    said.add(place, "error of the worst seam", judgement["error_95_mm"])
+    said.add(place, "error of all seams together", judgement["error_95_mm"])
+    if "seam_error_95_mm" in judgement:
+        said.add(place, "error of the worst seam", judgement["seam_error_95_mm"])
     said.add(place, "teaching error", teaching["used_sigma_mm"])
     for row in (record["criteria"] or {"rows": []})["rows"]:
         if row["criterion"] == record["criterion"]:
@@ -142,7 +145,8 @@ def _calibration(said: Said, place: str, record: dict[str, Any]) -> None:
 def _sentence(said: Said, place: str, sentence: str) -> None:
     """Take the numbers out of the sentence of a verdict."""
     for fact, pattern in (
-        ("error of the worst seam", r"within ([0-9.]+[0-9]) mm"),
+        ("error of all seams together", r"seams (?:are|together are)? ?(?:all )?within ([0-9.]+[0-9]) mm"),
+        ("error of the worst seam", r"by itself within ([0-9.]+[0-9]) mm"),
         ("teaching error", r"teaching error (?:of )?([0-9.]+[0-9]) mm"),
         ("number of accepted seams", r"the ([0-9]+) accepted seams"),
     ):
@@ -172,7 +176,7 @@ def _welds(said: Said, out: Path) -> None:
 
 def _export(said: Said, out: Path, folder: Path) -> None:
     """Write a program: it has every accepted seam, and what it leaves out it names."""
-    done = run_here("export", out, "-f", "rapid", "-f", "csv", "-o", folder / "programs", "--accept-unsure", "--json")
+    done = run_here("export", out, "-f", "rapid", "-f", "csv", "-o", folder / "programs", "--json")
     if done.returncode == 2:
         said.add("export", "can be written", False)
         said.add("seams", "can be written", True)
@@ -187,6 +191,11 @@ def _export(said: Said, out: Path, folder: Path) -> None:
         found = re.search(r"an? (\w+) torch", checked)
         if found:
             said.add("export, what was checked", "torch", found[1])
+
+
+def _summary(said: Said, place: str, result: dict[str, Any]) -> None:
+    said.add(place, "verdict", result["verdict"])
+    said.add(place, "error of the worst seam", result["worst_seam_error_mm"])
 
 
 def _folder(said: Said, out: Path) -> None:
