@@ -18,7 +18,11 @@ SHARED_PARTS = (
     "blind/wb_bench.step",
     "blind/afpm_boom_vane.step",
     "blind/iron_Footer_Type_U_L70.step",
-    *(f"blind/mini/{name}.step" for name in ("em_re", "g80", "g125", "hcol", "lfoot", "lug", "t0", "t90", "tank")),
+    pytest.param(
+        "blind/mini/em_re.step",
+        marks=pytest.mark.xfail(reason="a seam in a modelled groove is a tee for `seams` and a butt for `welds`"),
+    ),
+    *(f"blind/mini/{name}.step" for name in ("g80", "g125", "hcol", "lfoot", "lug", "t0", "t90", "tank")),
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +67,18 @@ def check_same_part(part_glb: bytes, calibration: Mapping[str, Any], *, path: Pa
     expected = calibration.get("inputs", {}).get("part", {}).get("sha256")
     if read_part_glb(part_glb, path=str(path)).sha256 != expected:
         raise FormatError("was made from another STEP file than calibration.json", path=str(path))
+
+
+def files_changed(folder: Path, request: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the names of files that are not as `wpcal calibrate` wrote them; missing ones are not named.
+
+    Parameters
+    ----------
+    request : The record of ``job.json`` in this folder, which lists every file with its SHA-256.
+    """
+    for name, written in request["files"].items():
+        if holds_file(folder, name) and sha256_of(read_bytes(folder / name)) != written:
+            yield name
 
 
 def check_same_run(folder: Path, calibration: Mapping[str, Any]) -> None:

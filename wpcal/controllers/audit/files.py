@@ -20,9 +20,13 @@ from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_ro
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
+from wpcal.results.agree import files_changed
 from wpcal.results.folder import (
     CALIBRATION_FILE,
+    JOB_FILE,
+    JOB_SCHEMA,
     PART_FILE,
     SEAMS_FILE,
     FinishedCalibration,
@@ -106,8 +110,9 @@ class _Audit:
         suffix = path.suffix.lower()
         if suffix == ".json":
             record = audit_record(read_bytes(path), path)
-            if record is not None and not record[1] and path.name == CALIBRATION_FILE:
-                record = (record[0], _faults_of_folder(path.parent))
+            if record is not None and not record[1] and path.name in (CALIBRATION_FILE, JOB_FILE):
+                of_folder = _faults_of_folder if path.name == CALIBRATION_FILE else _changed_files
+                record = (record[0], of_folder(path.parent))
             return None if record is None else FileAudit(str(path), record[0], tuple(record[1]))
         if suffix in TABLE_SUFFIXES:
             table = audit_table(read_bytes(path), path, is_named=self.is_named)
@@ -157,6 +162,12 @@ class _Audit:
 def _finished(folder: Path) -> FinishedCalibration:
     space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])
     return read_finished(folder, space=space)
+
+
+def _changed_files(folder: Path) -> list[Fault]:
+    """Return a fault per file that is not as the calibration of ``job.json`` wrote it."""
+    what = "was changed after wpcal calibrate wrote it; give edited seams with --seams, and calibrate again"
+    return [Fault(what, field=name) for name in files_changed(folder, read_json(folder / JOB_FILE, schema=JOB_SCHEMA))]
 
 
 def _faults_of_folder(folder: Path) -> list[Fault]:
