@@ -17,6 +17,7 @@ from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.bodies import Contacts
 from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.targets import points_as_touches
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import SolverReport
@@ -29,7 +30,6 @@ from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import counted, listed
 from wpcal.seam.path.moved import MovedSeam, moved_seams
 from wpcal.seam.seam import Seam
-from wpcal.taught.resolve import touches_of
 from wpcal.taught.table import TaughtPoints
 
 STILL_TRUE = (RIVAL, SILENT, TWO_BODIES)
@@ -169,8 +169,8 @@ def fit_weldment(
     Raises `InputError` or `GeometryError` or `ConvergenceError` as in `find_bodies` and `fit_moved_bodies`.
     """
     part = find_bodies(workpiece.trimmed, choice)
-    touches = _touches(taught, workpiece, observed.fitted, "yes")
-    checks = _touches(taught, workpiece, observed.check, "check")
+    touches = _touches(workpiece, observed.fitted)
+    checks = _touches(workpiece, observed.check)
     assert touches is not None  # of the rows that were fitted as one part
     solid_of = _solids_of_rows(taught, workpiece)
     body = bodies_of(touches, part.face_body, solid_of)
@@ -210,12 +210,9 @@ def _errors_of_each(found: MovedBodies, moved: Sequence[MovedSeam], bias_mm: flo
     return tuple(MeetingErrors(*each) for each in zip(*columns, strict=True))
 
 
-def _touches(taught: TaughtPoints, workpiece: Workpiece, of: PointPairs | Touches | None, use: str) -> Touches | None:
+def _touches(workpiece: Workpiece, of: PointPairs | Touches | None) -> Touches | None:
     """Return what was observed as touches, which know their face, edge or corner."""
-    if of is None or isinstance(of, Touches):
-        return of
-    rows = taught.with_ball(0.0)  # of points: a column of kinds leaves their radius open
-    return touches_of(rows, workpiece.trimmed, workpiece.features, use=use)
+    return of if of is None or isinstance(of, Touches) else points_as_touches(of, workpiece.trimmed)
 
 
 def _solids_of_rows(taught: TaughtPoints, workpiece: Workpiece) -> dict[str, int]:

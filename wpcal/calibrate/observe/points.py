@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from wpcal.calibrate.solve.weighted import (
 )
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.trust.blame import Diagnosis
-from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit
+from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit, FitProblem
 from wpcal.calibrate.trust.diagnose import diagnose_pairs, join_pairs
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.residuals import FLOOR_MM, ResidualEvidence, unchecked_names
@@ -49,7 +49,7 @@ from wpcal.optim.annealing import AnnealingSchedule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PointProblem:
+class PointProblem(FitProblem):
     """A `FitProblem` of point pairs."""
 
     pairs: PointPairs  #: mm.
@@ -65,25 +65,13 @@ class PointProblem:
     #: ``T_nominal_part``: of equally good fits the one turned least from it is taken.
     nominal: RigidTransform | None = None
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the points."""
-        return self.pairs.names
+    word: ClassVar[str] = "point"
+    compared: ClassVar[tuple[Criterion, ...]] = tuple(Criterion)
 
     @property
-    def word(self) -> str:
-        """What one observation is called in messages."""
-        return "point"
-
-    @property
-    def has_covariances(self) -> bool:
-        """Whether every point states its own error."""
-        return self.pairs.covariances is not None
-
-    @property
-    def compared(self) -> tuple[Criterion, ...]:
-        """All criteria."""
-        return tuple(Criterion)
+    def observed(self) -> PointPairs:
+        """The points."""
+        return self.pairs
 
     def fit(self, criterion: Criterion) -> CriterionFit:
         """Fit by one criterion and compute the covariance of the fit.
@@ -124,10 +112,6 @@ class PointProblem:
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the points, indices of shape (m,)."""
         return replace(self, pairs=self.pairs.select(rows), minimax=None, check=None)
-
-    def allowing(self, tcp_bias_mm: float) -> Self:
-        """Return the problem with an allowance for an error of the tool centre point."""
-        return replace(self, teaching=replace(self.teaching, tcp_bias_mm=tcp_bias_mm))
 
     def judge_residuals(self, fit: CriterionFit, check: PointPairs | None = None) -> ResidualEvidence:
         """Say how the fitted points agree, and which of them neither the others nor the check points test."""

@@ -14,9 +14,10 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.nearest_on_edges import project_to_edges
 from wpcal.brep.surfaces import offsets_from_faces, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.calibrate.observe.touches import Nearest
+from wpcal.calibrate.observe.touches import Nearest, Touches
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.linked import near_tree
+from wpcal.core.pairs import PointPairs
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -249,3 +250,12 @@ class _Cloud:
         along = np.einsum("mi,mi->m", off, self.normal[k])
         beside = np.linalg.norm(off - along[:, None] * self.normal[k], axis=1)
         return np.asarray(np.hypot(along - radius_mm, np.maximum(beside - self.spacing_mm, 0.0)))
+
+
+def points_as_touches(pairs: PointPairs, trimmed: TrimmedFaces) -> Touches:
+    """Return taught points as touches whose targets are their points of the part."""
+    n = len(pairs)
+    targets = GraphTargets(trimmed, np.full(n, TargetKind.POINT), np.full(n, -1), pairs.p_source)
+    return Touches(
+        pairs.names, pairs.p_target, np.zeros(n), targets, pairs.names, pairs.covariances, pairs.space, np.arange(n)
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from wpcal.calibrate.trust.contradiction import (
     least_without,
     squares_of,
 )
-from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit
+from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit, FitProblem
 from wpcal.calibrate.trust.held_motions import held_motions
 from wpcal.calibrate.trust.residuals import ResidualEvidence, unchecked_names
 from wpcal.calibrate.trust.tool_offset import LEAST_ROWS, TOOL_OFFSET, PosedRows, ToolOffset, find_tool_offset
@@ -39,7 +39,7 @@ BESIDE_MM = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TouchProblem:
+class TouchProblem(FitProblem):
     """A `FitProblem` of touches, with the poses from which the fits start."""
 
     touches: Touches
@@ -56,25 +56,13 @@ class TouchProblem:
     postures: Mapping[str, FloatArray] = field(default_factory=dict)
     check: Touches | None = None  #: Touches that are not fitted; they take part in the tests.
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the touches."""
-        return self.touches.names
+    word: ClassVar[str] = "touch"
+    compared: ClassVar[tuple[Criterion, ...]] = (Criterion.MINIMAX, Criterion.LEAST_SQUARES, Criterion.WEIGHTED)
 
     @property
-    def word(self) -> str:
-        """What one observation is called in messages."""
-        return "touch"
-
-    @property
-    def has_covariances(self) -> bool:
-        """Whether every touch states its own error."""
-        return self.touches.covariances is not None
-
-    @property
-    def compared(self) -> tuple[Criterion, ...]:
-        """All criteria but the robust one, which is least squares if no touch is contradicted."""
-        return (Criterion.MINIMAX, Criterion.LEAST_SQUARES, Criterion.WEIGHTED)
+    def observed(self) -> Touches:
+        """The touches."""
+        return self.touches
 
     def fit(self, criterion: Criterion) -> CriterionFit:
         """Fit by one criterion and compute the covariance of the fit; nothing is proved, so the bound is zero.
@@ -105,10 +93,6 @@ class TouchProblem:
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the touches, indices of shape (m,)."""
         return replace(self, touches=self.touches.select(rows), contradicted=None, check=None)
-
-    def allowing(self, tcp_bias_mm: float) -> Self:
-        """Return the problem with an allowance for an error of the tool centre point."""
-        return replace(self, teaching=replace(self.teaching, tcp_bias_mm=tcp_bias_mm))
 
     def judge_residuals(self, fit: CriterionFit, check: Touches | None = None) -> ResidualEvidence:
         """Say how the fitted touches agree, and which of them neither the others nor the check touches test."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 
@@ -80,46 +81,56 @@ class CriterionFit:
         return largest_error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
 
 
-class FitProblem(Protocol):
+class FitProblem(ABC):
     """Observations of one kind (points or touches) with all that is needed to fit them by any criterion."""
+
+    __slots__ = ()
+    word: ClassVar[str]  #: What one observation is called in messages.
+    compared: ClassVar[tuple[Criterion, ...]]  #: Criteria that are compared on these observations.
+    teaching: TeachingError  #: What is known of the error of an observation that states none.
+
+    @property
+    @abstractmethod
+    def observed(self) -> Any:
+        """The observations: `PointPairs` or `Touches`."""
+
+    @abstractmethod
+    def fit(self, criterion: Criterion) -> CriterionFit:
+        """Fit by one criterion, and compute the covariance of the fit.
+
+        Raises `InputError` when the weighted criterion finds no covariances.
+        """
+
+    @abstractmethod
+    def distances_mm(self, T: RigidTransform) -> FloatArray:
+        """Residual lengths at a pose ``T_base_part``, mm, shape (n,)."""
+
+    @abstractmethod
+    def select(self, rows: IntArray) -> Self:
+        """Return the problem of some of the observations, indices of shape (m,)."""
+
+    @abstractmethod
+    def judge_residuals(self, fit: CriterionFit, check: Any = None) -> ResidualEvidence:
+        """Say how the fitted observations agree, and which of them neither others nor the check ones test."""
+
+    @abstractmethod
+    def diagnose(self, fit: CriterionFit) -> Diagnosis:
+        """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the observations."""
-
-    @property
-    def word(self) -> str:
-        """What one observation is called in messages."""
-
-    @property
-    def teaching(self) -> TeachingError:
-        """What is known of the error of an observation."""
+        return tuple(self.observed.names)
 
     @property
     def has_covariances(self) -> bool:
         """Whether every observation states its own error."""
-
-    @property
-    def compared(self) -> tuple[Criterion, ...]:
-        """Criteria that are compared on these observations."""
-
-    def fit(self, criterion: Criterion) -> CriterionFit:
-        """Fit by one criterion."""
-
-    def distances_mm(self, T: RigidTransform) -> FloatArray:
-        """Residual lengths at a pose ``T_base_part``, mm, shape (n,)."""
-
-    def select(self, rows: IntArray) -> Self:
-        """Return the problem of some of the observations, indices of shape (m,)."""
-
-    def judge_residuals(self, fit: CriterionFit, check: Any = None) -> ResidualEvidence:
-        """Say how the fitted observations agree, and which of them neither others nor the check ones test."""
+        return self.observed.covariances is not None
 
     def allowing(self, tcp_bias_mm: float) -> Self:
         """Return the problem with an allowance for an error of the tool centre point, mm."""
-
-    def diagnose(self, fit: CriterionFit) -> Diagnosis:
-        """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
+        teaching = replace(self.teaching, tcp_bias_mm=tcp_bias_mm)
+        return cast("Self", replace(cast("Any", self), teaching=teaching))
 
 
 @dataclass(frozen=True, slots=True)
