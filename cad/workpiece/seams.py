@@ -16,10 +16,10 @@ from wpcal.core.arrays import IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
+from wpcal.draw.seam import explained_svg
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
-from wpcal.seam.explained_svg import explained_svg
 from wpcal.seam.find.built_up import find_whole_solids, left_out
 from wpcal.seam.find.covered import covered_issues
 from wpcal.seam.find.marked import MarkedEdges

@@ -7,12 +7,12 @@ import numpy as np
 
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
+from wpcal.draw.section import MARGIN, SIZE, TOP, draw_section
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import SeamOptions
 from wpcal.seam.explain import explain_seam
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.options import Judging
-from wpcal.seam.section_svg import MARGIN, SIZE, TOP, draw_section
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 SEEN_MM = 0.1

@@ -26,8 +26,8 @@ def torches(*, torches: tuple[str, ...], out: Path | None, force: bool, as_json:
     The first one is assumed unless another one is stated. -o draws them to one scale.
     """
     from wpcal.core.records import to_json, write_file
+    from wpcal.draw.torches import torches_svg
     from wpcal.robot.torch.file import find_torch, shipped_torches, torches_record
-    from wpcal.robot.torch.picture import torches_svg
 
     shapes = [find_torch(name) for name in torches] or [torch.shape for torch in shipped_torches()]
     if out is not None:

@@ -11,11 +11,12 @@ from tests.one_robot_cells import TEE, fixed_cell, one_robot_record, with_positi
 from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
+from wpcal.draw.place import place_svg
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.cell.robot_cell import Shape
 from wpcal.planning.sequence.order import Stop, find_order
-from wpcal.planning.sequence.place import Moved, map_places, place_svg
+from wpcal.planning.sequence.place import Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input

@@ -7,10 +7,10 @@ import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.draw.seam import SEAM, explained_svg
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.explain import explain_seam
-from wpcal.seam.explained_svg import SEAM, explained_svg
 from wpcal.seam.limits import Level
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging

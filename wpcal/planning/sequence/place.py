@@ -45,12 +45,6 @@ RUNGS = 3
 """Points of a seam that are looked at: its ends and its middle."""
 
 
-CELL, LEFT, TOP, LETTER = 34, 70, 60, 7
-"""Sizes in the picture: of a place, of the margins, and of a letter."""
-NOW, BEST = "#222", "#06c"
-"""Colours of the place in the cell file, and of the best one."""
-
-
 class Moved(Enum):
     """What is moved over the map."""
 
@@ -244,54 +238,3 @@ def _moved(cell: OneRobotCell, moved: Moved, x_mm: float, y_mm: float) -> OneRob
 
 def _shifted(T: RigidTransform, x_mm: float, y_mm: float) -> RigidTransform:
     return RigidTransform(T.R, T.t_mm + np.array([x_mm, y_mm, 0.0]), T.target, T.source)
-
-
-def place_svg(found: PlaceMap) -> str:
-    """Return the map as an SVG picture: green where all seams are reachable, red where none is."""
-    a, b = found.share.shape
-    x_best, y_best, turn, share = found.best
-    best = int(np.argmin(np.abs(found.x_mm - x_best))), int(np.argmin(np.abs(found.y_mm - y_best)))
-    boxes = [_box(found, i, j) for i in range(a) for j in range(b)]
-    marks = [_mark(i, j, b, colour) for (i, j), colour in ((((a - 1) // 2, (b - 1) // 2), NOW), (best, BEST))]
-    width, bottom = LEFT + CELL * a + 20, TOP + CELL * b
-    turned = f", turned by {turn:g} deg" if turn else ""
-    title = (
-        f"Reachable length in %, {found.moved.value} moved: now {100 * found.now:.0f} (black circle), "
-        f"best {100 * share:.0f} at x {x_best:g}, y {y_best:g} mm{turned} (blue circle)"
-    )
-    texts = [
-        (LEFT, 24, title),
-        (
-            LEFT,
-            44,
-            "x and y of world, mm, from where the cell has it; looked at: ends and middles of seams, with collisions",
-        ),
-    ]
-    texts += [(LEFT + CELL * i + 2, bottom + 18, f"{x:g}") for i, x in enumerate(found.x_mm.tolist())]
-    texts += [(6, TOP + CELL * (b - 1 - j) + CELL // 2 + 5, f"{y:g}") for j, y in enumerate(found.y_mm.tolist())]
-    width = max(width, LEFT + LETTER * len(title))
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {bottom + 60}" font-family="sans-serif" '
-        'font-size="13">',
-        f'<rect width="{width}" height="{bottom + 60}" fill="#fff"/>',
-        *boxes,
-        *marks,
-        *(f'<text x="{x}" y="{y}">{text}</text>' for x, y, text in texts),
-        "</svg>",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def _box(found: PlaceMap, i: int, j: int) -> str:
-    value = found.share[i, j]
-    colour = f"hsl({120 * value:.0f},60%,{72 - 22 * value:.0f}%)"
-    says = f"x {found.x_mm[i]:g}, y {found.y_mm[j]:g} mm: {100 * value:.0f} %"
-    x, y = LEFT + CELL * i, TOP + CELL * (found.share.shape[1] - 1 - j)
-    box = f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="{colour}"><title>{says}</title></rect>'
-    return f'{box}<text x="{x + 4}" y="{y + CELL - 4}" font-size="9" fill="#444">{100 * value:.0f}</text>'
-
-
-def _mark(i: int, j: int, rows: int, colour: str) -> str:
-    x, y = LEFT + CELL * (i + 0.5), TOP + CELL * (rows - 1 - j + 0.5)
-    return f'<circle cx="{x:g}" cy="{y:g}" r="8" fill="none" stroke="{colour}" stroke-width="3"/>'

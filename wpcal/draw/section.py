@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.hits import RayHits, find_hits
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.draw.svg import polygon, polyline, rect, text
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.seam import Seam, WeldType
@@ -62,26 +62,24 @@ def draw_section(
     half = max(half, min(torch.wire_mm + NOZZLE_MM, HALF_MM[1]))
     scale = SIZE / (2.0 * half)
 
-    def at(plane: FloatArray) -> str:
+    def at(plane: FloatArray) -> FloatArray:
         """Return the pixels of points (k, 2) along y and z, mm from the root."""
-        x, y = MARGIN + (plane[:, 0] + half) * scale, TOP + (half - plane[:, 1]) * scale
-        return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+        return np.stack([MARGIN + (plane[:, 0] + half) * scale, TOP + (half - plane[:, 1]) * scale], axis=1)
 
     solids = {solid: COLOURS[number % len(COLOURS)] for number, solid in enumerate(_numbers(graph, seam))}
-    out = [f'<clipPath id="section"><rect x="{MARGIN:g}" y="{TOP:g}" width="{SIZE:g}" height="{SIZE:g}"/></clipPath>']
-    out += [f'<rect x="{MARGIN:g}" y="{TOP:g}" width="{SIZE:g}" height="{SIZE:g}" fill="none" stroke="#d5d8dc"/>']
-    out += ['<g clip-path="url(#section)">']
+    out = [f'<clipPath id="section">{rect(MARGIN, TOP, SIZE, SIZE)}</clipPath>']
+    out += [rect(MARGIN, TOP, SIZE, SIZE, stroke="#d5d8dc"), '<g clip-path="url(#section)">']
     for number, turn in enumerate((math.pi / 4, -math.pi / 4)):
         origins, rays = _scan(p, R, half, turn)
         hits = find_hits(graph, trimmed, origins, rays, length_mm=4.0 * half)
         places = (origins[hits.ray] + hits.at_mm[:, None] * rays[hits.ray] - p) @ R[:, 1:]
         for solid, first, last in _hatches(graph, hits, number):
             if (colour := solids.get(solid, "#aab2ba")) and (number == _side(solids, solid)):
-                out.append(_line(at(places[[first, last]]), colour, 0.5))
+                out.append(polyline(at(places[[first, last]]), colour, 0.5))
         step = 4.0 * half / RAYS
         for face, chain in _outlines(hits, places, JOINED * step):
             colour = solids.get(int(graph.face_solid[face]), "#aab2ba")
-            out.append(_line(at(places[chain]), colour, 2.0))
+            out.append(polyline(at(places[chain]), colour, 2.0))
     out += _weld(seam, section, row, at) + _torch(seam, row, torch, at) + ["</g>"]
     return out + _numbers_told(seam, section, row, torch)
 
@@ -149,7 +147,7 @@ def _weld(seam: Seam, section: Mapping[str, Any], row: int, at: Any) -> list[str
     half = (math.pi - float(seam.frames.angle_rad[row])) / 2.0
     leg = throat / max(math.cos(half), 0.1)
     corners = np.array([[0, 0], [math.sin(half) * leg, throat], [-math.sin(half) * leg, throat]])
-    return [f'<polygon points="{at(corners)}" fill="{WELD}" fill-opacity="0.25" stroke="{WELD}"/>']
+    return [polygon(at(corners), WELD, WELD, opacity=0.25)]
 
 
 def _torch(seam: Seam, row: int, torch: TorchShape, at: Any) -> list[str]:
@@ -164,8 +162,8 @@ def _torch(seam: Seam, row: int, torch: TorchShape, at: Any) -> list[str]:
     nozzle += [end * back + s * wide * across for s in (1, -1)]
     wire = np.stack([np.zeros(2), mouth * back])
     return [
-        _line(at(wire), TORCH, 2.5),
-        f'<polygon points="{at(np.array(nozzle))}" fill="{TORCH}" fill-opacity="0.2" stroke="{TORCH}"/>',
+        polyline(at(wire), TORCH, 2.5),
+        polygon(at(np.array(nozzle)), TORCH, TORCH, opacity=0.2),
     ]
 
 
@@ -186,11 +184,4 @@ def _numbers_told(seam: Seam, section: Mapping[str, Any], row: int, torch: Torch
         f"largest throat {mm(section['largest_throat_mm'])}; {torch.name}: wire {torch.wire_mm:g} mm, {leans}",
     )
     first = TOP - 50.0
-    return [
-        f'<text x="{MARGIN:g}" y="{first + 18 * number:g}" font-size="13" fill="{TEXT}">{escape(text)}</text>'
-        for number, text in enumerate(words)
-    ]
-
-
-def _line(points: str, colour: str, width: float) -> str:
-    return f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width:g}"/>'
+    return [text(MARGIN, first + 18 * number, told, 13, TEXT) for number, told in enumerate(words)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,10 @@ from wpcal.brep.curves import edge_polylines
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
+from wpcal.draw.section import SIZE, draw_section
+from wpcal.draw.svg import polyline, svg, text
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
-from wpcal.seam.section_svg import SIZE, draw_section
 
 WIDTH, HEIGHT, MARGIN = 900.0, 640.0, 40.0
 """Pixels."""
@@ -111,18 +111,11 @@ def _svg(lines: list[tuple[str, float, FloatArray]], title: str, seam: Seam, sec
     every = np.concatenate([line for _, _, line in lines])
     low, size = every.min(axis=0), np.maximum(np.ptp(every, axis=0), 1e-6)
     scale = min((WIDTH - 2 * MARGIN) / size[0], (HEIGHT - 3 * MARGIN) / size[1])
-    whole = WIDTH + SIZE + 2 * MARGIN
-    out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole:g} {HEIGHT:g}" font-family="sans-serif">',
-        f'<rect width="{whole:g}" height="{HEIGHT:g}" fill="white"/>',
-        f'<text x="{MARGIN:g}" y="26" font-size="16">{escape(title)}</text>',
-    ]
+    out = [text(MARGIN, 26, title, 16)]
     for colour, width, line in lines:
         at = MARGIN + (line - low) * scale
-        path = " ".join(f"{x:.1f},{HEIGHT - MARGIN - y + MARGIN / 2:.1f}" for x, y in at)
-        out.append(f'<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="{width:g}"/>')
+        out.append(polyline(np.stack([at[:, 0], HEIGHT - MARGIN - at[:, 1] + MARGIN / 2], axis=1), colour, width))
     words = ((WALL, "wall"), (BASE, "base"), (SEAM, f"seam {seam.name}"), (TORCH, "z, wire, nozzle"), (EDGES, "part"))
-    for number, (colour, word) in enumerate(words):
-        x = MARGIN + 150 * number
-        out.append(f'<text x="{x:g}" y="46" font-size="13" fill="{colour}">{escape(word)}</text>')
-    return "\n".join([*out, f'<g transform="translate({WIDTH:g},0)">', *section, "</g>", "</svg>", ""])
+    out += [text(MARGIN + 150 * number, 46, word, 13, colour) for number, (colour, word) in enumerate(words)]
+    out += [f'<g transform="translate({WIDTH:g},0)">', *section, "</g>"]
+    return svg(WIDTH + SIZE + 2 * MARGIN, HEIGHT, out)
