@@ -2,88 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import ContactBodiesFlags
 from cad.cli.moved_advice import show_moved_advice
-from cad.cli.options import POINT_LETTERS, SeamChoiceFlags, SeamFlags, no_cache_option
-from wpcal.cli.option_groups import option, takes
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, KIND_HELP, ONLY_HELP, SIGMA_HELP
+from cad.cli.options import BODIES, CHOICE, FINDING, no_cache_option
+from wpcal.cli.option_groups import command, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from cad.batch.bodies_asked import BodiesAsked
+    from cad.batch.request import SeamsAsked
     from cad.workpiece.advise import AdviseOptions
+    from wpcal.seam import SeamOptions
     from wpcal.touch.advice import Advice
     from wpcal.touch.moved_advice import MovedAdvice
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AdviseFlags:
-    """How many points are advised, for which seams, and from which features."""
-
-    points: int | None = option(
-        "--count",
-        type=int,
-        help=(
-            "Number of touches: points to teach, with --have; with --bodies, to add.  [default: 4; with --bodies 2 "
-            "per body]"
-        ),
-    )
-    tolerance_mm: float | None = option(
-        "--tolerance-mm",
-        type=float,
-        help="Allowed error: with --bodies, as many points as keep all accepted seams within it, with 95 % confidence.",
-    )
-    only: str | None = option(
-        "--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: on all accepted seams]"
-    )
-    sigma_mm: float = option("--sigma-mm", type=float, default=0.3, show_default=True, help=SIGMA_HELP)
-    criterion: str = option(
-        "--criterion",
-        type=click.Choice(["minimax", "least_squares"]),
-        default="minimax",
-        show_default=True,
-        help="What is minimised: the criterion that `wpcal calibrate` will get.",
-    )
-    have: str = option("--have", metavar="V1,V4", default="", help="Features that will be taught in any case.")
-    exclude: str = option("--exclude", metavar="V3,H2", default="", help="Features that must not be advised.")
-    within: str | None = option(
-        "--within", metavar="X,Y,Z,R", help="Only features within R mm of this point of the part."
-    )
-    kind: tuple[str, ...] = option("--kind", type=click.Choice(POINT_LETTERS), multiple=True, help=KIND_HELP)
-
-    def to_options(self) -> AdviseOptions:
-        """Return the options as the advice takes them."""
-        from cad.workpiece.advise import AdviseOptions
-        from wpcal.calibrate import Criterion
-        from wpcal.seam.names import split_names
-        from wpcal.taught.features import POINT_KINDS, FeatureKind
-
-        return AdviseOptions(
-            points=self.points,
-            seams=split_names(self.only or ""),
-            sigma_mm=self.sigma_mm,
-            criterion=Criterion(self.criterion),
-            have=split_names(self.have),
-            exclude=split_names(self.exclude),
-            near=None if self.within is None else _sphere(self.within),
-            kinds=tuple(FeatureKind(letter) for letter in self.kind) or POINT_KINDS,
-            tolerance_mm=self.tolerance_mm,
-        )
-
-
-@click.command()
+@command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@takes("advice", AdviseFlags)
-@takes("weldment", ContactBodiesFlags)
-@takes("seams", SeamFlags)
-@takes("choice", SeamChoiceFlags)
+@takes("options", "cad.workpiece.advise:AdviseOptions")
+@takes("weldment", BODIES, without=["bending_mm"])
+@takes("finding", FINDING)
+@takes("choice", CHOICE)
 @click.option("-o", "--out", metavar="TEMPLATE.csv", type=click.Path(path_type=Path), help="Output: a table.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TEMPLATE.csv.")
 @no_cache_option
@@ -91,10 +37,10 @@ class AdviseFlags:
 def advise(
     *,
     part_step: Path,
-    advice: AdviseFlags,
-    weldment: ContactBodiesFlags,
-    seams: SeamFlags,
-    choice: SeamChoiceFlags,
+    options: AdviseOptions,
+    weldment: BodiesAsked,
+    finding: SeamOptions,
+    choice: SeamsAsked,
     out: Path | None,
     force: bool,
     as_json: bool,
@@ -114,9 +60,9 @@ def advise(
     from wpcal.core.errors import InputError
 
     bodies = weldment.to_options()
-    if bodies is None and advice.tolerance_mm is not None:
+    if bodies is None and options.tolerance_mm is not None:
         raise InputError("--tolerance-mm is for --bodies; without it the table says what three to six points reach")
-    arguments: dict[str, Any] = {"seam_options": seams.to_options(), "options": advice.to_options()}
+    arguments: dict[str, Any] = {"seam_options": finding, "options": options}
     arguments |= {"choice": choice.to_choice()}
     if bodies is not None:
         arguments["bodies"] = bodies
@@ -141,19 +87,6 @@ def advise(
     else:
         _show(found, part_step.name, out)
     return 1 if found.misses_tolerance else 0
-
-
-def _sphere(text: str) -> tuple[float, float, float, float]:
-    from wpcal.core.errors import InputError
-    from wpcal.core.numbers import parse_numbers
-
-    try:
-        x, y, z, radius = parse_numbers(text)
-    except ValueError:
-        raise InputError(f"--within: expected X,Y,Z,R in mm, got {text!r}") from None
-    if not radius > 0:
-        raise InputError(f"--within: expected a positive radius, got {text!r}")
-    return x, y, z, radius
 
 
 def _show(found: Advice | MovedAdvice, part: str, out: Path | None) -> None:

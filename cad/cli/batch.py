@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cad.cli.options import no_cache_option
-from wpcal.cli.option_groups import option, takes
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import DASK_HELP, JSON_HELP
 from wpcal.cli.signals import ENDING
+from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -26,10 +27,9 @@ if TYPE_CHECKING:
     from cad.batch.job_list import Job
     from cad.batch.run import Task
     from cad.batch.summary import Summary
+    from cad.kernel.child import Limits
     from wpcal.study.dask.cluster import Cluster
 
-USUAL_JOB_S, USUAL_JOB_GB = 600.0, 8.0
-"""Limits of one job: those of the CAD kernel's process in the other commands."""
 MOST_AT_ONCE = 256
 MOST_SHOWN = 10
 """Failed jobs that the terminal lists; the summary lists all."""
@@ -37,57 +37,43 @@ RESUME = "--resume"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BatchFlags:
+class BatchAsked:
     """How a batch is run."""
 
-    at_once: int | None = option(
+    at_once: int | None = opt(
+        None,
+        "So many processes at the same time.  [default: one per processor]",
         "-j",
         "--jobs",
-        type=click.IntRange(min=1, max=MOST_AT_ONCE),
-        help="So many processes at the same time.  [default: one per processor]",
+        least=1,
+        most=MOST_AT_ONCE,
     )
-    dask: str | None = option(
-        "--dask",
+    dask: str | None = opt(
+        None,
+        f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.",
         metavar="tcp://HOST:PORT",
-        help=f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.",
     )
-    resume: bool = option(
+    resume: bool = opt(
+        False,
+        "Continue in a folder of results: what is complete and made of the same inputs is not done again.",
         RESUME,
-        is_flag=True,
-        help="Continue in a folder of results: what is complete and made of the same inputs is not done again.",
     )
-    pages: str = option(
+    pages: str = opt(
+        "fail",
+        "Write report.html of all jobs, of those whose verdict is not PASS, or of none.",
         "--report",
-        type=click.Choice(["all", "fail", "none"]),
-        default="fail",
-        show_default=True,
-        help="Write report.html of all jobs, of those whose verdict is not PASS, or of none.",
+        choices=("all", "fail", "none"),
     )
-    job_s: float = option(
-        "--job-seconds",
-        metavar="S",
-        type=click.FloatRange(min=0, min_open=True),
-        default=USUAL_JOB_S,
-        show_default=True,
-        help="Time limit of one job, and of reading one part.",
-    )
-    job_gb: float = option(
-        "--job-gb",
-        metavar="GB",
-        type=click.FloatRange(min=0, min_open=True),
-        default=USUAL_JOB_GB,
-        show_default=True,
-        help="Memory limit of the process of one job (Linux).",
-    )
-    as_json: bool = option("--json", is_flag=True, help=f"{JSON_HELP}: the summary.")
+    limits: Limits = group("cad.kernel.child:Limits")
+    as_json: bool = opt(False, f"{JSON_HELP}: the summary.", "--json")
 
 
-@click.command()
+@command()
 @click.argument("jobs_csv", metavar="JOBS.csv", type=click.Path(path_type=Path))
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
-@takes("flags", BatchFlags)
+@takes("flags", BatchAsked)
 @no_cache_option
-def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> int:
+def batch(*, jobs_csv: Path, out: Path, flags: BatchAsked, no_cache: bool) -> int:
     """Calibrate every row of JOBS.csv into a folder of its own.
 
     The columns are job (the name, and that of the folder), part, taught, and any option of `wpcal calibrate` under its
@@ -101,9 +87,9 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchFlags, no_cache: bool) -> in
     Ends with code 0 if every job would end `wpcal calibrate` with 0, otherwise with 1.
     """
     from cad.batch.job_list import read_jobs
+    from cad.batch.jobs import option_columns
     from cad.batch.run import locked_output
     from cad.batch.summary import Summary
-    from cad.cli.calibrate_jobs import option_columns
     from wpcal.cli.progress import counted_progress
     from wpcal.core.errors import InputError
     from wpcal.core.whole_folder import flush_all
@@ -138,7 +124,7 @@ class _Batch:
     """The jobs of a list, and what becomes of them."""
 
     def __init__(
-        self, jobs: Sequence[Job], folder: Path, out: Path, work: Path, flags: BatchFlags, *, use_cache: bool
+        self, jobs: Sequence[Job], folder: Path, out: Path, work: Path, flags: BatchAsked, *, use_cache: bool
     ) -> None:
         self.jobs, self._folder, self._out, self._work, self._flags = jobs, folder, out, work, flags
         self._use_cache = use_cache
@@ -159,8 +145,8 @@ class _Batch:
             self._run_on_dask(self._flags.dask, tasks, requests, done, running)
             return
         from cad.batch.host import Host
+        from cad.batch.jobs import PRELOADED
         from cad.batch.run import run_tasks
-        from cad.cli.calibrate_jobs import PRELOADED
 
         progress("starting the CAD kernel", 0, len(tasks))
         self._began = time.monotonic()
@@ -176,8 +162,8 @@ class _Batch:
         done: Callable[[Task, Any], None],
         running: ExitStack,
     ) -> None:
+        from cad.batch.jobs import PRELOADED, files_of_options
         from cad.batch.on_dask import run_on_dask
-        from cad.cli.calibrate_jobs import PRELOADED, files_of_options
         from wpcal.study.dask.cluster import Cluster
 
         cluster = Cluster(address)
@@ -190,8 +176,8 @@ class _Batch:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
         from cad.batch.group import GroupRequest
         from cad.batch.job_list import words_of
+        from cad.batch.jobs import option_columns
         from cad.batch.run import Task
-        from cad.cli.calibrate_jobs import option_columns
         from wpcal.core.errors import InputError
 
         columns, hashes = option_columns(), _Hashes(self._folder)
@@ -215,13 +201,13 @@ class _Batch:
             group = (Path(job.part).name, sha256, shaping)
             if group not in requests:
                 requests[group] = GroupRequest(
-                    "cad.cli.calibrate_jobs:open_part",
-                    "cad.cli.calibrate_jobs:run_job",
+                    "cad.batch.jobs:open_part",
+                    "cad.batch.jobs:run_job",
                     {"part": job.part, "words": shaping, "use_cache": self._use_cache},
                     self._folder,
                     self._work,
-                    self._flags.job_s,
-                    self._flags.job_gb,
+                    self._flags.limits.time_s,
+                    self._flags.limits.memory_gb,
                 )
             arguments: dict[str, Any] = {"name": job.name, "part": job.part, "taught": job.taught, "words": words}
             arguments |= {"out": self._out / job.name, "pages": self._flags.pages}
@@ -327,14 +313,15 @@ def _undisturbed() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _again(jobs_csv: Path, out: Path, flags: BatchFlags, *, no_cache: bool) -> str:
+def _again(jobs_csv: Path, out: Path, flags: BatchAsked, *, no_cache: bool) -> str:
     """Return the command that continues a batch."""
     words = ["wpcal", "batch", str(jobs_csv), "-o", str(out)]
     words += [] if flags.at_once is None else ["-j", str(flags.at_once)]
     words += [] if flags.dask is None else ["--dask", flags.dask]
     words += [] if flags.pages == "fail" else ["--report", flags.pages]
-    words += [] if flags.job_s == USUAL_JOB_S else ["--job-seconds", f"{flags.job_s:g}"]
-    words += [] if flags.job_gb == USUAL_JOB_GB else ["--job-gb", f"{flags.job_gb:g}"]
+    limits, usual = flags.limits, type(flags.limits)()
+    words += [] if limits.time_s == usual.time_s else ["--job-seconds", f"{limits.time_s:g}"]
+    words += [] if limits.memory_gb == usual.memory_gb else ["--job-gb", f"{limits.memory_gb:g}"]
     return shlex.join([*words, *(["--no-cache"] if no_cache else []), RESUME])
 
 

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import POINT_LETTERS, no_cache_option, read_pose
-from wpcal.cli.option_groups import takes
-from wpcal.cli.program_options import ProgramFlags
+from cad.cli.options import POINT_LETTERS, POINTS, no_cache_option
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import JSON_HELP, KIND_HELP, SIGMA_HELP
 
 if TYPE_CHECKING:
+    from wpcal.controllers.points_asked import PointsAsked
     from wpcal.taught.match import Match
 
 MOST_SHOWN = 20
 """Answers shown; --json has all of them."""
 
 
-@click.command()
+@command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
 @click.option("--sigma-mm", type=float, help=f"{SIGMA_HELP}  [default: 0.3]")
@@ -34,7 +34,7 @@ MOST_SHOWN = 20
     multiple=True,
     help=f"{KIND_HELP} For points without a name.  [default: all]",
 )
-@takes("reading", ProgramFlags)
+@takes("reading", POINTS)
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: all answers.")
 def match(
@@ -44,7 +44,7 @@ def match(
     sigma_mm: float | None,
     nominal: str | None,
     kind: tuple[str, ...],
-    reading: ProgramFlags,
+    reading: PointsAsked,
     as_json: bool,
     no_cache: bool,
 ) -> int:
@@ -55,6 +55,7 @@ def match(
     error can explain. If the points do not decide between the answers, the command ends with code 2, and the line on
     stderr says what would decide.
     """
+    from cad.batch.request import read_pose
     from cad.cli.kernel_work import run_on_part
     from wpcal.taught.features import POINT_KINDS, FeatureKind
 

@@ -14,35 +14,34 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import FitBodiesFlags
-from cad.cli.options import MESH, PART, CalibrateFlags, SeamChoiceFlags, no_cache_option
+from cad.cli.options import BODIES, CHOICE, FITTING, MESH, PART, POINTS, no_cache_option
 from cad.pick.address import LOCAL, NETWORK_WARNING, opening_file, qr_code
-from wpcal.cli.option_groups import option_names, takes
-from wpcal.cli.program_options import ProgramFlags
+from wpcal.cli.option_groups import command, option_names, takes
 
 if TYPE_CHECKING:
+    from cad.batch.bodies_asked import BodiesAsked
+    from cad.batch.request import NominalAsked, SeamsAsked
     from cad.pick.part import PickPart
     from cad.pick.server import PickServer
     from cad.pick.session import PickSession
     from cad.pick.shared_seams import SharedSeams
     from cad.workpiece.fit_taught import CalibrateOptions
+    from wpcal.controllers.points_asked import PointsAsked
     from wpcal.seam.options import Judging
 
 NOT_CALIBRATE = (
     "part_step",
     "taught",
     "out",
-    "seams_file",
+    "seams",
     "host",
     "port",
     "browser",
     "other_part",
-    *option_names(ProgramFlags),
-    *option_names(FitBodiesFlags),
 )
 """Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
-OF_SOLIDS = ("weld", "not_welded")
+OF_SOLIDS = ("weld", "not")
 """What is said about solids is said in the page, too."""
 
 OF_RIGID_PARTS = ("criterion", "certify")
@@ -51,7 +50,7 @@ OF_RIGID_PARTS = ("criterion", "certify")
 DEFAULT_TABLE = Path("taught.csv")
 
 
-@click.command()
+@command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
 @click.argument("taught", metavar="[TAUGHT]", required=False, type=click.Path(path_type=Path))
 @click.option(
@@ -71,10 +70,11 @@ DEFAULT_TABLE = Path("taught.csv")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page, or only print its address.")
 @click.option("--other-part", is_flag=True, help="Take rows that were taught on another part.")
-@takes("calibration", CalibrateFlags)
-@takes("moving", FitBodiesFlags)
-@takes("choice", SeamChoiceFlags)
-@takes("reading", ProgramFlags)
+@takes("options", FITTING)
+@takes("place", "cad.batch.request:NominalAsked")
+@takes("moving", BODIES)
+@takes("choice", CHOICE)
+@takes("reading", POINTS)
 @no_cache_option
 @click.pass_context
 def pick(
@@ -88,10 +88,11 @@ def pick(
     port: int,
     browser: bool,
     other_part: bool,
-    calibration: CalibrateFlags,
-    moving: FitBodiesFlags,
-    choice: SeamChoiceFlags,
-    reading: ProgramFlags,
+    options: CalibrateOptions,
+    place: NominalAsked,
+    moving: BodiesAsked,
+    choice: SeamsAsked,
+    reading: PointsAsked,
     no_cache: bool,
 ) -> int:
     """Click features of PART.step in the browser and type what the robot shows.
@@ -113,7 +114,7 @@ def pick(
 
     is_asked = out is not None
     out = out or table_of(taught)
-    options, nominal = calibration.to_options(choice.to_choice()), calibration.fit.to_nominal()
+    options = replace(options, choice=choice.to_choice())
     program = reading.to_reading()
     asked = moving.to_choice()
     if str(part_step) != STDIN:
@@ -127,7 +128,7 @@ def pick(
     said = said_in(choice.seams_file or seams_file_of(part_step, out))
     search = partial(_read_part, part_step, options, use_cache=not no_cache)
     part, said_notes = _first_part(search, options.seams.judging, joined(options.seams.judging, said))
-    session = PickSession(part, options, nominal, program, groups=moving.groups())
+    session = PickSession(part, options, place.nominal, program, groups=moving.groups())
     session.choose(asked or found.moving)
     again = None if str(part_step) == STDIN else search  # standard input was read to its end
     seams, seam_notes = start_seams(session, part_step, out, given=choice.seams_file, search=again)
@@ -263,7 +264,8 @@ def calibrate_command(
 
     given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
     given += [*options_of(seams.judging), *session.moving.words(bodies)]
-    left_out = (*NOT_CALIBRATE, *OF_SOLIDS, *(OF_RIGID_PARTS if session.moving.is_on else ()))
+    left_out = {*NOT_CALIBRATE, *OF_SOLIDS, *option_names(POINTS), *option_names(BODIES)}
+    left_out |= set(OF_RIGID_PARTS if session.moving.is_on else ())
     for parameter in ctx.command.params:
         name = parameter.name or ""
         is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option
-from wpcal.cli.option_groups import takes
+from cad.cli.options import CHOICE, FINDING, MESH, PART, no_cache_option
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
+if TYPE_CHECKING:
+    from cad.batch.request import SeamsAsked
+    from wpcal.seam import SeamOptions
 
-@click.command()
+
+@command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@takes("finding", SeamFlags)
-@takes("choice", SeamChoiceFlags)
+@takes("options", FINDING)
+@takes("choice", CHOICE)
 @click.option(
     "--png", metavar="FILE", type=click.Path(path_type=Path), help="Write a picture of the part and its seams."
 )
@@ -32,8 +37,8 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 def seams(
     *,
     part_step: Path,
-    finding: SeamFlags,
-    choice: SeamChoiceFlags,
+    options: SeamOptions,
+    choice: SeamsAsked,
     png: Path | None,
     html: Path | None,
     explain: str | None,
@@ -50,7 +55,6 @@ def seams(
     from wpcal.core.records import write_file
     from wpcal.seam.record import seams_record
 
-    options = finding.to_options()
     arguments = {
         "options": options,
         "choice": choice.to_choice(),

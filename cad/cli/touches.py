@@ -2,139 +2,45 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.bodies_options import ContactBodiesFlags
-from cad.cli.options import MESH, PART, SeamChoiceFlags, SeamFlags, no_cache_option, read_pose
-from wpcal.cli.option_groups import option, takes
+from cad.cli.options import BODIES, CHOICE, FINDING, MESH, PART, no_cache_option
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
+from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from cad.batch.bodies_asked import BodiesAsked
+    from cad.batch.request import SeamsAsked
     from cad.workpiece.touches import DrawnTouches
     from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.robot.torch.shape import TorchShape
+    from wpcal.seam import SeamOptions
     from wpcal.touch.plan import TouchOptions
     from wpcal.touch.searches import SeamPrediction, Search, TouchPlan
 
-PATTERNS = ("best", "3-2-1", "three-point")
-"""`wpcal.touch.plan.Pattern`; written out so that the help needs no NumPy."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TouchFlags:
-    """How many touches, and what is known before them."""
-
-    touches: int | None = option(
-        "--touches",
-        "--count",
-        type=int,
-        help=(
-            "Number of touches: searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more "
-            "per further body]"
-        ),
-    )
-    tolerance_mm: float | None = option(
-        "--tolerance-mm",
-        type=float,
-        help="Allowed error: as many searches, at most 60, as keep all seams within it, with 95 % confidence.",
-    )
-    pattern: str = option(
-        "--pattern",
-        type=click.Choice(PATTERNS),
-        default="best",
-        show_default=True,
-        help="Pattern of the touches: any, three on one side with two and one on two others, or two sides at each of "
-        "three places.",
-    )
-    uncertainty_mm: float = option(
-        "--uncertainty-mm",
-        type=float,
-        default=1.0,
-        show_default=True,
-        help="Standard deviation per axis of where the part stands: strokes are as long as 99 % of the parts need.",
-    )
-    uncertainty_deg: float = option(
-        "--uncertainty-deg",
-        type=float,
-        default=0.3,
-        show_default=True,
-        help="Standard deviation per axis of how the part is turned.",
-    )
-    wire_diameter_mm: float = option(
-        "--wire-diameter-mm", type=float, default=1.2, show_default=True, help="Diameter of the wire."
-    )
-    post: str | None = option(
-        "--post",
-        metavar="X,Y,Z",
-        help="Top of a post at a known place in the base, mm: it is touched first and solves the stick-out.",
-    )
-    setup: Path | None = option(
-        "--setup",
-        metavar="FILE",
-        type=click.Path(path_type=Path),
-        help="For a plan of touches: repeatability, stick-out, latency and speed of the cell (TOML).  [default: usual "
-        "values]",
-    )
-    nominal: str | None = option(
-        "--nominal",
-        metavar="POSE",
-        help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a "
-        "JSON file with a 4×4 matrix; here in the base of the robot.  [default: that of --cell, else the base itself]",
-    )
-
-    def to_options(self, torch: TorchShape) -> TouchOptions:
-        """Check the numbers and return them as the plan takes them."""
-        import math
-
-        from wpcal.touch.plan import NominalError, Pattern, TouchOptions
-        from wpcal.touch.searches import TouchSetup
-        from wpcal.touch.searches.setup import read_touch_setup
-
-        return TouchOptions(
-            touches=self.touches,
-            tolerance_mm=self.tolerance_mm,
-            pattern=Pattern(self.pattern),
-            wire_mm=self.wire_diameter_mm,
-            torch=torch,
-            nominal=NominalError(self.uncertainty_mm, math.radians(self.uncertainty_deg)),
-            setup=TouchSetup() if self.setup is None else read_touch_setup(self.setup),
-            post_base=None if self.post is None else _point(self.post),
-        )
-
-
-def _point(text: str) -> tuple[float, float, float]:
-    from wpcal.core.errors import InputError
-    from wpcal.core.numbers import parse_numbers
-
-    try:
-        x, y, z = parse_numbers(text)
-    except ValueError:
-        raise InputError(f"--post: expected X,Y,Z in mm, got {text!r}") from None
-    return x, y, z
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ArmFlags:
+class ArmAsked:
     """The arm that makes the searches, and what is around it."""
 
-    cell: Path | None = option(
-        "--cell",
+    cell: Path | None = opt(
+        None,
+        "The cell: of one robot (`wpcal cell new`); its arm makes the searches and keeps away from its bodies.",
         metavar="CELL.json",
-        type=click.Path(path_type=Path),
-        help="The cell: of one robot (`wpcal cell new`); its arm makes the searches and keeps away from its bodies.",
     )
-    arm: str | None = option(
-        "--arm",
+    arm: str | None = opt(
+        None,
+        "Arm without a cell: the name of a shipped arm, an arm file or a URDF file; with --tool and --nominal.",
         metavar="ARM",
-        help="Arm without a cell: the name of a shipped arm, an arm file or a URDF file; with --tool and --nominal.",
     )
-    tool: str | None = option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
+    tool: str | None = opt(None, TOOL_HELP, metavar=TOOL_METAVAR)
 
     def to_cell(self, torch: TorchShape, *, is_placed: bool) -> OneRobotCell | None:
         """Read the cell, or make that of an arm alone."""
@@ -161,14 +67,20 @@ class ArmFlags:
         return bare_cell(self.arm, parse_tool(self.tool)[0], torch)
 
 
-@click.command()
+@command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@takes("touching", TouchFlags)
-@takes("moving", ArmFlags)
-@takes("weldment", ContactBodiesFlags)
+@takes("options", "wpcal.touch.plan:TouchOptions")
+@click.option(
+    "--nominal",
+    metavar="POSE",
+    help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
+    "file with a 4×4 matrix; here in the base of the robot.  [default: that of --cell, else the base itself]",
+)
+@takes("moving", ArmAsked)
+@takes("weldment", BODIES, without=["bending_mm"])
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
-@takes("seams", SeamFlags)
-@takes("choice", SeamChoiceFlags)
+@takes("finding", FINDING)
+@takes("choice", CHOICE)
 @click.option(
     "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
 )
@@ -178,12 +90,13 @@ class ArmFlags:
 def touches(
     *,
     part_step: Path,
-    touching: TouchFlags,
-    moving: ArmFlags,
-    weldment: ContactBodiesFlags,
+    options: TouchOptions,
+    nominal: str | None,
+    moving: ArmAsked,
+    weldment: BodiesAsked,
     only: str | None,
-    seams: SeamFlags,
-    choice: SeamChoiceFlags,
+    finding: SeamOptions,
+    choice: SeamsAsked,
     output: Path,
     force: bool,
     as_json: bool,
@@ -198,6 +111,7 @@ def touches(
     With --bodies the touches are chosen for plates that moved (`wpcal calibrate --touches --bodies`): strokes and ways
     allow for the motion of each body, and the plan says which body each touch lies on and which seam it serves.
     """
+    from cad.batch.request import read_pose
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import check_writable, new_directory, to_json
     from wpcal.pages.touches import build_touches_page
@@ -205,13 +119,12 @@ def touches(
     from wpcal.touch.searches import touches_csv, touches_record
     from wpcal.touch.searches.record import TOUCHES_FILE
 
-    seam_options = seams.to_options()
-    options = touching.to_options(seam_options.reach.torch)
+    options = replace(options, torch=finding.reach.torch)
     check_writable(output, overwrite=force)
-    place = None if touching.nominal is None else read_pose(touching.nominal)
+    place = None if nominal is None else read_pose(nominal)
     arguments: dict[str, Any] = {
         "options": options,
-        "seam_options": seam_options,
+        "seam_options": finding,
         "choice": choice.to_choice(),
         "seams": split_names(only or ""),
         "T_base_part": None if place is None else place.relabelled(target="base", source="part"),

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cad.cli.batch import MOST_AT_ONCE, USUAL_JOB_GB, USUAL_JOB_S
+from cad.cli.batch import MOST_AT_ONCE
 from cad.cli.options import MESH, PART, no_cache_option
 from wpcal.cli.shared_help import JSON_HELP
 
 if TYPE_CHECKING:
     from cad.batch.inputs_now import InputsNow
+    from cad.batch.recorded import Claim
     from cad.batch.run import Task
-    from cad.cli.recorded import Claim
     from wpcal.core.errors import WpcalError
 
 MOST_SHOWN = 10
@@ -56,7 +56,7 @@ class Checked:
         self.state = State.DIFFERENT if self.differences else self.state
 
     def takes(self, found: dict[str, list[Any]]) -> None:
-        """Note what `cad.cli.recorded.check_claim` found."""
+        """Note what `cad.batch.recorded.check_claim` found."""
         self.differs(found["differences"])
         self.unchecked += [
             f"{name} (other bytes; only numbers of the records are compared)" for name in found["unchecked"]
@@ -145,7 +145,7 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
     if claim is not None:
         try:
             found = run_on_part(
-                "cad.cli.recorded:check_claim",
+                "cad.batch.recorded:check_claim",
                 claim.now.part,
                 {"claim": claim},
                 what=f"checking {folder}",
@@ -164,8 +164,8 @@ def _check_one(folder: Path, inputs: InputsNow, *, use_cache: bool) -> Checked:
 def _guessed(folder: Path, inputs: InputsNow) -> Claim | None:
     """Return the claim of a folder without a request that nothing unusual was asked for; None without its inputs."""
     from cad.batch.agreement import usual_inputs
+    from cad.batch.recorded import Claim
     from cad.cli.kernel_work import FROM_STDIN
-    from cad.cli.recorded import Claim
     from wpcal import __version__
     from wpcal.core.errors import InputError
 
@@ -201,8 +201,8 @@ def _check_agreement(folder: Path, checked: Checked, unusual: list[dict[str, str
 def _claim_of(folder: Path, inputs: InputsNow, checked: Checked) -> Claim | None:
     """Return what a folder claims; None if that is known to be wrong or cannot be checked, which is noted."""
     from cad.batch.job_record import JobInputs, read_job_record
+    from cad.batch.recorded import Claim
     from cad.cli.kernel_work import FROM_STDIN
-    from cad.cli.recorded import Claim
     from wpcal.core.errors import InputError
     from wpcal.results.folder import JOB_FILE
 
@@ -278,21 +278,22 @@ def _add_task(
     number: int, claim: Claim, tasks: list[Task], requests: dict[Any, Any], work: Path, *, use_cache: bool
 ) -> None:
     from cad.batch.group import GroupRequest
+    from cad.batch.jobs import option_columns
     from cad.batch.run import Task
-    from cad.cli.calibrate_jobs import option_columns
+    from cad.kernel.child import DEFAULT_MEMORY_GB, DEFAULT_TIMEOUT_S
 
     of_part = {column.flag for column in option_columns().values() if column.shapes_part}
     shaping = tuple(word for word in claim.now.words if word.partition("=")[0] in of_part)
     group = (claim.now.part.name, claim.record["inputs"]["part"]["sha256"], shaping)
     if group not in requests:
         requests[group] = GroupRequest(
-            "cad.cli.calibrate_jobs:open_part",
-            "cad.cli.recorded:check_job",
+            "cad.batch.jobs:open_part",
+            "cad.batch.recorded:check_job",
             {"part": str(claim.now.part.resolve()), "words": shaping, "use_cache": use_cache},
             Path.cwd(),
             work / "out",
-            USUAL_JOB_S,
-            USUAL_JOB_GB,
+            DEFAULT_TIMEOUT_S,
+            DEFAULT_MEMORY_GB,
         )
     tasks.append(Task(number, group, {"claim": claim}))
 
@@ -309,8 +310,8 @@ def _run(
     from dataclasses import replace
 
     from cad.batch.host import Failure, Host
+    from cad.batch.jobs import PRELOADED
     from cad.batch.run import locked_output, run_tasks
-    from cad.cli.calibrate_jobs import PRELOADED
 
     if not tasks:
         return
@@ -328,7 +329,7 @@ def _run(
     progress("starting the CAD kernel", 0, len(tasks))
     with locked_output(work / "out", overwrite=False) as (lock, unfinished):
         mine = {group: replace(request, work=unfinished) for group, request in requests.items()}
-        host = Host(unfinished, lock, (*PRELOADED, "cad.cli.recorded"))
+        host = Host(unfinished, lock, (*PRELOADED, "cad.batch.recorded"))
         try:
             run_tasks(tasks, mine, host, at_once=at_once or os.cpu_count() or 1, done=take)
         finally:

@@ -28,6 +28,7 @@ from cad.kernel.frames import LAST_FRAMES, read_frames, write_packet
 from cad.kernel.plain_data import pack
 from cad.kernel.plain_types import PlainDataError
 from wpcal.core.errors import InputError, KernelError
+from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
 
 DEFAULT_TIMEOUT_S = 600.0
@@ -61,8 +62,20 @@ class Limits:
         Memory of its own, 10⁹ bytes. Only Linux holds a process to this limit.
     """
 
-    time_s: float = DEFAULT_TIMEOUT_S
-    memory_gb: float = DEFAULT_MEMORY_GB
+    time_s: float = opt(
+        DEFAULT_TIMEOUT_S,
+        "Time limit of one job, and of reading one part.",
+        "--job-seconds",
+        metavar="S",
+        above=0,
+    )
+    memory_gb: float = opt(
+        DEFAULT_MEMORY_GB,
+        "Memory limit of the process of one job (Linux).",
+        "--job-gb",
+        metavar="GB",
+        above=0,
+    )
 
     @staticmethod
     def from_environment() -> Limits:

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cad.pick.moving import MovingChoice
 from cad.pick.rows import Rows
+from cad.workpiece.moving import MovingChoice
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.records import read_json, to_json

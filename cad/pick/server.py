@@ -36,12 +36,12 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from cad.pick.address import LOCAL, listen
 from cad.pick.draft import Keyed
-from cad.pick.moving import MovingChoice
 from cad.pick.patience import ImpatientProtocol
 from cad.pick.rows import Rows
 from cad.pick.session import PickSession, fault_record
 from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import FileChangedError, SharedTable
+from cad.workpiece.moving import MovingChoice
 from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError

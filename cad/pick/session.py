@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from cad.pick.moving import MovingChoice
 from cad.pick.next_touches import next_for_bodies
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
@@ -20,6 +19,7 @@ from cad.workpiece.bodies import BodyGroup, find_bodies
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.moved_bodies import fit_weldment
 from cad.workpiece.moved_record import bodies_record
+from cad.workpiece.moving import MovingChoice
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.errors.prediction import Sigma

@@ -25,9 +25,9 @@ from cad.pick.draft import (
     read_draft,
     set_aside,
 )
-from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, is_shown, read_rows
+from cad.workpiece.moving import MovingChoice
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.records import write_file

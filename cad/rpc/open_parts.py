@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeAlias
 
-from cad.cli.bodies_options import FitBodiesFlags
+from cad.batch.bodies_asked import BodiesAsked
 from cad.pick.part import PickPart
 from cad.pick.session import PickSession
 from cad.rpc.warm_answers import WarmAnswers
@@ -80,7 +80,7 @@ class OpenPart:
         self._found.move_to_end(key)
         return self._found[key]
 
-    def session(self, options: CalibrateOptions, moving: FitBodiesFlags) -> PickSession:
+    def session(self, options: CalibrateOptions, moving: BodiesAsked) -> PickSession:
         """Return what the picker knows of the part, with seams and bodies as the options say."""
         seams, with_seams = self.seams(options.seams, options.choice)
         session = PickSession(self._pick_part(options.seams, seams, with_seams), options, groups=moving.groups())

@@ -10,8 +10,7 @@ from typing import Any
 
 import click
 
-from wpcal.cli.number_options import with_strict_numbers
-from wpcal.cli.option_groups import takes
+from wpcal.cli.option_groups import command, takes
 from wpcal.core.errors import InputError
 from wpcal.core.wording import shown
 
@@ -108,25 +107,20 @@ def _default_of(option: click.Option) -> Any:
 
 
 class OptionSet:
-    """The options of some groups (`wpcal.cli.option_groups`), for a method that has no command of its own.
+    """The options of a group (`wpcal.cli.option_groups`), for a method that has no command of its own.
 
     Parameters
     ----------
     without : sequence of str
         Names of options that a request cannot have.
-    **groups : type
-        The groups by the names under which `read` returns them.
     """
 
-    def __init__(self, *, without: Sequence[str] = (), **groups: type[Any]) -> None:
-        def collect(**found: Any) -> dict[str, Any]:
-            return found
+    def __init__(self, group: type[Any], *, without: Sequence[str] = ()) -> None:
+        def found(*, value: Any) -> Any:
+            return value
 
-        call: Any = collect
-        for name, group in groups.items():
-            call = takes(name, group)(call)
         self._without = without
-        self._command = with_strict_numbers(click.command(name="rpc")(call))
+        self._command = command(name="rpc")(takes("value", group)(found))
 
     @property
     def options(self) -> Sequence[click.Option]:
@@ -134,8 +128,8 @@ class OptionSet:
         found = [each for each in self._command.params if isinstance(each, click.Option)]
         return [each for each in found if name_of(each) not in self._without]
 
-    def read(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the groups with the values of a request.
+    def read(self, values: Mapping[str, Any]) -> Any:
+        """Return the group with the values of a request.
 
         Raises
         ------
@@ -144,8 +138,7 @@ class OptionSet:
         """
         words = words_of(self.options, values)
         with usage_told():
-            found: dict[str, Any] = self._command.main(words, "wpcal rpc", standalone_mode=False)
-        return found
+            return self._command.main(words, "wpcal rpc", standalone_mode=False)
 
 
 @contextmanager

@@ -10,21 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from cad.cli.bodies_options import FitBodiesFlags
-from cad.cli.calibrate import CalibrationFlags, OutputFlags, TouchFlags, run_arguments
-from cad.cli.holder import HolderFlags
-from cad.cli.options import CalibrateFlags, SeamChoiceFlags
-from cad.cli.recorded import recording
+from cad.batch.recorded import recording
+from cad.batch.request import Request, SeamsAsked, TouchesAsked, run_arguments
 from cad.pick.rows import Rows, read_rows
 from cad.pick.session import place_points
 from cad.pick.shared_seams import read_decisions
 from cad.rpc.open_parts import OpenPart
-from cad.rpc.options import OptionSet, name_of, words_of
+from cad.rpc.options import OptionSet, words_of
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.means import Means
 from cad.workpiece.seams import SeamChoice
-from wpcal.cli.program_options import ProgramFlags
+from wpcal.cli.option_groups import option_names
+from wpcal.controllers.points_asked import PointsAsked
 from wpcal.controllers.touch_run import TouchRun
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import noted_files, read_bytes
@@ -44,17 +42,9 @@ from wpcal.taught.user_frames import ProgramReading
 
 DECISIONS = "decisions"
 """Name of the decisions in messages."""
-PART_OPTIONS = OptionSet(
-    without=("details", "json", "accept_unsure"),
-    calibration=CalibrateFlags,
-    moving=FitBodiesFlags,
-    holder=HolderFlags,
-    reading=ProgramFlags,
-    choice=SeamChoiceFlags,
-    output=OutputFlags,
-)
+PART_OPTIONS = OptionSet(Request, without=("details", "json", "accept_unsure", "touches", "setup"))
 """Those of `wpcal calibrate`: every method about a part takes all of them, and uses those that concern it."""
-PROGRAM_NAMES = tuple(map(name_of, OptionSet(reading=ProgramFlags).options))
+PROGRAM_NAMES = tuple(option_names(PointsAsked))
 PartMethod = Callable[[OpenPart, Mapping[str, Any], Progress], dict[str, Any]]
 
 
@@ -78,8 +68,8 @@ def open_part(part: OpenPart, _: Mapping[str, Any], progress: Progress) -> dict[
 
 def seams(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Return the seams of a part in its own frame."""
-    groups = _groups(params)
-    options, choice = groups["calibration"].seams.to_options(), _choice(groups["choice"], params)
+    request = _request(params)
+    options, choice = request.fitting.seams, _choice(request.choice, params)
     progress(f"finding seams: {part.workpiece.size}")
     found, workpiece = part.seams(options, choice)
     torch, notes = options.reach.torch, workpiece.member_notes
@@ -91,8 +81,9 @@ def seams(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict
     }
 
 
-def _groups(params: Mapping[str, Any]) -> dict[str, Any]:
-    return PART_OPTIONS.read(params.get("options", {}))
+def _request(params: Mapping[str, Any]) -> Request:
+    found: Request = PART_OPTIONS.read(params.get("options", {}))
+    return found
 
 
 def _with_columns(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -100,7 +91,7 @@ def _with_columns(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{**seam, "frames": own} for seam, own in zip(records, columns, strict=True)]
 
 
-def _choice(flags: SeamChoiceFlags, params: Mapping[str, Any]) -> SeamChoice:
+def _choice(flags: SeamsAsked, params: Mapping[str, Any]) -> SeamChoice:
     """Return the decisions of the request after those of a file."""
     choice = flags.to_choice()
     edits = read_decisions(params.get("decisions", []), path=DECISIONS)
@@ -109,13 +100,13 @@ def _choice(flags: SeamChoiceFlags, params: Mapping[str, Any]) -> SeamChoice:
 
 def read_taught(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
     """Return the rows of a table, a program, or the results of a touch program."""
-    groups, path = _groups(params), Path(params["path"])
+    request, path = _request(params), Path(params["path"])
     if "touches" in params:
-        run = _touch_run(part, params, groups)
+        run = _touch_run(part, params, request)
         rows = read_rows(taught_csv(run.taught).encode("utf-8"), path=str(path))
         return {**rows.to_record(), "left_out": [], "notes": [issue.message for issue in run.issues]}
     raw = params["text"].encode("utf-8") if "text" in params else read_bytes(path)
-    rows, left_out = part.reader(groups["reading"].to_reading()).read(raw, name=str(path))
+    rows, left_out = part.reader(request.reading.to_reading()).read(raw, name=str(path))
     return {**rows.to_record(), "left_out": list(left_out), "notes": []}
 
 
@@ -142,18 +133,15 @@ class Asked:
         return dict(zip(self.taught.names, numbers, strict=True))
 
 
-def _asked(part: OpenPart, groups: Mapping[str, Any], params: Mapping[str, Any]) -> Asked:
-    given, reading = params["taught"], groups["reading"]
+def _asked(part: OpenPart, request: Request, params: Mapping[str, Any]) -> Asked:
+    given = params["taught"]
     rows = None if "path" in given else _rows(given)
-    run = _touch_run(part, given, groups) if "touches" in given else None
-    flags = CalibrationFlags(
-        TouchFlags(touches=None, setup=None), groups["calibration"], groups["moving"], reading, groups["choice"]
-    )
-    options, nominal = flags.to_options(run, is_criterion_given="criterion" in params.get("options", {}))
-    options = replace(options, choice=_choice(groups["choice"], params))
+    run = _touch_run(part, given, request) if "touches" in given else None
+    options, nominal = request.options(run, is_criterion_given="criterion" in params.get("options", {}))
+    options = replace(options, choice=_choice(request.choice, params))
     if rows is not None:
         return Asked(options, nominal, rows.to_taught(), rows, None)
-    taught = reading.read_taught(Path(given["path"])) if run is None else run.taught
+    taught = request.reading.read_taught(Path(given["path"])) if run is None else run.taught
     return Asked(options, nominal, taught, None, run)
 
 
@@ -163,17 +151,17 @@ def _rows(given: Mapping[str, Any]) -> Rows:
     return Rows.from_record(given)
 
 
-def _touch_run(part: OpenPart, given: Mapping[str, Any], groups: Mapping[str, Any]) -> TouchRun:
+def _touch_run(part: OpenPart, given: Mapping[str, Any], request: Request) -> TouchRun:
     """Read what a touch program stored, with the plan and the setup of the request."""
-    flags = TouchFlags(touches=Path(given["touches"]), setup=Path(given["setup"]) if given.get("setup") else None)
-    run = flags.read(part.path, Path(given["path"]), groups["calibration"].fit, groups["reading"])
+    asked = TouchesAsked(touches=Path(given["touches"]), setup=Path(given["setup"]) if given.get("setup") else None)
+    run = asked.read(part.path, Path(given["path"]), request.fitting, request.reading)
     assert run is not None  # `touches` is given
     return run
 
 
 def calibrate(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Fit the part to taught rows; nothing is written."""
-    asked = _asked(part, _groups(params), params)
+    asked = _asked(part, _request(params), params)
     found = calibrate_workpiece(
         part.workpiece,
         asked.taught,
@@ -222,9 +210,9 @@ def _errors(found: WorkpieceCalibration) -> list[dict[str, Any]]:
 
 def suggest(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
     """Return the features to touch next."""
-    groups = _groups(params)
-    options = groups["calibration"].to_options(_choice(groups["choice"], params))
-    return part.session(options, groups["moving"]).suggest(_rows(params["taught"]))
+    request = _request(params)
+    options = replace(request.fitting, choice=_choice(request.choice, params))
+    return part.session(options, request.moving).suggest(_rows(params["taught"]))
 
 
 def touch_at(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str, Any]:
@@ -235,18 +223,18 @@ def touch_at(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[str
 
 def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Write the result folder of a calibration, as `wpcal calibrate` does."""
-    groups = _groups(params)
     with noted_files() as read:
-        asked, output, out = _asked(part, groups, params), groups["output"], Path(params["out"])
-        holding, taught = groups["holder"].read(), asked.taught
+        request = _request(params)
+        asked, output, out = _asked(part, request, params), request.output, Path(params["out"])
+        holding, taught = request.holder.read(), asked.taught
     check_writable(out, overwrite=output.force)
     if asked.rows is not None:
         taught = _write_table(asked.rows, params.get("table"), overwrite=output.force)
-    command = _command(part, params, has_rows=asked.rows is not None)
+    words, table = _words(params, has_rows=asked.rows is not None), _table(params, has_rows=asked.rows is not None)
     if params.get("decisions"):  # those of a file are with them in the seams.json that is written
-        read.pop(str(groups["choice"].seams_file), None)
+        read.pop(str(request.choice.seams_file), None)
         read[str(out / SEAMS_FILE)] = ""
-    means = recording(shlex.split(command)[2:], taught.sha256 or "", read)
+    means = recording(words, part.path, Path(table), taught.sha256 or "", read)
     written = calibrate_files(
         part.workpiece,
         taught,
@@ -265,7 +253,7 @@ def save(part: OpenPart, params: Mapping[str, Any], progress: Progress) -> dict[
         "record": written.record,
         "files": [str(out / file) for file in written.files],
         "notes": [issue.message for issue in written.notes],
-        "command": command,
+        "command": shlex.join(["wpcal", "calibrate", str(part.path), table, *words, "-o", params["out"]]),
     }
 
 
@@ -279,15 +267,18 @@ def _write_table(rows: Rows, table: str | None, *, overwrite: bool) -> TaughtPoi
     return read_table(path)
 
 
-def _command(part: OpenPart, params: Mapping[str, Any], *, has_rows: bool) -> str:
-    """Return the command that writes the same. Decisions of the request are in the seams.json that was written."""
+def _words(params: Mapping[str, Any], *, has_rows: bool) -> list[str]:
+    """Return the options of the command that writes the same; decisions are in the seams.json that was written."""
     values = {key: value for key, value in params.get("options", {}).items() if not (has_rows and key in PROGRAM_NAMES)}
     words = words_of(PART_OPTIONS.options, values)
     words += ["--touches", params["taught"]["touches"]] if "touches" in params["taught"] else []
     words += ["--setup", params["taught"]["setup"]] if params["taught"].get("setup") else []
-    words += ["--seams", str(Path(params["out"]) / "seams.json")] if params.get("decisions") else []
-    taught = params["table"] if has_rows else params["taught"]["path"]
-    return shlex.join(["wpcal", "calibrate", str(part.path), taught, *words, "-o", params["out"]])
+    return words + (["--seams", str(Path(params["out"]) / "seams.json")] if params.get("decisions") else [])
+
+
+def _table(params: Mapping[str, Any], *, has_rows: bool) -> str:
+    found: str = params["table"] if has_rows else params["taught"]["path"]
+    return found
 
 
 METHODS: Mapping[str, PartMethod] = {

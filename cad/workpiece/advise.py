@@ -15,10 +15,12 @@ from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import Criterion
 from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.wording import counted
 from wpcal.seam import Seam, SeamOptions
-from wpcal.seam.names import seams_named
+from wpcal.seam.names import seams_named, split_names
 from wpcal.taught.features import POINT_KINDS, FeatureKind, ReferenceFeature, Touchable, feature_named, judge_features
 from wpcal.touch.advice import Advice, advise
 from wpcal.touch.moved_advice import MovedAdvice
@@ -30,20 +32,40 @@ USUAL_POINTS = 4  #: With three points no residual shows that one of them is wro
 class AdviseOptions:
     """Which features may be advised, and for what."""
 
-    #: How many to teach. None: four of a part that is one body; of one whose bodies may move as many as `tolerance_mm`
-    #: needs, or two for each body.
-    points: int | None = None
-    #: Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
-    seams: tuple[str, ...] = ()
-    sigma_mm: float = USUAL_SIGMA_MM  #: Teaching error: standard deviation per axis.
-    criterion: Criterion = Criterion.MINIMAX
-    #: `have`, `exclude`: Features that are taught anyway, and features that must not be advised.
-    have: tuple[str, ...] = ()
-    exclude: tuple[str, ...] = ()
-    #: Sphere as centre x, y, z and radius in `part`, mm. Only features inside may be advised.
-    near: tuple[float, float, float, float] | None = None
-    kinds: tuple[FeatureKind, ...] = POINT_KINDS  #: Kinds that may be advised.
-    tolerance_mm: float | None = None  #: For a part whose bodies may move: as many points as the worst seam needs.
+    points: int | None = opt(
+        None,
+        "Number of touches: points to teach, with --have; with --bodies, to add.  [default: 4; with --bodies 2 per "
+        "body]",
+        "--count",
+    )
+    tolerance_mm: float | None = opt(
+        None, "Allowed error: with --bodies, as many points as keep all accepted seams within it, with 95 % confidence."
+    )
+    seams: tuple[str, ...] = opt(
+        (),
+        "Only these seams: names and ranges. The error counts there.  [default: on all accepted seams]",
+        "--only",
+        metavar="W1,W5-W8",
+        read=split_names,
+    )
+    sigma_mm: float = opt(USUAL_SIGMA_MM, "Teaching error: standard deviation per axis.")
+    criterion: Criterion = opt(
+        Criterion.MINIMAX,
+        "What is minimised: the criterion that `wpcal calibrate` will get.",
+        choices=(Criterion.MINIMAX, Criterion.LEAST_SQUARES),
+    )
+    have: tuple[str, ...] = opt((), "Features that will be taught in any case.", metavar="V1,V4", read=split_names)
+    exclude: tuple[str, ...] = opt((), "Features that must not be advised.", metavar="V3,H2", read=split_names)
+    near: tuple[float, float, float, float] | None = opt(
+        None, "Only features within R mm of this point of the part.", "--within", metavar="X,Y,Z,R"
+    )
+    kinds: tuple[FeatureKind, ...] = opt(
+        POINT_KINDS, "Only these kinds of features.", "--kind", many=True, choices=POINT_KINDS
+    )
+
+    def __post_init__(self) -> None:
+        if self.near is not None and not self.near[3] > 0:
+            raise InputError(f"--within: expected a positive radius, got {self.near[3]:g}")
 
 
 USUAL, USUAL_SEAMS = AdviseOptions(), SeamOptions()

@@ -15,11 +15,13 @@ import numpy as np
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
-from wpcal.calibrate import CalibrationResult, Criterion, Solver, TeachingError, Touches, calibrate
+from wpcal.calibrate import CalibrationResult, Criterion, Touches, calibrate
 from wpcal.calibrate.errors.prediction import Sigma
+from wpcal.calibrate.options import FitOptions
 from wpcal.calibrate.trust.silent import SilentSearches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import WpcalError, blamed_on
+from wpcal.core.options import opt
 from wpcal.core.pairs import PointPairs
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
@@ -33,18 +35,12 @@ from wpcal.touch.advice import advise_set
 from wpcal.touch.touch_results import SilentRows
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrateOptions:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrateOptions(FitOptions):
     """How a workpiece is calibrated."""
 
-    criterion: Criterion = Criterion.MINIMAX
-    solver: Solver = Solver.ANNEALING
-    seed: int = 0
-    tolerance_mm: float = 0.5
-    teaching: TeachingError = field(default_factory=TeachingError)
+    ball_mm: float = opt(0.0, "Radius of the ball in touches on faces.")
     seams: SeamOptions = field(default_factory=SeamOptions)
-    certify: bool = False
-    ball_mm: float = 0.0  #: Radius of the probe's ball for touches on faces that state no radius.
     choice: SeamChoice = field(default_factory=SeamChoice)  #: What a person decided about the seams.
     bodies: BodiesOptions | None = None  #: Which bodies may have moved; None: the part is one body.
 

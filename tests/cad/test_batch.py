@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from cad.batch.job_list import OF_THE_BATCH, read_jobs, words_of
+from cad.batch.jobs import NOT_OF_A_JOB, option_columns
 from cad.batch.summary_check import check_summary, read_summary
-from cad.cli.calibrate_jobs import NOT_OF_A_JOB, option_columns
 from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here

@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from cad.cli import calibrate_jobs
-from cad.cli.calibrate_jobs import OpenedPart, open_part, run_job
+from cad.batch import jobs
+from cad.batch.jobs import OpenedPart, open_part, run_job
 from tests.cad.batch_faults import Place, told, write_jobs
 from tests.running import run_here
 from wpcal.core.errors import InputError
@@ -53,7 +53,7 @@ def swapped(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, bytes], None]:
     """Let a file have other contents while the options of a job and its table are read."""
 
     def swap(name: str, other: bytes) -> None:
-        before, read = Path(name).read_bytes(), calibrate_jobs.file_arguments
+        before, read = Path(name).read_bytes(), jobs.calibrate_arguments
 
         def reading(*arguments: Any, **settings: Any) -> dict[str, Any]:
             Path(name).write_bytes(other)
@@ -61,7 +61,26 @@ def swapped(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, bytes], None]:
             Path(name).write_bytes(before)
             return found
 
-        monkeypatch.setattr(calibrate_jobs, "file_arguments", reading)
+        monkeypatch.setattr(jobs, "calibrate_arguments", reading)
+
+    return swap
+
+
+@pytest.fixture
+def swapped_options(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, bytes], None]:
+    """Let a file that an option names have other contents while the words of a job are read."""
+
+    def swap(name: str, other: bytes) -> None:
+        before, read = Path(name).read_bytes(), jobs.read_words
+
+        @contextmanager
+        def reading(words: Sequence[str]) -> Iterator[Any]:
+            Path(name).write_bytes(other)
+            with read(words) as found:
+                Path(name).write_bytes(before)
+                yield found
+
+        monkeypatch.setattr(jobs, "read_words", reading)
 
     return swap
 
@@ -77,11 +96,11 @@ def test_a_table_that_is_changed_and_changed_back_fails_its_job(
 
 
 def test_an_option_file_is_recorded_as_it_was_read(
-    opened: OpenedPart, folder: Path, swapped: Callable[[str, bytes], None]
+    opened: OpenedPart, folder: Path, swapped_options: Callable[[str, bytes], None]
 ) -> None:
     moved = json.dumps(MOVED).encode()
     Path("nominal.json").write_text(json.dumps(IDENTITY))
-    swapped("nominal.json", moved)
+    swapped_options("nominal.json", moved)
     run_job(opened, folder=folder / "w0", pages="none", **job(folder, "--nominal=nominal.json"))
     [file] = json.loads((folder / "j0" / "job.json").read_text())["inputs"]["files"]
     assert file == {"file": "nominal.json", "sha256": sha256_of(moved)}

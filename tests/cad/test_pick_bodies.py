@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from cad.pick.draft import Draft, Keyed, read_draft
-from cad.pick.moving import MovingChoice
 from cad.pick.opening import find_table, start_table
 from cad.pick.part import PickPart, read_pick_part
 from cad.pick.session import ERROR_DIGITS, PickSession
@@ -17,6 +16,7 @@ from cad.workpiece.bodies import BodiesOptions, read_bodies
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.moved_record import bodies_record
+from cad.workpiece.moving import MovingChoice
 from cad.workpiece.seams import SeamChoice
 from wpcal.calibrate import TeachingError
 from wpcal.core.errors import InputError

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.pick.moving import MovingChoice
 from cad.pick.part import PickPart
 from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.session import ERROR_DIGITS, PickSession, fault_record
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
+from cad.workpiece.moving import MovingChoice
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
 from wpcal.touch.advice import advise

@@ -22,9 +22,9 @@ from starlette.routing import Route
 
 from cad.batch.job_list import read_jobs, words_of
 from cad.batch.job_record import JobInputs, is_made_of, read_job_record
+from cad.batch.jobs import option_columns
 from cad.batch.summary import JSONL, NUMBERS, seconds_of
 from cad.batch.summary_check import check_summary, read_summary
-from cad.cli.calibrate_jobs import option_columns
 from cad.cli.options import read_pose
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
@@ -39,7 +39,7 @@ from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
 from wpcal import __version__
 from wpcal.brep.graph_file import read_graph
-from wpcal.controllers.program import build_program
+from wpcal.controllers.program.weld_program import build_program
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.schemas import schema_text

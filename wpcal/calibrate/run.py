@@ -14,6 +14,7 @@ from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.observe.points import PointProblem, search_points
 from wpcal.calibrate.observe.touch_problem import search_touches
 from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.options import TOLERANCE_MM
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solve.least_squares import require_spread
 from wpcal.calibrate.solver_report import Solver, SolverReport
@@ -53,7 +54,7 @@ def calibrate(
     solver: Solver = Solver.ANNEALING,
     schedule: AnnealingSchedule | None = None,
     seed: int = 0,
-    tolerance_mm: float = 0.5,
+    tolerance_mm: float = TOLERANCE_MM,
     T_nominal_part: RigidTransform | None = None,
     teaching: TeachingError | None = None,
     check: PointPairs | Touches | None = None,

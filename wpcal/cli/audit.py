@@ -8,24 +8,25 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import takes
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
-from wpcal.cli.torch_options import TipFlags, TorchShapeFlags
+from wpcal.cli.torch_options import TorchAsked
 
 if TYPE_CHECKING:
     from wpcal.controllers.audit import AuditReport
     from wpcal.controllers.audit.programs import Surroundings
+    from wpcal.robot.torch.attitude import TorchSettings
     from wpcal.robot.torch.shape import TorchShape
 
 
-@click.command()
+@command()
 @click.argument("path", metavar="FILE|DIR", type=click.Path(path_type=Path))
 @click.option("--fix", is_flag=True, help="Repair what has one answer; the rest is listed. Needs -o.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the repaired file, with --fix.")
 @click.option("--robot", metavar="ARM", help=f"{ROBOT_HELP} Poses must be inside its limits. Needs --tool.")
 @click.option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} As set in the controller.")
-@takes("tip", TipFlags)
-@takes("shape", TorchShapeFlags)
+@takes("tip", "wpcal.robot.torch.attitude:TorchSettings", only=["standoff_mm", "tool_axis"])
+@takes("shape", TorchAsked)
 @click.option(
     "--arc-output",
     metavar="N",
@@ -41,8 +42,8 @@ def audit(
     output: Path | None,
     robot: str | None,
     tool: str | None,
-    tip: TipFlags,
-    shape: TorchShapeFlags,
+    tip: TorchSettings,
+    shape: TorchAsked,
     arc_output: int | None,
     force: bool,
     as_json: bool,
@@ -73,14 +74,13 @@ def audit(
     return 1 if report.fault_count else 0
 
 
-def _surroundings(robot: str | None, tool: str | None, tip: TipFlags, torch: TorchShape) -> Surroundings:
+def _surroundings(robot: str | None, tool: str | None, tip: TorchSettings, torch: TorchShape) -> Surroundings:
     from wpcal.controllers.audit.programs import Surroundings
     from wpcal.core.errors import InputError
-    from wpcal.robot.torch.attitude import ToolAxis
 
     if (robot is None) != (tool is None):
         raise InputError("--robot and --tool belong together; --tool 0,0,0 if the poses are those of the flange")
-    around = Surroundings(torch=torch, tool_axis=ToolAxis(tip.tool_axis), standoff_mm=tip.standoff_mm)
+    around = Surroundings(torch=torch, tool_axis=tip.tool_axis, standoff_mm=tip.standoff_mm)
     if robot is None:
         return around
     from wpcal.robot.identify.poses_file import parse_tool

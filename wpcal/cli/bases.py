@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOLERANCE_HELP
+from wpcal.cli.option_groups import command, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+
+if TYPE_CHECKING:
+    from wpcal.calibrate.options import FitOptions
 
 
-@click.command()
+@command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("touched_csv", metavar="TOUCHED.csv", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
 )
-@click.option("--tolerance-mm", type=float, default=0.5, show_default=True, help=TOLERANCE_HELP)
+@takes("fitting", "wpcal.calibrate.options:FitOptions", only=["tolerance_mm"])
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of the fit.")
-def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: float, force: bool, as_json: bool) -> int:
+def bases(*, cell_json: Path, touched_csv: Path, output: Path, fitting: FitOptions, force: bool, as_json: bool) -> int:
     """Put the place of robot 2 into a cell, from points that both robots touched with known tools.
 
     TOUCHED.csv has the columns name, base1_x_mm, base1_y_mm, base1_z_mm, base2_x_mm, base2_y_mm, base2_z_mm. Writes
@@ -31,7 +36,7 @@ def bases(*, cell_json: Path, touched_csv: Path, output: Path, tolerance_mm: flo
     check_writable(output, overwrite=force)
     touched = read_base_points(touched_csv)
     with blamed_on(str(touched_csv)):
-        found = measure_bases(cell_json, touched, tolerance_mm=tolerance_mm)
+        found = measure_bases(cell_json, touched, tolerance_mm=fitting.tolerance_mm)
     with new_directory(output, overwrite=force) as folder:
         for name, record in found.files.items():
             write_file(folder / name, to_json(record), overwrite=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from wpcal.cli.option_groups import GroupedCommand, option_of
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, TOOL_HELP, TOOL_METAVAR
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def cell() -> None:
     """Make the cell file that `wpcal plan` takes, and check and draw it."""
 
 
-@cell.command()
+@cell.command(cls=GroupedCommand)
 @click.option(
     "--torch-robot",
     metavar="ARM",
@@ -94,7 +95,7 @@ def cell() -> None:
     multiple=True,
     help="Joint whose shown angle does not hold the motion of another: joint_3:joint_2 for FANUC. Repeatable.",
 )
-@click.option("--safety-mm", type=float, default=10.0, show_default=True, help="Least distance between bodies.")
+@option_of("wpcal.planning.cell.new_cell:NewCell.safety_mm", "--safety-mm", help="Least distance between bodies.")
 @click.option(
     "-o", "--out", "output", metavar="CELL.json", type=click.Path(path_type=Path), required=True, help="Output: a file."
 )
@@ -170,7 +171,7 @@ def new(
     return 0
 
 
-@cell.command()
+@cell.command(cls=GroupedCommand)
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.option("-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), help="Output: a folder.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: cell.html.")

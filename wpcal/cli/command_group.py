@@ -64,7 +64,7 @@ class CommandsByEntryPoint(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command."""
         entry = _installed().get(cmd_name)
-        return None if entry is None else _loaded(entry)
+        return None if entry is None else with_strict_numbers(_loaded(entry))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -151,7 +151,7 @@ def _loaded(entry: EntryPoint) -> click.Command:
         raise InputError(_why_not_loaded(entry, error)) from error
     if not isinstance(command, click.Command):
         raise InputError(_why_not_loaded(entry, TypeError(f"{entry.value} is not a click command")))
-    return with_strict_numbers(command)
+    return command
 
 
 def _why_not_loaded(entry: EntryPoint, error: Exception) -> str:

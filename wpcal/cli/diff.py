@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.option_groups import command, option_of
 from wpcal.cli.shared_help import JSON_HELP
 
 
-@click.command()
+@command()
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
 @click.argument("golden", metavar="GOLDEN", type=click.Path(path_type=Path))
-@click.option("--atol-mm", type=float, default=0.01, show_default=True, help="Distances up to this count as equal.")
+@option_of("wpcal.results.diff:compare_folders.atol_mm", "--atol-mm", help="Distances up to this count as equal.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the differences.")
 def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
     """Compare calibration.json and seams.json in OUT with those in GOLDEN; ends with code 1 if they differ."""

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.export_options import WeldProgramFlags
-from wpcal.cli.option_groups import takes
+from wpcal.cli.export_options import WeldProgramAsked
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from wpcal.controllers.earlier_jobs import EarlierJobs
-    from wpcal.controllers.program import WeldProgram
+    from wpcal.controllers.program.weld_program import WeldProgram
 
 
-@click.command()
+@command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "-f",
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Only write a touch setup with every key, its default and a sentence, to be changed and used with --setup.",
 )
-@takes("flags", WeldProgramFlags)
+@takes("flags", WeldProgramAsked)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folders.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was written.")
 def export(
@@ -64,7 +64,7 @@ def export(
     write_templates: Path | None,
     setup: Path | None,
     write_setup: Path | None,
-    flags: WeldProgramFlags,
+    flags: WeldProgramAsked,
     force: bool,
     as_json: bool,
 ) -> int:

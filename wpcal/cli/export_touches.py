@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.export_options import WeldProgramFlags
-
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from wpcal.cli.export_options import WeldProgramAsked
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.controllers.registry import Controller
     from wpcal.formats.registry import Exporter
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 TAKEN = frozenset(
     {
         *("folder", "formats", "out", "write_templates", "setup", "write_setup", "force", "as_json", "robot"),
-        *("program_name", "tool_name", "tool_number", "configurations", "templates"),
+        *("program_name", "tool_name", "tool_number", "config", "template"),
     }
 )
 """Parameters of the command that a plan of touches takes."""
@@ -88,7 +87,7 @@ def write_touch_setup(path: Path, *, force: bool) -> int:
 def export_touches(
     file: Path,
     exporters: Sequence[Exporter | Controller],
-    flags: WeldProgramFlags,
+    flags: WeldProgramAsked,
     *,
     setup_file: Path | None,
     out: Path | None,
@@ -101,7 +100,7 @@ def export_touches(
     ----------
     file : Path
         ``touches.json``.
-    flags : WeldProgramFlags
+    flags : WeldProgramAsked
         Its names and numbers of the controller, and the arm, are used.
     setup_file : Path or None
         The touch setup; None for its defaults.
@@ -122,7 +121,7 @@ def export_touches(
 
     plan = read_touch_plan(file)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
-    program = TouchProgram(plan, setup, flags.controller.to_settings(), _arm(plan, flags.arm.robot))
+    program = TouchProgram(plan, setup, flags.controller, _arm(plan, flags.arm.robot))
     controllers = [_with_touches(each) for each in exporters]
     targets = {each.name: (out or file.parent) / each.name for each in controllers}
     for target in targets.values():

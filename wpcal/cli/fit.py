@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import takes
-from wpcal.cli.shared_help import CRITERION_HELP, DETAILS_HELP, JSON_HELP, SOLVER_HELP, TOLERANCE_HELP
-from wpcal.cli.teaching_options import TeachingFlags
+from wpcal.cli.option_groups import command, takes
+from wpcal.cli.shared_help import DETAILS_HELP, JSON_HELP
+
+if TYPE_CHECKING:
+    from wpcal.calibrate.options import FitOptions
 
 
-@click.command()
+@command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
-@click.option(
-    "--criterion",
-    type=click.Choice(["minimax", "least_squares", "weighted", "robust"]),
-    default="minimax",
-    show_default=True,
-    help=CRITERION_HELP,
-)
-@click.option(
-    "--solver", type=click.Choice(["annealing", "exact"]), default="annealing", show_default=True, help=SOLVER_HELP
-)
 @click.option(
     "--schedule",
     type=click.Choice(["default", "yin2003"]),
@@ -30,29 +23,15 @@ from wpcal.cli.teaching_options import TeachingFlags
     show_default=True,
     help="Cooling of the annealing: ours, or that of the paper.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
-@click.option(
-    "--tolerance-mm",
-    type=float,
-    default=0.5,
-    show_default=True,
-    help=TOLERANCE_HELP,
-)
-@takes("teaching", TeachingFlags)
-@click.option("--certify", is_flag=True, help="Close the gap to the lower bound by branch and bound (slow).")
+@takes("options", "wpcal.calibrate.options:FitOptions")
 @click.option("--accept-unsure", is_flag=True, help="End with code 0 if the verdict is UNSURE.")
 @click.option("--details", is_flag=True, help=DETAILS_HELP)
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of calibration.json.")
 def fit(
     *,
     pairs_csv: Path,
-    criterion: str,
-    solver: str,
     schedule: str,
-    seed: int,
-    tolerance_mm: float,
-    teaching: TeachingFlags,
-    certify: bool,
+    options: FitOptions,
     accept_unsure: bool,
     details: bool,
     as_json: bool,
@@ -74,23 +53,22 @@ def fit(
     from wpcal.optim import AnnealingSchedule
     from wpcal.taught.pairs import read_pairs
 
-    if schedule != "default" and (solver, criterion) != ("annealing", "minimax"):
+    if schedule != "default" and (options.solver, options.criterion) != (Solver.ANNEALING, Criterion.MINIMAX):
         raise click.UsageError(
             "--schedule belongs to the annealing: it needs --solver annealing and --criterion minimax"
         )
-    error = teaching.to_error()
     pairs, check = read_pairs(pairs_csv)
     with blamed_on(str(pairs_csv)), shown_progress(f"fitting {len(pairs.names)} points"):
         result = calibrate(
             pairs,
-            criterion=Criterion(criterion),
-            solver=Solver(solver),
+            criterion=options.criterion,
+            solver=options.solver,
             schedule=AnnealingSchedule.yin2003() if schedule == "yin2003" else None,
-            seed=seed,
-            tolerance_mm=tolerance_mm,
-            teaching=error,
+            seed=options.seed,
+            tolerance_mm=options.tolerance_mm,
+            teaching=options.teaching,
             check=check,
-            certify=certify,
+            certify=options.certify,
         )
     if as_json:
         click.echo(to_json(result.to_record()), nl=False)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 
-from wpcal.core.errors import ErrorCode, InputError, WpcalError
+from wpcal.core.errors import ErrorCode, WpcalError
 
 HINTS: Mapping[str, str] = {
     ErrorCode.EXISTS: "--force",
@@ -33,12 +32,3 @@ def with_hint(error: BaseException, message: str) -> str:
     """Return the message of an error, with the options that help against it in parentheses."""
     hint = HINTS.get(error.code) if isinstance(error, WpcalError) else None
     return message if hint is None else f"{message} ({hint})"
-
-
-@contextmanager
-def named_option(flag: str) -> Iterator[None]:
-    """Put the flag before the message of an `InputError` about the value of an option."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{flag}: {error}", code=error.code) from None

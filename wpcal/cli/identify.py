@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import option, takes
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from wpcal.robot.identify.identifiability import Noise
@@ -19,61 +20,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FitFlags:
-    """What is identified, by which solver, and how it is judged."""
+class NoiseAsked:
+    """The noise of a measurement, as a person states it."""
 
-    solver: str = option(
-        "--method",
-        type=click.Choice(["least-squares", "ga-tabu"]),
-        default="least-squares",
-        show_default=True,
-        help="How the parameters are found: least squares, or the published genetic and tabu search, to compare.",
-    )
-    unknown_base: bool = option(
-        "--unknown-base", is_flag=True, help="The frame of the measurement is not the robot's base: identify it, too."
-    )
-    unknown_tool: bool = option(
-        "--unknown-tool",
-        is_flag=True,
-        help="The measured point is at an unknown place on the flange: identify it, too.",
-    )
-    parameters: str | None = option(
-        "--parameters", metavar="NAMES", help="Link parameters to identify, as theta1,d1,…; all by default."
-    )
-    folds: int | None = option(
-        "--folds", type=click.IntRange(min=2), help="Number of folds to judge by, instead of one set of test poses."
-    )
-    leave_out: str | None = option(
-        "--leave-out",
-        metavar="ROWS",
-        help="Lines of the file that are not used, as 57,58: outliers that you agree to drop.",
-    )
-    noise_mm: float | None = option(
-        "--noise-mm", type=click.FloatRange(min=0, min_open=True), help="Noise of a measured coordinate (one sigma)."
-    )
-    noise_deg: float | None = option(
-        "--noise-deg", type=click.FloatRange(min=0, min_open=True), help="Noise of a measured angle (one sigma)."
-    )
-    expected_mm: float = option(
-        "--expected-mm",
-        type=click.FloatRange(min=0, min_open=True),
-        default=2.0,
-        show_default=True,
-        help="Expected error of a length; ga-tabu searches three times as far.",
-    )
-    expected_deg: float = option(
-        "--expected-deg",
-        type=click.FloatRange(min=0, min_open=True),
-        default=0.2,
-        show_default=True,
-        help="Expected error of an angle; ga-tabu searches three times as far.",
-    )
-    seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
-    )
+    noise_mm: float | None = opt(None, "Noise of a measured coordinate (one sigma).", above=0)
+    noise_deg: float | None = opt(None, "Noise of a measured angle (one sigma).", above=0)
 
     def to_noise(self) -> Noise | None:
-        """Return the stated noise of a measurement, in millimetres and radians.
+        """Return it in millimetres and radians.
 
         Raises
         ------
@@ -89,65 +43,25 @@ class FitFlags:
             raise InputError("give --noise-mm and --noise-deg together, or neither")
         return None
 
-    def to_options(self) -> IdentifyOptions:
-        """Return the options as the identification takes them, in millimetres and radians."""
-        from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions
-
-        names = self.parameters
-        return IdentifyOptions(
-            solver=IdentificationSolver(self.solver),
-            free_base=self.unknown_base,
-            free_tool=self.unknown_tool,
-            parameters=None if names is None else tuple(name.strip() for name in names.split(",")),
-            noise=self.to_noise(),
-            folds=self.folds,
-            seed=self.seed,
-            expected_mm=self.expected_mm,
-            expected_rad=math.radians(self.expected_deg),
-            leave_out=self.to_rows(),
-        )
-
-    def to_rows(self) -> tuple[int, ...]:
-        """Return the lines of the file to leave out.
-
-        Raises
-        ------
-        InputError
-            When one of them is not a whole number.
-        """
-        from wpcal.core.errors import InputError
-        from wpcal.core.numbers import parse_whole_number
-
-        cells = [] if self.leave_out is None else self.leave_out.split(",")
-        try:
-            return tuple(parse_whole_number(cell) for cell in cells)
-        except ValueError:
-            raise InputError(f"rows to leave out: expected line numbers as 57,58, got {self.leave_out!r}") from None
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PosePlanFlags:
+class PosesAsked:
     """How many poses to choose for a measurement, and where they may be."""
 
-    count: int | None = option(
-        "--plan", metavar="N", type=click.IntRange(min=1), help="Choose N poses to measure, identify nothing."
-    )
-    positions_only: bool = option(
-        "--positions-only", is_flag=True, help="With --plan: the instrument gives no orientations."
-    )
-    above_mm: float | None = option(
-        "--above-mm", type=float, help="With --plan: least height of the flange in the base."
-    )
+    count: int | None = opt(None, "Choose N poses to measure, identify nothing.", "--plan", metavar="N", least=1)
+    positions_only: bool = opt(False, "With --plan: the instrument gives no orientations.")
+    above_mm: float | None = opt(None, "With --plan: least height of the flange in the base.")
 
 
-@click.command()
+@command()
 @click.argument("robot", metavar="ROBOT")
 @click.argument("poses_csv", metavar="[POSES.csv]", type=click.Path(path_type=Path), required=False)
 @click.option(
     "-o", "--out", "output", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Output: a folder."
 )
-@takes("fit", FitFlags)
-@takes("plan", PosePlanFlags)
+@takes("options", "wpcal.robot.identify.identification:IdentifyOptions")
+@takes("noise", NoiseAsked)
+@takes("plan", PosesAsked)
 @click.option("--charts/--no-charts", default=True, show_default=True, help="Draw charts; needs matplotlib.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: identification.json, or the poses of --plan.")
@@ -156,8 +70,9 @@ def identify(
     robot: str,
     poses_csv: Path | None,
     output: Path,
-    fit: FitFlags,
-    plan: PosePlanFlags,
+    options: IdentifyOptions,
+    noise: NoiseAsked,
+    plan: PosesAsked,
     charts: bool,
     force: bool,
     as_json: bool,
@@ -175,7 +90,7 @@ def identify(
     from wpcal.core.records import check_writable
     from wpcal.robot.kinematics.arm_file import find_arm
 
-    options = fit.to_options()
+    options = replace(options, noise=noise.to_noise())
     check_writable(output, overwrite=force)
     arm = find_arm(robot)
     if plan.count is not None:
@@ -231,7 +146,7 @@ def _write(result: Identification, record: str, output: Path, *, charts: bool, f
 
 
 def _plan(
-    arm: Arm, count: int, options: IdentifyOptions, flags: PosePlanFlags, output: Path, *, force: bool, as_json: bool
+    arm: Arm, count: int, options: IdentifyOptions, flags: PosesAsked, output: Path, *, force: bool, as_json: bool
 ) -> int:
     import numpy as np
 

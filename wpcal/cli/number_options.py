@@ -17,17 +17,18 @@ MOST_WHOLE = 2**64
 def with_strict_numbers(command: click.Command) -> click.Command:
     """Let every option and argument of a command that takes a number take nothing else."""
     for parameter in command.params:
-        if isinstance(parameter.type, click.types.FloatParamType | click.types.IntParamType):
-            parameter.type = _strict(parameter.type)
+        strict_number(parameter)
     return command
 
 
-def _strict(kind: click.ParamType[Any]) -> click.ParamType[Any]:
-    if isinstance(kind, _StrictNumber):
-        return kind
-    strict = copy.copy(kind)
-    strict.__class__ = type(type(kind).__name__, (_StrictNumber, type(kind)), {})
-    return strict
+def strict_number(parameter: click.Parameter) -> click.Parameter:
+    """Let a parameter that takes a number take nothing else."""
+    kind = parameter.type
+    is_number = isinstance(kind, click.types.FloatParamType | click.types.IntParamType)
+    if is_number and not isinstance(kind, _StrictNumber):
+        parameter.type = copy.copy(kind)
+        parameter.type.__class__ = type(type(kind).__name__, (_StrictNumber, type(kind)), {})
+    return parameter
 
 
 class _StrictNumber(click.ParamType):  # type: ignore[type-arg]  # click 8.2 has no parameters of types

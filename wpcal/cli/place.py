@@ -6,28 +6,21 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.option_groups import command, option_of
 from wpcal.cli.part_option import part_option, read_part_option
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
 
+MAP = "wpcal.planning.sequence.place:map_places"
 
-@click.command()
+
+@command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
 @part_option
-@click.option(
-    "--move",
-    type=click.Choice(["part", "robot"]),
-    default="part",
-    show_default=True,
-    help="What is moved over the map: the part, with its positioner, or the robot.",
-)
-@click.option(
-    "--range-mm", type=click.FloatRange(50.0, 3000.0), default=600.0, show_default=True, help="Largest move in x and y."
-)
-@click.option(
-    "--map-step-mm", type=click.FloatRange(10.0, 1000.0), default=100.0, show_default=True, help="Step of the map."
-)
+@option_of(f"{MAP}.moved", "--move", help="What is moved over the map: the part, with its positioner, or the robot.")
+@option_of(f"{MAP}.range_mm", "--range-mm", type=click.FloatRange(50.0, 3000.0), help="Largest move in x and y.")
+@option_of(f"{MAP}.step_mm", "--map-step-mm", type=click.FloatRange(10.0, 1000.0), help="Step of the map.")
 @click.option(
     "-o", "--out", "output", metavar="MAP.svg", type=click.Path(path_type=Path), required=True, help="Output: a file."
 )

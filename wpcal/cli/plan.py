@@ -2,97 +2,40 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import option, takes
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.part_option import part_option
-from wpcal.cli.plan_sequence import SequenceFlags
-from wpcal.cli.shared_help import ANGLE, FORCE_HELP, JSON_HELP, SPEED, SPEED_HELP, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
-from wpcal.cli.two_robots import TwoRobotFlags
+from wpcal.cli.plan_sequence import PlanPrograms
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
     from wpcal.planning.cell.one_robot import OneRobotCell
     from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.search.nsga2 import Nsga2Options
     from wpcal.planning.search.targets import WeldTargets
+    from wpcal.planning.sequence.targets import SequenceTargets
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WeldFlags:
-    """Targets of the weld and the torch, and the speed."""
-
-    slope_deg: float = option(
-        "--slope-deg", type=ANGLE, default=10.0, show_default=True, help="Target slope of the weld, uphill."
-    )
-    rotation_deg: float = option(
-        "--rotation-deg", type=ANGLE, default=0.0, show_default=True, help="Target rotation of the joint."
-    )
-    work_angle_deg: float = option("--work-angle-deg", type=ANGLE, default=0.0, show_default=True, help=WORK_ANGLE_HELP)
-    travel_angle_deg: float = option(
-        "--travel-angle-deg", type=ANGLE, default=0.0, show_default=True, help=TRAVEL_ANGLE_HELP
-    )
-    torch_range_deg: float = option(
-        "--torch-range-deg",
-        type=ANGLE,
-        default=15.0,
-        show_default=True,
-        help="Largest deviation of the torch from its target angles.",
-    )
-    speed_mm_s: float = option(
-        "--speed-mm-s",
-        type=SPEED,
-        default=6.0,
-        show_default=True,
-        help=SPEED_HELP,
-    )
-
-    def to_targets(self) -> WeldTargets:
-        """Return the angles as the search takes them, in radians."""
-        from wpcal.planning.search.targets import WeldTargets
-
-        return WeldTargets(
-            slope_rad=math.radians(self.slope_deg),
-            rotation_rad=math.radians(self.rotation_deg),
-            work_rad=math.radians(self.work_angle_deg),
-            travel_rad=math.radians(self.travel_angle_deg),
-            torch_range_rad=math.radians(self.torch_range_deg),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GeneticFlags:
+class GeneticAsked:
     """Whether and how NSGA-II searches after the deterministic search."""
 
-    generations: int = option(
-        "--generations",
-        type=click.IntRange(min=0),
-        default=0,
-        show_default=True,
-        help="Generations of NSGA-II; 0: do not run it.",
-    )
-    population: int = option(
-        "--population", type=click.IntRange(min=4), default=100, show_default=True, help="Population of NSGA-II."
-    )
-    seed: int = option(
-        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers."
-    )
+    generations: int = opt(0, "Generations of NSGA-II; 0: do not run it.", least=0)
+    options: Nsga2Options = group("wpcal.planning.search.nsga2:Nsga2Options")
 
-    def to_options(self) -> Nsga2Options | None:
+    def asked(self) -> Nsga2Options | None:
         """Return the options of NSGA-II; None without a generation."""
-        from wpcal.planning.search.nsga2 import Nsga2Options
-
-        if not self.generations:
-            return None
-        return Nsga2Options(population=self.population, generations=self.generations, seed=self.seed)
+        return replace(self.options, generations=self.generations) if self.generations else None
 
 
-@click.command()
+@command()
 @click.argument("cell_json", metavar="CELL.json", type=click.Path(path_type=Path))
 @click.argument("seams_json", metavar="[RESULT]", required=False, type=click.Path(path_type=Path))
 @click.option("--seam", metavar="NAME", help="With two robots: only this seam.  [default: those of --only]")
@@ -111,10 +54,15 @@ class GeneticFlags:
     show_default=True,
     help="Which plan is written as programs.",
 )
-@takes("sequence", SequenceFlags)
-@takes("weld", WeldFlags)
-@takes("genetic", GeneticFlags)
-@takes("two_robots", TwoRobotFlags)
+@takes("programs", PlanPrograms)
+@takes("targets", "wpcal.planning.sequence.targets:SequenceTargets", without=["seed"], later=True)
+@takes("weld", "wpcal.planning.search.targets:WeldTargets", later=True)
+@takes("genetic", GeneticAsked)
+@click.option(
+    "--joints",
+    is_flag=True,
+    help="Programs of two robots as joint moves with a mark at every point of the seam, not as coordinated motion.",
+)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of pareto.json.")
 def plan(
@@ -126,10 +74,11 @@ def plan(
     output: Path | None,
     check_only: bool,
     prefer: str,
-    sequence: SequenceFlags,
-    weld: WeldFlags,
-    genetic: GeneticFlags,
-    two_robots: TwoRobotFlags,
+    programs: PlanPrograms,
+    targets: Callable[[], SequenceTargets],
+    weld: Callable[[], WeldTargets],
+    genetic: GeneticAsked,
+    joints: bool,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -165,16 +114,16 @@ def plan(
 
         if part is not None:
             raise click.UsageError("--part is for one robot: the bodies of a held part are in its cell file")
-        options = genetic.to_options()
-        request = TwoRobotRequest(cell, seams_json, output, two_robots.joints, weld, prefer, options, sequence)
+        request = TwoRobotRequest(
+            cell, seams_json, output, joints, weld(), targets().speed_mm_s, prefer, genetic.asked(), programs
+        )
         return run_seams_of_two_robots(request, seam, force=force, as_json=as_json)
     from wpcal.cli.plan_sequence import SequenceRequest, run_sequence
 
     if seam is not None:
         raise click.UsageError("--seam is for two robots; name the seams of one robot with --only")
-    asked = SequenceRequest(
-        cell, seams_json, output, sequence.to_targets(weld, seed=genetic.seed), sequence, prefer, part
-    )
+    seeded = replace(targets(), seed=genetic.options.seed)
+    asked = SequenceRequest(cell, seams_json, output, seeded, programs, prefer, part)
     return run_sequence(asked, force=force, as_json=as_json)
 
 

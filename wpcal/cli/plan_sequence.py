@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.export_options import ControllerFlags, PathFlags
-from wpcal.cli.option_groups import option
+from wpcal.cli.export_options import PathAsked
 from wpcal.cli.part_option import read_part_option
-from wpcal.cli.shared_help import ANGLE, ONLY_HELP
-from wpcal.cli.weld_options import ArcFlags
+from wpcal.cli.shared_help import ONLY_HELP
+from wpcal.cli.weld_options import ArcAsked
+from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from wpcal.cli.plan import WeldFlags
     from wpcal.controllers.program.planned_program import PlanOutput
+    from wpcal.controllers.program.weld_program import ControllerSettings
     from wpcal.controllers.registry import Controller
     from wpcal.core.arrays import FloatArray
     from wpcal.planning.cell.one_robot import OneRobotCell
@@ -31,57 +31,20 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SequenceFlags:
-    """What is asked for with one robot."""
+class PlanPrograms:
+    """Which seams are planned, and how plans become programs."""
 
-    only: str | None = option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP}  [default: the accepted ones]")
-    position: str = option(
-        "--position",
-        type=click.Choice(["flat", "PA", "PB", "any"]),
-        default="flat",
-        show_default=True,
-        help="With one robot: the weld position that the positioner brings seams into; flat: PA, PB or between.",
-    )
-    position_tol_deg: float = option(
-        "--position-tol-deg",
-        type=ANGLE,
-        default=10.0,
-        show_default=True,
-        help="How far from the weld position a seam is still in position.",
-    )
-    order: str = option(
-        "--order",
-        type=click.Choice(["time", "listed", "skip", "pairs"]),
-        default="time",
-        show_default=True,
-        help="Order of the seams: least time, as listed, each far from the two before it (skip), or each followed by "
-        "the one opposite (pairs); the last two for less distortion. Tack welds come first, then bead by bead.",
-    )
-
-    formats: tuple[str, ...] = option(
+    only: str | None = opt(None, f"{ONLY_HELP}  [default: the accepted ones]", metavar="W1,W5-W8")
+    formats: tuple[str, ...] = opt(
+        (),
+        "Language or maker, as rapid or abb; repeatable.  [default: all that can hold a plan]",
         "-f",
         "--format",
-        multiple=True,
-        help="Language or maker, as rapid or abb; repeatable.  [default: all that can hold a plan]",
+        many=True,
     )
-    path: PathFlags
-    controller: ControllerFlags
-    arc: ArcFlags
-
-    def to_targets(self, weld: WeldFlags, *, seed: int) -> SequenceTargets:
-        """Return what a sequence is asked for, angles in radians."""
-        from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
-
-        return SequenceTargets(
-            position=WeldPosition(self.position),
-            position_tol_rad=math.radians(self.position_tol_deg),
-            work_rad=math.radians(weld.work_angle_deg),
-            travel_rad=math.radians(weld.travel_angle_deg),
-            torch_range_rad=math.radians(weld.torch_range_deg),
-            order=WeldOrder(self.order),
-            speed_mm_s=weld.speed_mm_s,
-            seed=seed,
-        )
+    path: PathAsked = group(PathAsked)
+    controller: ControllerSettings = group("wpcal.controllers.program.weld_program:ControllerSettings")
+    arc: ArcAsked = group(ArcAsked)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +57,7 @@ class SequenceRequest:
         A folder with ``seams.json``, or the file.
     output : Path
         The folder.
-    flags : SequenceFlags
+    flags : PlanPrograms
         Seams, languages, tolerance of the path, names in the controller, and the arc.
     prefer : str
         Which plan is written as programs.
@@ -106,7 +69,7 @@ class SequenceRequest:
     result: Path
     output: Path
     targets: SequenceTargets
-    flags: SequenceFlags
+    flags: PlanPrograms
     prefer: str
     part: Path | None
 
@@ -199,7 +162,7 @@ def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
 
 
 def _with_welds(
-    given: SequenceInput, cell: OneRobotCell, flags: SequenceFlags, result: Path, speed_mm_s: float
+    given: SequenceInput, cell: OneRobotCell, flags: PlanPrograms, result: Path, speed_mm_s: float
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
     from wpcal.controllers.program.planned_program import PlanOutput
@@ -211,8 +174,8 @@ def _with_welds(
     folder = result if result.is_dir() else result.parent
     is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
     record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
-    output = PlanOutput(flags.path.to_tolerance(), flags.controller.to_settings(), arc, record, given.part is not None)
-    return given if welds is None else given.with_welds(welds, flags.arc.choice(), speed_mm_s), output
+    output = PlanOutput(flags.path.tolerance, flags.controller, arc, record, given.part is not None)
+    return given if welds is None else given.with_welds(welds, flags.arc.choice, speed_mm_s), output
 
 
 def _programs(

@@ -5,27 +5,13 @@ The first sentence is the same in every command; a command may add another one.
 
 from __future__ import annotations
 
-import click
-
-ANGLE = click.FloatRange(-180.0, 180.0)
-SPEED = click.FloatRange(min=0, min_open=True)
-
 JSON_HELP = "Print JSON on stdout"
 FORCE_HELP = "Replace what exists"
 """A command adds what it writes, after a colon."""
 
-CRITERION_HELP = (
-    "What is minimised: the largest distance (the published criterion), the sum of squares, the sum of squares "
-    "weighted by the stated errors of the points, or the sum of squares over the points that agree."
-)
-SOLVER_HELP = (
-    "Where the search for minimax begins: at the result of simulated annealing (as published), or at the least-squares "
-    "fit (faster). Both are then refined."
-)
 DETAILS_HELP = "Also print the objective, its lower bound and the gap, and the correction in radians."
 TOLERANCE_HELP = "Allowed error: the verdict compares with it, and larger errors end with code 1."
 SIGMA_HELP = "Teaching error: standard deviation per axis."
-BOUND_HELP = "Teaching error: largest error per axis."
 
 ONLY_HELP = "Only these seams: names and ranges."
 KIND_HELP = "Only these kinds of features."
@@ -35,7 +21,4 @@ TOOL_HELP = (
     "Tool centre point in the flange frame: numbers in mm and degrees (R = Rz Ry Rx), or the file of `wpcal tcp`."
 )
 XMCF_HELP = "Welds of an xMCF file (ISO/PAS 8329, coordinates of the part)"
-WORK_ANGLE_HELP = "Work angle of the torch: from the bisector, + towards y."
-TRAVEL_ANGLE_HELP = "Travel angle of the torch: + push (0 to 15 is usual), - drag."
-SPEED_HELP = "Speed along the seam."
 DASK_HELP = "Work on the workers of this Dask scheduler"

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.shared_help import BOUND_HELP, DASK_HELP, FORCE_HELP, JSON_HELP
+from wpcal.cli.option_groups import command, option_of
+from wpcal.cli.shared_help import DASK_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -19,28 +20,23 @@ if TYPE_CHECKING:
     from wpcal.study.teaching_error import Chunk
 
 BAR_WIDTH = 40
+STUDY = "wpcal.study.teaching_error:run_error_study"
 
 
-@click.command()
+@command()
 @click.argument("pairs_csv", metavar="PAIRS.csv", type=click.Path(path_type=Path))
-@click.option("--bound-mm", type=float, default=0.5, show_default=True, help=BOUND_HELP)
-@click.option("--trials", type=click.IntRange(min=1), default=10_000, show_default=True, help="Number of fits.")
-@click.option(
-    "--at",
-    "place",
-    type=click.Choice(["cube", "corners", "common"]),
-    default="cube",
-    show_default=True,
-    help="Errors anywhere in the cube, on its corners, or the same for all points.",
+@option_of(f"{STUDY}.bound_mm", "--bound-mm", help="Teaching error: largest error per axis.")
+@option_of(f"{STUDY}.trials", "--trials", type=click.IntRange(min=1), help="Number of fits.")
+@option_of(
+    f"{STUDY}.place", "--at", "place", help="Errors anywhere in the cube, on its corners, or the same for all points."
 )
-@click.option(
+@option_of(
+    f"{STUDY}.criterion",
     "--criterion",
     type=click.Choice(["minimax", "least_squares"]),
-    default="minimax",
-    show_default=True,
     help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
+@option_of(f"{STUDY}.seed", "--seed", type=click.IntRange(min=0), help="Seed of all random numbers.")
 @click.option("--dask", metavar="tcp://HOST:PORT", help=f"{DASK_HELP}: they fit, and the numbers are the same.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import takes
-from wpcal.cli.program_options import ProgramFlags
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
+if TYPE_CHECKING:
+    from wpcal.controllers.points_asked import PointsAsked
 
-@click.command()
+
+@command()
 @click.argument("program", metavar="PROGRAM", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--out", metavar="TAUGHT.csv", type=click.Path(path_type=Path), help="Output: a table.  [default: stdout]"
 )
-@takes("reading", ProgramFlags)
+@takes("reading", "wpcal.controllers.points_asked:PointsAsked")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")
-def taught(*, program: Path, out: Path | None, reading: ProgramFlags, force: bool, as_json: bool) -> int:
+def taught(*, program: Path, out: Path | None, reading: PointsAsked, force: bool, as_json: bool) -> int:
     """Read taught points from PROGRAM (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as) in base coordinates.
 
     The column feature repeats the name of the point. Replace it by the name of the touched feature. `wpcal calibrate`

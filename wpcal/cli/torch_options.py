@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import click
-
-from wpcal.cli.option_groups import option
-from wpcal.cli.shared_help import ANGLE, TRAVEL_ANGLE_HELP, WORK_ANGLE_HELP
+from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from wpcal.robot.torch.attitude import TorchSettings
@@ -17,71 +14,47 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TipFlags:
-    """Where the tool centre point is, and how the tool is turned to the wire."""
+class SpinAsked:
+    """How far the tool may turn about the wire."""
 
-    standoff_mm: float = option(
-        "--standoff-mm", type=float, default=0.0, show_default=True, help="Tool centre point back from the seam."
-    )
-    tool_axis: str = option(
-        "--tool-axis",
-        type=click.Choice(["z", "x"]),
-        default="z",
-        show_default=True,
-        help="Axis of the tool along the wire.",
+    spin_range_deg: float | None = opt(
+        None,
+        "How far the tool may turn about the wire to turn less along a seam; 0: it follows the travel, or the neck as "
+        "it was felt.  [default: 180; 0 if the torch of seams.json has a bent neck]",
     )
 
+    def spun(self, torch: TorchSettings, shape: TorchShape) -> TorchSettings:
+        """Return how the torch is held; the turn of a bent neck is fixed.
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TorchFlags:
-    """How the torch is held at the seam."""
-
-    work_angle_deg: float = option("--work-angle-deg", type=ANGLE, default=0.0, show_default=True, help=WORK_ANGLE_HELP)
-    travel_angle_deg: float = option(
-        "--travel-angle-deg", type=ANGLE, default=0.0, show_default=True, help=TRAVEL_ANGLE_HELP
-    )
-    tip: TipFlags
-    spin_range_deg: float | None = option(
-        "--spin-range-deg",
-        type=float,
-        help="How far the tool may turn about the wire to turn less along a seam; 0: it follows the travel, or the "
-        "neck as it was felt.  [default: 180; 0 if the torch of seams.json has a bent neck]",
-    )
-
-    def to_settings(self, shape: TorchShape) -> TorchSettings:
-        """Return the torch as the programs take it, angles in radians; the turn of a bent neck is fixed."""
+        Raises
+        ------
+        InputError
+            If a turn is asked for with a bent neck.
+        """
         from wpcal.core.errors import InputError
-        from wpcal.robot.torch.attitude import ToolAxis, TorchSettings
 
-        work_rad, travel_rad = math.radians(self.work_angle_deg), math.radians(self.travel_angle_deg)
         if shape.neck is not None and self.spin_range_deg:
             raise InputError(
                 f"--spin-range-deg {self.spin_range_deg:g}: the neck of {shape.name} is free as it is turned in "
                 "seams.json, and in no other way; leave the option away"
             )
-        usual_deg = 180.0 if shape.neck is None else 0.0
-        spin_rad = math.radians(usual_deg if self.spin_range_deg is None else self.spin_range_deg)
-        return TorchSettings(work_rad, travel_rad, self.tip.standoff_mm, ToolAxis(self.tip.tool_axis), spin_rad)
+        if self.spin_range_deg is not None:
+            return replace(torch, spin_range_rad=math.radians(self.spin_range_deg))
+        return torch if shape.neck is None else replace(torch, spin_range_rad=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TorchShapeFlags:
+class TorchAsked:
     """The shape of the torch that is compared with the part."""
 
-    wire_mm: float | None = option(
-        "--wire-mm",
-        type=float,
-        help="From the tip of the wire to the nozzle.  [default: that of the torch in seams.json, else 20]",
+    wire_mm: float | None = opt(
+        None, "From the tip of the wire to the nozzle.  [default: that of the torch in seams.json, else 20]"
     )
-    nozzle_radius_mm: float | None = option(
-        "--nozzle-radius-mm",
-        type=float,
-        help="Radius of nozzle and neck.  [default: that of the torch in seams.json, else 11]",
+    nozzle_radius_mm: float | None = opt(
+        None, "Radius of nozzle and neck.  [default: that of the torch in seams.json, else 11]"
     )
-    torch_length_mm: float | None = option(
-        "--torch-length-mm",
-        type=float,
-        help="Length of the torch that is compared.  [default: that of the torch in seams.json, else 300]",
+    torch_length_mm: float | None = opt(
+        None, "Length of the torch that is compared.  [default: that of the torch in seams.json, else 300]"
     )
 
     def to_shape(self, felt: TorchShape | None = None) -> TorchShape:

@@ -10,11 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import option
-
 if TYPE_CHECKING:
-    from wpcal.cli.plan import WeldFlags
-    from wpcal.cli.plan_sequence import SequenceFlags
+    from wpcal.cli.plan_sequence import PlanPrograms
     from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.planning.cell.robot_cell import RobotCell
     from wpcal.planning.plan.coordinated import CoordinatedRun
@@ -25,17 +22,7 @@ if TYPE_CHECKING:
     from wpcal.planning.search.pareto import Preference
     from wpcal.planning.search.planning_result import PlanningResult
     from wpcal.planning.search.problem import PlanningProblem
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TwoRobotFlags:
-    """How the programs of two robots are written."""
-
-    joints: bool = option(
-        "--joints",
-        is_flag=True,
-        help="Programs of two robots as joint moves with a mark at every point of the seam, not as coordinated motion.",
-    )
+    from wpcal.planning.search.targets import WeldTargets
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +37,9 @@ class TwoRobotRequest:
         The folder.
     joints : bool
         Whether programs are joint moves.
-    weld : WeldFlags
-        Targets and speed.
     prefer : str
         Which plan is written as programs.
-    programs : SequenceFlags
+    programs : PlanPrograms
         Seams, languages, tolerance of the path, names in the controller, and the arc.
     """
 
@@ -62,10 +47,11 @@ class TwoRobotRequest:
     result: Path
     output: Path
     joints: bool
-    weld: WeldFlags
+    weld: WeldTargets
+    speed_mm_s: float
     prefer: str
     genetic: Nsga2Options | None
-    programs: SequenceFlags
+    programs: PlanPrograms
 
     @property
     def seams_json(self) -> Path:
@@ -93,7 +79,7 @@ class TwoRobotRequest:
         from wpcal.planning.search.problem import PlanningProblem
 
         path = read_seam_path(self.seams_json, seam, self.cell)
-        return PlanningProblem(self.cell, path, self.weld.to_targets(), self.weld.speed_mm_s)
+        return PlanningProblem(self.cell, path, self.weld, self.speed_mm_s)
 
     def names(self) -> list[str]:
         """Return the seams of ``--only``, else the accepted ones, in the order of the file.
@@ -172,7 +158,7 @@ def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: b
     for issue in check_cell(cell):
         if issue.code != "bases-too-near":  # the search refuses such a cell with the same words
             click.echo(f"wpcal: odd cell: {issue.message}", err=True)
-    if held.weld is not None and held.weld.tacks_mm and asked.programs.arc.tacks != "off":
+    if held.weld is not None and held.weld.tacks_mm and asked.programs.arc.choice.tacks.value != "off":
         click.echo(f"wpcal: {tacks_left_out(held.weld)}", err=True)
     try:
         with counted_progress("starting") as progress:
@@ -210,9 +196,9 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
             "programs of two robots have the joints of the plan, or configurations that follow from them: leave out "
             "--config"
         )
-    if flags.arc.tacks == "only":
+    if flags.arc.choice.tacks.value == "only":
         raise InputError("a plan of two robots is one bead along the whole seam: leave out --tacks only")
-    if flags.arc.weave == "points":
+    if flags.arc.choice.weave.value == "points":
         raise InputError("a plan of two robots has no weave of points: leave out --weave points")
 
 
@@ -252,7 +238,6 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     from wpcal.core.transform import RigidTransform
     from wpcal.planning.cell.robot_cell import part_in_world
     from wpcal.planning.plan.seam_file import read_held_seams
-    from wpcal.robot.moves import PathTolerance
     from wpcal.seam.path.position import weld_positions
 
     cell = asked.cell
@@ -269,7 +254,7 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
         positions={} if position == "-" else {seam.name: (position, "plan.json")},
     )
     weld = None if welds is None else welds[seam.name]
-    return HeldWeld(seam=seam, tolerance=PathTolerance(asked.programs.path.path_tol_mm), weld=weld, arc=arc)
+    return HeldWeld(seam=seam, tolerance=asked.programs.path.fitted, weld=weld, arc=arc)
 
 
 def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
@@ -280,7 +265,7 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
 
     if run.verdict is not CollisionVerdict.FREE:
         return Programs()
-    cell, settings = asked.cell, asked.programs.controller.to_settings()
+    cell, settings = asked.cell, asked.programs.controller
     settings = replace(settings, program_name=f"{settings.program_name}_{run.plan.seam}")
     names = [controller_named(name).name for name in asked.programs.formats] or None
     if asked.joints:

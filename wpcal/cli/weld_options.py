@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import option
+from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -22,14 +22,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WeldRuleFlags:
+class WeldRulesAsked:
     """Which table of rules gives weld data."""
 
-    weld_rules: Path | None = option(
-        "--weld-rules",
+    weld_rules: Path | None = opt(
+        None,
+        "Your table of weld data by joint, thickness and position.  [default: that of wpcal]",
         metavar="RULES.toml",
-        type=click.Path(path_type=Path),
-        help="Your table of weld data by joint, thickness and position.  [default: that of wpcal]",
     )
 
     def read(self) -> RuleTable:
@@ -50,52 +49,22 @@ class WeldRuleFlags:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArcFlags:
+class ArcAsked:
     """The weld data of a program, and whether it switches the arc."""
 
-    welds: Path | None = option(
-        "--welds",
+    welds: Path | None = opt(
+        None,
+        "Weld data of `wpcal welds`: speeds, angles, passes, stitches, and what --arc on writes.",
         metavar="WELDS.json",
-        type=click.Path(path_type=Path),
-        help="Weld data of `wpcal welds`: speeds, angles, passes, stitches, and what --arc on writes.",
     )
-    rules: WeldRuleFlags
-    arc: str = option(
-        "--arc",
-        type=click.Choice(["off", "on"]),
-        default="off",
-        show_default=True,
-        help="Write arc instructions; off is a dry run without them. On needs --welds.",
+    rules: WeldRulesAsked = group(WeldRulesAsked)
+    arc: str = opt(
+        "off",
+        "Write arc instructions; off is a dry run without them. On needs --welds.",
+        choices=("off", "on"),
     )
-    arc_output: int | None = option(
-        "--arc-output",
-        metavar="N",
-        type=click.IntRange(min=0),
-        help="Digital output that switches the arc: for KUKA without ArcTech, Universal Robots, Staubli.  "
-        "[default: functions of yours, arc_start and arc_end]",
-    )
-
-    tacks: str = option(
-        "--tacks",
-        type=click.Choice(["first", "only", "off"]),
-        default="first",
-        show_default=True,
-        help="Tack welds of the weld data: before all welds, only these, or none.",
-    )
-    weave: str = option(
-        "--weave",
-        type=click.Choice(["controller", "points"]),
-        default="controller",
-        show_default=True,
-        help="Weaves of the weld data: an instruction of the controller, or points, for Universal Robots, Staubli and "
-        "KUKA without ArcTech.",
-    )
-
-    def choice(self) -> RunChoice:
-        """Return which runs the program has."""
-        from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
-
-        return RunChoice(Tacks(self.tacks), WeaveBy(self.weave))
+    settings: ArcSettings = group("wpcal.controllers.program.arc:ArcSettings")
+    choice: RunChoice = group("wpcal.weld.runs:RunChoice")
 
     def read(
         self,
@@ -153,7 +122,6 @@ class ArcFlags:
         InputError
             When it is asked for without weld data.
         """
-        from wpcal.controllers.program.arc import ArcSettings
         from wpcal.core.errors import ErrorCode, InputError
 
         if self.arc != "on":
@@ -161,4 +129,4 @@ class ArcFlags:
         if self.welds is None:
             what = "arc instructions need weld data; write them with wpcal welds, check them, and give the file"
             raise InputError(what, code=ErrorCode.WELDS_MISSING)
-        return ArcSettings(self.arc_output)
+        return self.settings

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from wpcal.cli.export_options import SelectionFlags
-from wpcal.cli.option_groups import option, takes
+from wpcal.cli.export_options import SelectionAsked
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, XMCF_HELP
-from wpcal.cli.weld_options import WeldRuleFlags
+from wpcal.cli.weld_options import WeldRulesAsked
+from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,26 +24,23 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StatingFlags:
+class StatingAsked:
     """What states values of welds, beside the rules."""
 
-    values: Path | None = option(
-        "--values",
+    values: Path | None = opt(
+        None,
+        "Take the values that FILE states: of the page (--html), or any WELDS.json. All others of -o stay.",
         metavar="FILE",
-        type=click.Path(path_type=Path),
-        help="Take the values that FILE states: of the page (--html), or any WELDS.json. All others of -o stay.",
     )
-    settings: tuple[str, ...] = option(
+    settings: tuple[str, ...] = opt(
+        (),
+        "State a value, for example W1-W4:leg_mm=5; an empty VALUE gives it back to the rules. Repeatable.",
         "--set",
-        multiple=True,
+        many=True,
         metavar="SEAMS:NAME=VALUE",
-        help="State a value, for example W1-W4:leg_mm=5; an empty VALUE gives it back to the rules. Repeatable.",
     )
-    xmcf: Path | None = option(
-        "--xmcf",
-        metavar="WELDS.xml",
-        type=click.Path(path_type=Path),
-        help=f"{XMCF_HELP}: size, thickness, gap, angle and stitches are taken.",
+    xmcf: Path | None = opt(
+        None, f"{XMCF_HELP}: size, thickness, gap, angle and stitches are taken.", metavar="WELDS.xml"
     )
 
     def read(self, output: Path | None, table: RuleTable, finished: FinishedCalibration) -> Stated:
@@ -84,7 +82,7 @@ class Stated:
     source: str
 
 
-@click.command()
+@command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "-o",
@@ -94,9 +92,9 @@ class Stated:
     type=click.Path(path_type=Path),
     help="Output: a file. If it exists, values that you changed in it are kept.",
 )
-@takes("selection", SelectionFlags)
-@takes("rules", WeldRuleFlags)
-@takes("stating", StatingFlags)
+@takes("selection", SelectionAsked)
+@takes("rules", WeldRulesAsked)
+@takes("stating", StatingAsked)
 @click.option(
     "--html",
     metavar="FILE",
@@ -121,9 +119,9 @@ def welds(
     *,
     folder: Path,
     output: Path | None,
-    selection: SelectionFlags,
-    rules: WeldRuleFlags,
-    stating: StatingFlags,
+    selection: SelectionAsked,
+    rules: WeldRulesAsked,
+    stating: StatingAsked,
     html: Path | None,
     write_xmcf: Path | None,
     write_rules: Path | None,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.program.weld_program import WeldProgram
 from wpcal.controllers.registry import (
     Controller,
     controller_names,
@@ -15,6 +15,7 @@ from wpcal.controllers.registry import (
     suggestion,
 )
 from wpcal.core.errors import InputError
+from wpcal.core.options import named_option
 
 EXPORTERS = "wpcal.exporters"
 """The entry-point group of formats that do not belong to a controller."""
@@ -61,3 +62,22 @@ def exporter_named(name: str) -> Exporter | Controller:
     if not isinstance(exporter, Exporter):
         raise InputError(f"format {name!r}: the entry point {entry.value} is not a wpcal.formats.Exporter")
     return exporter
+
+
+def parse_configurations(given: Sequence[str]) -> Mapping[str, str]:
+    """Return configurations of an arm by the format that they are for, "" for all, from texts ``[FORMAT=]CONFIG``.
+
+    Raises
+    ------
+    InputError
+        When a format is unknown, or given twice.
+    """
+    configurations: dict[str, str] = {}
+    for each in given:
+        name, _, value = each.rpartition("=")
+        with named_option(f"--config {each}"):
+            name = name and exporter_named(name).name
+        if name in configurations:
+            raise InputError(f"--config {each}: {f'{name} is' if name else 'a value for all formats is'} given twice")
+        configurations[name] = value.strip()
+    return configurations

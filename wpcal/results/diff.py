@@ -17,6 +17,8 @@ from wpcal.results.folder import CALIBRATION_FILE, RECORD_SCHEMAS, SEAMS_FILE, r
 
 LEVER_MM = 1000.0
 """A rotation is measured by the arc at this distance: the size of a large welded part."""
+EQUAL_MM = 0.01
+"""Distances up to this count as equal: a tenth of the repeatability of a robot."""
 COMPARED_NUMBERS = ("objective_mm", "lower_bound_mm", "rms_mm")
 COMPARED_WORDS = ("verdict", "criterion", "certified", "robot_space")
 
@@ -43,7 +45,7 @@ class Difference:
         return asdict(self)
 
 
-def compare_folders(found: Path, golden: Path, *, atol_mm: float) -> list[Difference]:
+def compare_folders(found: Path, golden: Path, *, atol_mm: float = EQUAL_MM) -> list[Difference]:
     """Compare the records that the golden folder holds; it may hold only one of the two.
 
     Parameters

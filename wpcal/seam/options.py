@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
-import numpy as np
-
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt, opt_deg
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.limits import LEAST_SEAM_MM, MEETING_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
 
@@ -30,20 +30,20 @@ class StepOptions:
 
     Raises
     ------
-    InputError : If a value is not positive, or the least step is larger than the largest.
+    InputError : If a value is not positive, a turn above half a turn, or the least step larger than the largest.
     """
 
-    chord_mm: float = 0.1  #: Largest distance of the seam from the chord between neighbouring points, mm.
-    #: Points nearer than this to their neighbour are removed where the chord bound allows it, mm.
-    min_step_mm: float = 1.0
-    max_step_mm: float = 10.0  #: Largest distance along the seam between neighbours, mm.
-    #: Largest turn of the frame between neighbours, rad. It takes precedence over the least step.
-    turn_rad: float = float(np.radians(45.0))
+    chord_mm: float = opt(0.1, "Largest chord error.")
+    min_step_mm: float = opt(1.0, "Smallest step along a seam.")
+    max_step_mm: float = opt(10.0, "Largest step along a seam.")
+    turn_rad: float = opt_deg(45.0, "Largest turn of the frame between points.")
 
     def __post_init__(self) -> None:
-        for name in ("chord_mm", "max_step_mm", "turn_rad"):
+        for name in ("chord_mm", "max_step_mm"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name} must be positive, got {getattr(self, name)}")
+        if not 0 < self.turn_rad <= math.pi:
+            raise InputError(f"--turn-deg must be above 0 and at most 180, got {math.degrees(self.turn_rad):g}")
         if not 0 <= self.min_step_mm <= self.max_step_mm:
             raise InputError(f"min_step_mm must be between 0 and max_step_mm, got {self.min_step_mm}")
 
@@ -52,12 +52,28 @@ class StepOptions:
 class Judging:
     """What a person says about members, and how sure a seam must be."""
 
-    #: Names of solids that can be welded, whatever the evidence; ``*`` and ``?`` match any letters. The name of a
-    #: product or an instance above stands for all solids in it.
-    weld: tuple[str, ...] = ()
-    #: Names of solids that are not welded. If both fit a solid, the name with more letters counts.
-    not_welded: tuple[str, ...] = ()
-    level: Level = Level.USUAL
+    weld: tuple[str, ...] = opt(
+        (),
+        "The solids of this name can be welded, whatever the evidence; * and ? match any letters. The name may be that "
+        "of a product or an instance above them.",
+        metavar="NAME",
+        many=True,
+    )
+    not_welded: tuple[str, ...] = opt(
+        (),
+        "The solids of this name are not welded. If --weld fits, too, the name with more letters counts.",
+        "--not",
+        metavar="NAME",
+        many=True,
+    )
+    level: Level = opt(
+        Level.USUAL,
+        "How sure a seam must be.",
+        switches={
+            "--strict": (Level.STRICT, "Accept only what is sure."),
+            "--generous": (Level.GENEROUS, "Accept also what one doubtful finding speaks against."),
+        },
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +96,30 @@ class Reach:
     InputError : If a range does not hold 0, or goes beyond 60 degrees (the spin: 180).
     """
 
-    torch: TorchShape = USUAL_TORCH
-    #: `work_deg`, `travel_deg`: Least and largest angle across and along the seam; positive travel is push.
-    work_deg: tuple[float, float] = (-15.0, 15.0)
-    travel_deg: tuple[float, float] = (-35.0, 35.0)
-    #: Least and largest turn of a bent neck about the wire; at 0 it bends against the travel.
-    spin_deg: tuple[float, float] = (-180.0, 180.0)
+    torch: TorchShape = opt(
+        USUAL_TORCH,
+        "The torch with which reach is judged: one of wpcal torches, or a file of that form.",
+        metavar="NAME|FILE",
+        read="wpcal.robot.torch.file:find_torch",
+        show=lambda torch: torch.name,
+    )
+    work_deg: tuple[float, float] = opt(
+        (-15.0, 15.0), "How far the torch may lean across a seam.", "--work-range-deg", metavar="FROM,TO"
+    )
+    travel_deg: tuple[float, float] = opt(
+        (-35.0, 35.0),
+        "How far the torch may lean along a seam; push is positive.",
+        "--travel-range-deg",
+        metavar="FROM,TO",
+    )
+    spin_deg: tuple[float, float] = opt(
+        (-180.0, 180.0),
+        "How far a bent neck may be turned about the wire, either way; at 0 it bends against the travel.",
+        "--neck-range-deg",
+        type=float,
+        read=lambda most: (-most, most),
+        show=lambda turn: turn[1],
+    )
 
     def __post_init__(self) -> None:
         for name, most in (("work", MOST_LEAN_DEG), ("travel", MOST_LEAN_DEG), ("spin", 180.0)):
@@ -106,26 +140,32 @@ class SeamOptions:
     InputError : If a length is negative or not finite.
     """
 
-    #: Largest gap between members; by default 0.5 mm, on parts smaller than 200 mm 0.25 % of their diagonal.
-    gap_mm: float | None = None
-    #: `AUTO` takes concave edges of solids that touch no other solid and may be built up of plates, bars and tubes
-    #: (`built_up.why_one_piece`).
-    concave: ConcaveEdges = ConcaveEdges.AUTO
-    split_rad: float = float(np.radians(30.0))  #: A seam ends where its direction turns by more, rad.
+    gap_mm: float | None = opt(None, "Largest gap between members.  [default: by part size, at most 0.5]")
+    concave: ConcaveEdges = opt(
+        ConcaveEdges.AUTO,
+        "Take concave edges inside one solid as seams; auto: only of solids that touch no other solid and are built up "
+        "of plates, bars and tubes.",
+    )
+    split_rad: float = opt_deg(30.0, "A seam ends where it turns by more.")
     steps: StepOptions = field(default_factory=StepOptions)
-    min_length_mm: float = LEAST_SEAM_MM  #: Least length of an accepted seam, mm.
-    join_mm: float = MOST_BRIDGE_MM  #: Contacts in one line are joined across interruptions of at most this length, mm.
+    min_length_mm: float = opt(LEAST_SEAM_MM, "Least length of an accepted seam.")
+    join_mm: float = opt(
+        MOST_BRIDGE_MM, "Join contacts in one line across interruptions of at most this length; 0 joins none."
+    )
     judging: Judging = Judging()
     reach: Reach = Reach()
-    #: Whether accepted seams that meet at a corner of a member are welded in one run round it, with the short ends
-    #: between them (`judge.wrapping`).
-    wrap: bool = False
-    #: The gaps that joints of this part have by design; by default they are measured (`find.play`).
+    wrap: bool = opt(
+        False, "Weld seams that meet at a corner of a member in one run round it, with the short ends between them."
+    )
     play: tuple[Play, ...] | None = None
 
     def __post_init__(self) -> None:
+        if self.gap_mm is not None and not self.gap_mm > 0:
+            raise InputError(f"--gap-mm must be positive, got {self.gap_mm}")
+        if not 0 <= self.split_rad <= math.pi:
+            raise InputError(f"--split-deg must be between 0 and 180, got {math.degrees(self.split_rad):g}")
         for name in ("min_length_mm", "join_mm"):
-            if not 0 <= getattr(self, name) < np.inf:
+            if not 0 <= getattr(self, name) < math.inf:
                 raise InputError(f"{name} must be 0 or more, got {getattr(self, name)}")
 
     def gap_for(self, graph: BrepGraph) -> float:

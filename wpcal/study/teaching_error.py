@@ -87,7 +87,7 @@ def run_error_study(
     p_part: FloatArray,
     T_base_part: RigidTransform,
     *,
-    bound_mm: float = 0.5,
+    bound_mm: float = PAPER_USUAL_MM,
     trials: int = 10_000,
     place: ErrorPlace = ErrorPlace.CUBE,
     criterion: Criterion = Criterion.MINIMAX,

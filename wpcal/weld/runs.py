@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 from wpcal.seam.seam import Seam, SeamFrames, WeldType
 from wpcal.weld.passes import Bead
 from wpcal.weld.seam_weld import SeamWeld
@@ -44,8 +45,12 @@ class WeaveBy(Enum):
 class RunChoice:
     """Which runs a program has."""
 
-    tacks: Tacks = Tacks.FIRST
-    weave: WeaveBy = WeaveBy.CONTROLLER
+    tacks: Tacks = opt(Tacks.FIRST, "Tack welds of the weld data: before all welds, only these, or none.")
+    weave: WeaveBy = opt(
+        WeaveBy.CONTROLLER,
+        "Weaves of the weld data: an instruction of the controller, or points, for Universal Robots, Staubli and KUKA "
+        "without ArcTech.",
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,8 +6,8 @@ from importlib.metadata import entry_points
 
 IN_THE_PARENT = (
     "cad.batch.host",
-    "cad.cli.calibrate_jobs",
-    "cad.cli.recorded",
+    "cad.batch.jobs",
+    "cad.batch.recorded",
     "cad.kernel.child",
     "cad.pick.server",
     "cad.sheet",

@@ -7,9 +7,10 @@ import click
 import pytest
 
 from tests.running import run_here
-from wpcal.cli.hints import HINTS, named_option
+from wpcal.cli.hints import HINTS
 from wpcal.cli.main import wpcal
 from wpcal.core.errors import ErrorCode, FormatError, InputError
+from wpcal.core.options import named_option
 
 TABLE1 = Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv"
 

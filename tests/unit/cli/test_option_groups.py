@@ -1,61 +1,71 @@
-"""Options of one subject reach a command as one typed value."""
+"""Options of one subject reach a command as one typed value; a field of the library says everything about each."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from enum import Enum
 
 import click
+import pytest
 from click.testing import CliRunner
 
 from wpcal.cli.main import wpcal
-from wpcal.cli.option_groups import option, option_names, takes
-from wpcal.cli.torch_options import TorchShapeFlags
+from wpcal.cli.option_groups import command, option_names, takes
+from wpcal.cli.torch_options import TorchAsked
+from wpcal.core.options import OPTION, group, opt, opt_deg
 from wpcal.robot.torch.shape import USUAL_TORCH
+
+
+class Word(Enum):
+    SOFT = "soft"
+    HARD = "hard"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inner:
-    depth_mm: float = option("--depth-mm", type=float, default=1.5, show_default=True, help="How deep.")
+    depth_mm: float = opt(1.5, "How deep.")
+    lean_rad: float = opt_deg(30.0, "How far it leans.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outer:
-    names: tuple[str, ...] = option("--name", multiple=True)
-    inner: Inner
-    is_loud: bool = option("--loud", is_flag=True)
+    names: tuple[str, ...] = opt((), "Names.", "--name", many=True)
+    inner: Inner = group(Inner)
+    is_loud: bool = opt(False, "Loud.", "--loud")
+    word: Word = opt(Word.SOFT, "Which.")
+    ends: tuple[float, float] = opt((0.0, 2.0), "Both.", metavar="FROM,TO")
 
 
-@click.command()
+@command()
 @click.option("--first")
 @takes("outer", Outer)
+@takes("again", Inner, only=["depth_mm"])
 @click.option("--last")
-def command(*, first: str | None, outer: Outer, last: str | None) -> None:
+def shown(*, first: str | None, outer: Outer, again: Inner, last: str | None) -> None:
     """Show what arrives."""
-    click.echo(json.dumps([first, asdict(outer), last]))
+    click.echo(json.dumps([first, asdict(outer), again.depth_mm, last], default=lambda word: word.value))
+
+
+def answer(*words: str) -> list[object]:
+    ended = CliRunner().invoke(shown, words)
+    assert ended.exit_code == 0, ended.output
+    return json.loads(ended.stdout)
 
 
 def test_the_command_receives_the_groups_as_values():
-    shown = CliRunner().invoke(command, ["--last", "z", "--name", "a", "--depth-mm", "2", "--name", "b", "--loud"])
-    assert json.loads(shown.stdout) == [
-        None,
-        {"names": ["a", "b"], "inner": {"depth_mm": 2.0}, "is_loud": True},
-        "z",
-    ]
+    typed = ("--last", "z", "--name", "a", "--depth-mm", "2", "--name", "b", "--loud", "--word", "hard", "--ends=-1,4")
+    inner = {"depth_mm": 2.0, "lean_rad": pytest.approx(0.5235987755982988)}
+    outer = {"names": ["a", "b"], "inner": inner, "is_loud": True, "word": "hard", "ends": [-1.0, 4.0]}
+    assert answer(*typed) == [None, outer, 2.0, "z"]
 
 
 def test_options_that_are_not_given_have_their_defaults():
-    shown = CliRunner().invoke(command, [])
-    assert json.loads(shown.stdout)[1] == {"names": [], "inner": {"depth_mm": 1.5}, "is_loud": False}
+    assert answer()[1] == json.loads(json.dumps(asdict(Outer(inner=Inner())), default=lambda word: word.value))
 
 
-def test_the_help_has_the_order_of_the_fields():
-    assert [parameter.opts[0] for parameter in command.params] == [
-        "--first",
-        "--name",
-        "--depth-mm",
-        "--loud",
-        "--last",
-    ]
-    assert option_names(Outer) == ["names", "depth_mm", "is_loud"]
+def test_the_help_has_the_order_of_the_fields_and_each_option_once():
+    flags = ["--first", "--name", "--depth-mm", "--lean-deg", "--loud", "--word", "--ends", "--last"]
+    assert [parameter.opts[0] for parameter in shown.params] == flags
+    assert option_names(Outer) == [flag.removeprefix("--").replace("-", "_") for flag in flags[1:-1]]
 
 
 def test_every_option_of_every_command_has_a_help_text():
@@ -68,9 +78,20 @@ def test_every_option_of_every_command_has_a_help_text():
 
 
 def test_the_default_torch_of_the_options_is_the_one_that_is_assumed_everywhere() -> None:
-    @click.command()
-    @takes("shape", TorchShapeFlags)
-    def torch(*, shape: TorchShapeFlags) -> None:
+    @command()
+    @takes("shape", TorchAsked)
+    def torch(*, shape: TorchAsked) -> None:
         click.echo(shape.to_shape())
 
     assert CliRunner().invoke(torch).output.strip() == str(USUAL_TORCH)
+
+
+@pytest.mark.parametrize("each", [each for each in (*fields(Outer), *fields(Inner)) if OPTION in each.metadata])
+def test_a_changed_default_of_a_field_changes_the_help(each, monkeypatch):
+    changed = {float: 7.0, bool: True, Word: Word.HARD, tuple: (5.0, 6.0)}.get(type(each.default))
+    if each.name in {"names", "is_loud"}:  # switched on by typing: the help says no default
+        return
+    monkeypatch.setattr(each, "default", changed)
+    words = {"depth_mm": "7.0", "lean_rad": "401.07", "word": "hard", "ends": "5,6"}[each.name]
+    fresh = command()(takes("outer", Outer)(lambda outer: None))
+    assert f"[default: {words}" in fresh.get_help(click.Context(fresh))

@@ -2,38 +2,34 @@
 
 import pytest
 
-from cad.cli.options import ReachFlags, SeamFlags
-from wpcal.cli.option_groups import option_names
+from wpcal.cli.option_groups import command, takes
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
 
 
-def flags(**changed):
-    own, reach = (
-        {
-            each.name: each.metadata["option"][1].get("default")
-            for each in group.__dataclass_fields__.values()
-            if each.metadata
-        }
-        for group in (SeamFlags, ReachFlags)
+def read(*words: str) -> SeamOptions:
+    found: list[SeamOptions] = []
+    command()(takes("value", SeamOptions)(lambda **given: found.append(given["value"]))).main(
+        list(words), standalone_mode=False
     )
-    assert [*own, *reach] == option_names(SeamFlags)
-    return SeamFlags(**{**own, **changed}, reach=ReachFlags(**reach))
+    return found[0]
 
 
 def test_the_defaults_are_those_of_the_library():
-    assert flags().to_options() == SeamOptions()
+    assert read() == SeamOptions()
 
 
 @pytest.mark.parametrize(
-    ("changed", "says"),
+    ("words", "says"),
     [
-        ({"turn_deg": 0.0}, "--turn-deg must be above 0"),
-        ({"gap_mm": -1.0}, "--gap-mm must be positive"),
-        ({"split_deg": 200.0}, "--split-deg must be between 0 and 180"),
-        ({"min_length_mm": -1.0}, "min_length_mm must be 0 or more"),
+        (["--turn-deg", "0"], "--turn-deg must be above 0"),
+        (["--gap-mm=-1"], "--gap-mm must be positive"),
+        (["--split-deg", "200"], "--split-deg must be between 0 and 180"),
+        (["--min-length-mm=-1"], "min_length_mm must be 0 or more"),
+        (["--strict", "--generous"], "--strict and --generous exclude each other"),
+        (["--work-range-deg", "1,2,3"], "--work-range-deg: expected FROM,TO in degrees, got '1,2,3'"),
     ],
 )
-def test_values_without_meaning_are_refused(changed, says):
+def test_values_without_meaning_are_refused(words, says):
     with pytest.raises(InputError, match=says):
-        flags(**changed).to_options()
+        read(*words)

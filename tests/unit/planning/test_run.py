@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
+from wpcal.core.motion import APPROACH_MM
 from wpcal.planning.cell.bodies import body_frames
 from wpcal.planning.cell.robot_cell import CellState, Shape, joint_speeds, part_in_world, tool_in_world
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
-from wpcal.planning.plan.run import APPROACH_MM, Phase, build_run
+from wpcal.planning.plan.run import Phase, build_run
 from wpcal.planning.plan.schedule import schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")

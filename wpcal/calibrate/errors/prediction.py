@@ -20,6 +20,7 @@ from scipy.special import chdtri, fdtri
 
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 USUAL_SIGMA_MM = 0.3  #: Teaching error per axis if none is stated: a careful touch with a worn wire tip.
@@ -52,12 +53,9 @@ class TeachingError:
     Raises `InputError` when both are given, or one is negative or not finite.
     """
 
-    sigma_mm: float | None = None  #: Standard deviation per axis, Gaussian.
-    #: Every axis is off by at most this, evenly distributed. Give one of the two; with neither, the residuals decide.
-    bound_mm: float | None = None
-    #: Length of an error of the tool centre point, the same in every taught point. It leaves no residual while the
-    #: torch keeps its posture.
-    tcp_bias_mm: float = 0.0
+    sigma_mm: float | None = opt(None, "Teaching error: standard deviation per axis.")
+    bound_mm: float | None = opt(None, "Teaching error: largest error per axis.")
+    tcp_bias_mm: float = opt(0.0, "Error of the tool centre point.")
 
     def __post_init__(self) -> None:
         for name in ("sigma_mm", "bound_mm", "tcp_bias_mm"):

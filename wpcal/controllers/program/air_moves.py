@@ -19,6 +19,7 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
+from wpcal.core.options import opt
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.part_distance import part_distances
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
@@ -50,11 +51,12 @@ class AirSettings:
     InputError : When the clearance is not positive, or the direction is not three numbers that differ from zero.
     """
 
-    #: Height of the tool centre point above the part on the way across. None: the lowest point of the torch is
-    #: `ABOVE_MM` above the part, in every orientation that it has there.
-    clearance_mm: float | None = None
-    #: The direction away from the part's support, in `base`: against gravity if the base stands on the floor.
-    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    clearance_mm: float | None = opt(
+        None, "Height of the tool above the part between seams.  [default: the torch is 50 mm above the part]"
+    )
+    up_base: tuple[float, float, float] = opt(
+        (0.0, 0.0, 1.0), "Direction away from the support of the part, in the base.", "--up", metavar="X,Y,Z"
+    )
 
     def __post_init__(self) -> None:
         if self.clearance_mm is not None and not 0.0 < self.clearance_mm < math.inf:

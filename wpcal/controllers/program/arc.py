@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from wpcal.controllers.program.weld_program import WeldPath
@@ -25,9 +26,14 @@ class ArcSettings:
     InputError : When the output is negative.
     """
 
-    #: Digital output that switches the arc, for languages without arc instructions. None: named functions of the user,
-    #: which get the job.
-    output: int | None = None
+    output: int | None = opt(
+        None,
+        "Digital output that switches the arc: for KUKA without ArcTech, Universal Robots, Staubli.  [default: "
+        "functions of yours, arc_start and arc_end]",
+        "--arc-output",
+        metavar="N",
+        least=0,
+    )
 
     def __post_init__(self) -> None:
         if self.output is not None and self.output < 0:

@@ -15,6 +15,8 @@ from wpcal.controllers.program.planned import PlannedMoves
 from wpcal.controllers.program.spin import spun, unwinding_spin
 from wpcal.core.arrays import BoolArray, FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.motion import AIR_SPEED_MM_S, APPROACH_MM, weld_speed
+from wpcal.core.options import opt
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
@@ -36,11 +38,10 @@ class MotionSettings:
     InputError : When a speed is not positive, a distance is negative, or a number is not finite.
     """
 
-    #: `approach_mm`, `retract_mm`: Distance from the seam, back along the wire. 50 mm clears a nozzle of common size.
-    approach_mm: float = 50.0
-    retract_mm: float = 50.0
-    speed_mm_s: float = 8.0  #: Along the seam. 8 mm/s is common for a MAG fillet with a throat of 4 to 5 mm.
-    air_speed_mm_s: float = 100.0  #: Of approach and retract.
+    approach_mm: float = opt(APPROACH_MM, "Along the wire, before the seam.")
+    retract_mm: float = opt(APPROACH_MM, "Along the wire, after the seam.")
+    speed_mm_s: float = weld_speed()
+    air_speed_mm_s: float = opt(AIR_SPEED_MM_S, "Speed of approach and retract.", above=0)
 
     def __post_init__(self) -> None:
         for name in ("approach_mm", "retract_mm", "speed_mm_s", "air_speed_mm_s"):
@@ -59,16 +60,29 @@ class ControllerSettings:
     InputError : When a name is empty or a number is negative.
     """
 
-    program_name: str = "WPCAL"
-    tool_name: str = "tTorch"  #: For languages that name tools.
-    #: `tool_number`, `frame_number`: For languages that number tools and frames.
-    tool_number: int = 1
-    frame_number: int = 1
-    #: The arm's configuration as the pendant shows it, for languages that cannot leave it open, by name of the format;
-    #: the name "" is used for every other format. Never guessed.
-    configurations: Mapping[str, str] = field(default_factory=dict)
-    #: A folder of the user with templates, in a folder per format (`language.post`); None for those of wpcal.
-    templates: Path | None = None
+    program_name: str = opt("WPCAL", "Name of the program in the controller.")
+    tool_name: str = opt("tTorch", "If the controller's tools have names.")
+    tool_number: int = opt(1, "If the tools have numbers.")
+    frame_number: int = opt(1, "User frame of the part.")
+    #: For languages that cannot leave the configuration open, by name of the format; "" is used for every other format.
+    #: Never guessed.
+    configurations: Mapping[str, str] = opt(
+        None,
+        'Configuration of the arm as the pendant shows it, for FANUC, Yaskawa: --config fanuc="N U T, 0, 0, 0". '
+        "Without FORMAT it is used for every format. Repeatable.",
+        "--config",
+        default_factory=dict,
+        many=True,
+        metavar="[FORMAT=]CONFIG",
+        read="wpcal.formats.registry:parse_configurations",
+    )
+    templates: Path | None = opt(
+        None,
+        "Your templates of header, start and end of a weld, moves off the seams and footer: a folder with one folder "
+        "per format, as --write-templates writes them. A template that is not there is ours.",
+        "--template",
+        metavar="FOLDER",
+    )
 
     def __post_init__(self) -> None:
         if not (self.program_name.strip() and self.tool_name.strip()):

@@ -15,6 +15,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.motion import APPROACH_MM
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.robot_cell import CellState, RobotCell, joint_speeds
@@ -23,8 +24,6 @@ from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path
 from wpcal.planning.plan.schedule import Schedule
 from wpcal.robot.kinematics.inverse import nearest_joints
 
-APPROACH_MM = 50.0
-"""Enough for a nozzle of usual size; the same as in the programs of `wpcal export`."""
 AIR_SPEED_MM_S = 50.0
 """Near a part: half of the speed that `wpcal export` uses for free moves."""
 AIR_STEP_MM = 10.0

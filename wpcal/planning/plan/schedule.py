@@ -13,11 +13,9 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.motion import PLANNED_SPEED_MM_S
 from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
 from wpcal.planning.plan.plan import Plan
-
-SPEED_MM_S = 6.0
-"""A usual speed of a MAG fillet of 5 mm throat in one layer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +54,7 @@ class Schedule:
         return f"{text}; {place} allows {self.limit.fastest_mm_s:.1f} mm/s"
 
 
-def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = SPEED_MM_S) -> Schedule:
+def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = PLANNED_SPEED_MM_S) -> Schedule:
     r"""Compute the time of every point of a plan.
 
     The speed is the asked speed or the largest that every joint allows, whichever is less:

@@ -16,6 +16,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 from wpcal.planning.search.ga_variation import CONSTRAINTS, PathEncoding
 from wpcal.planning.search.objectives import OBJECTIVES
 from wpcal.planning.search.pareto import is_nondominated, thin_front
@@ -38,9 +39,9 @@ class Nsga2Options:
     InputError : When a number is too small.
     """
 
-    population: int = 100
+    population: int = opt(100, "Population of NSGA-II.", least=4)
     generations: int = 200
-    seed: int = 0  #: Of every random number.
+    seed: int = opt(0, "Seed of all random numbers.", least=0)
     seeded: bool = True  #: Whether the deterministic front is part of the first population.
 
     def __post_init__(self) -> None:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
+from wpcal.core.motion import PLANNED_SPEED_MM_S
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE, TRAVEL, WORK, SeamPath
 from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.cell.workplace import weld_zone
-from wpcal.planning.plan.schedule import SPEED_MM_S
 from wpcal.planning.search.objectives import PathValues, objective_values
 from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 
@@ -50,7 +50,7 @@ class PlanningProblem:
     cell: RobotCell
     path: SeamPath  #: n points in `part`.
     targets: WeldTargets = field(default_factory=WeldTargets)
-    speed_mm_s: float = SPEED_MM_S  #: Of the torch along the seam: no joint may need more than its largest speed.
+    speed_mm_s: float = PLANNED_SPEED_MM_S  #: Along the seam: no joint may need more than its largest speed.
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:

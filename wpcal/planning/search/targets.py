@@ -9,6 +9,8 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.motion import torch_range, travel_angle, work_angle
+from wpcal.core.options import opt_deg
 from wpcal.planning.cell.closed_chain import COORDINATES, ROTATION, SLOPE, TRAVEL, WORK
 
 ATTITUDE = [SLOPE, ROTATION, WORK, TRAVEL]
@@ -24,16 +26,13 @@ class WeldTargets:
     InputError : When a target is outside its range, or a range is not positive or too large.
     """
 
-    #: `slope_rad`, `rotation_rad`: θ0 and -φ0 of Hou 2018: the boat position has θ0 8…12° and φ0 0…5°.
-    slope_rad: float = math.radians(10.0)
-    rotation_rad: float = 0.0
-    #: `slope_range_rad`, `rotation_range_rad`: θmax and φmax: no plan leaves ``-max … max``.
+    slope_rad: float = opt_deg(10.0, "Target slope of the weld, uphill.", least=-180.0, most=180.0)
+    rotation_rad: float = opt_deg(0.0, "Target rotation of the joint.", least=-180.0, most=180.0)
     slope_range_rad: float = math.radians(30.0)
     rotation_range_rad: float = math.radians(90.0)
-    #: `work_rad`, `travel_rad`: Target torch angles (DESIGN §3).
-    work_rad: float = 0.0
-    travel_rad: float = 0.0
-    torch_range_rad: float = math.radians(15.0)  #: Largest deviation of either torch angle from its target.
+    work_rad: float = work_angle()
+    travel_rad: float = travel_angle()
+    torch_range_rad: float = torch_range()
 
     def __post_init__(self) -> None:
         ranges = (

@@ -10,6 +10,16 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.motion import (
+    AIR_SPEED_MM_S,
+    APPROACH_MM,
+    PLANNED_SPEED_MM_S,
+    torch_range,
+    travel_angle,
+    weld_speed,
+    work_angle,
+)
+from wpcal.core.options import opt, opt_deg
 from wpcal.seam.path.position import weld_rotation, weld_slope
 
 SIDE_RAD = math.radians(45.0)
@@ -48,17 +58,25 @@ class SequenceTargets:
     InputError : When a number is not positive or too large.
     """
 
-    position: WeldPosition = WeldPosition.FLAT
-    position_tol_rad: float = math.radians(10.0)  #: A seam is in position if it is off by no more anywhere.
-    #: `work_rad`, `travel_rad`: Target torch angles (DESIGN §3).
-    work_rad: float = 0.0
-    travel_rad: float = 0.0
-    torch_range_rad: float = math.radians(15.0)  #: Largest deviation from the target angles.
-    order: WeldOrder = WeldOrder.TIME
-    speed_mm_s: float = 6.0  #: Along the seam.
-    air_speed_mm_s: float = 100.0  #: Of approach and retract.
-    approach_mm: float = 50.0  #: Along the wire, before and after each seam.
-    seed: int = 0  #: Of the random numbers of air moves.
+    position: WeldPosition = opt(
+        WeldPosition.FLAT,
+        "With one robot: the weld position that the positioner brings seams into; flat: PA, PB or between.",
+    )
+    position_tol_rad: float = opt_deg(
+        10.0, "How far from the weld position a seam is still in position.", least=-180.0, most=180.0
+    )
+    work_rad: float = work_angle()
+    travel_rad: float = travel_angle()
+    torch_range_rad: float = torch_range()
+    order: WeldOrder = opt(
+        WeldOrder.TIME,
+        "Order of the seams: least time, as listed, each far from the two before it (skip), or each followed by the "
+        "one opposite (pairs); the last two for less distortion. Tack welds come first, then bead by bead.",
+    )
+    speed_mm_s: float = weld_speed(PLANNED_SPEED_MM_S)
+    air_speed_mm_s: float = AIR_SPEED_MM_S
+    approach_mm: float = APPROACH_MM
+    seed: int = opt(0, "Seed of all random numbers.", least=0)
 
     def __post_init__(self) -> None:
         for name in ("speed_mm_s", "air_speed_mm_s", "approach_mm"):

@@ -11,6 +11,7 @@ from scipy.special import ndtri
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
+from wpcal.core.options import opt
 from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, distances_mm, judge, summarise, turns_deg
 from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
 from wpcal.robot.identify.held_back import fold_rows, split_poses, without_rows
@@ -47,20 +48,34 @@ class IdentificationSolver(Enum):
 class IdentifyOptions:
     """What is known and how to proceed."""
 
-    solver: IdentificationSolver = IdentificationSolver.LEAST_SQUARES
-    #: Whether the frame of the measurement is unknown to the robot (a tracker set up anywhere).
-    free_base: bool = False
-    free_tool: bool = False  #: Whether what was measured (a probe, reflectors) hangs at an unknown place on the flange.
-    parameters: tuple[str, ...] | None = None  #: Link parameters by name; all four of every link unless given.
-    noise: Noise | None = None  #: Of the instrument; estimated from the residuals unless given.
-    #: Number of folds of a cross-validation: every pose is tested once, and the arm is identified from all poses.
-    folds: int | None = None
-    seed: int = 0  #: For the choice of test poses, and for `GENETIC_TABU`.
-    #: `expected_mm`, `expected_rad`: Expected errors of a length and an angle: the bounds of `GENETIC_TABU`, and what
-    #: unseen parameters add to the intervals of those that absorb their error.
-    expected_mm: float = EXPECTED_MM
-    expected_rad: float = EXPECTED_RAD
-    leave_out: tuple[int, ...] = ()  #: Rows (line numbers) that are neither fitted nor tested.
+    solver: IdentificationSolver = opt(
+        IdentificationSolver.LEAST_SQUARES,
+        "How the parameters are found: least squares, or the published genetic and tabu search, to compare.",
+        "--method",
+    )
+    free_base: bool = opt(
+        False, "The frame of the measurement is not the robot's base: identify it, too.", "--unknown-base"
+    )
+    free_tool: bool = opt(
+        False, "The measured point is at an unknown place on the flange: identify it, too.", "--unknown-tool"
+    )
+    parameters: tuple[str, ...] | None = opt(
+        None,
+        "Link parameters to identify, as theta1,d1,…; all by default.",
+        metavar="NAMES",
+        read=lambda names: tuple(name.strip() for name in names.split(",")),
+    )
+    folds: int | None = opt(None, "Number of folds to judge by, instead of one set of test poses.", least=2)
+    leave_out: tuple[int, ...] = opt(
+        (),
+        "Lines of the file that are not used, as 57,58: outliers that you agree to drop.",
+        metavar="ROWS",
+        read="wpcal.robot.identify.poses_file:parse_rows",
+    )
+    noise: Noise | None = None
+    expected_mm: float = opt(EXPECTED_MM, "Expected error of a length; ga-tabu searches three times as far.", above=0)
+    expected_rad: float = opt(EXPECTED_RAD, "Expected error of an angle; ga-tabu searches three times as far.", above=0)
+    seed: int = opt(0, "Seed of all random numbers.", least=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError, UnitError
-from wpcal.core.numbers import parse_numbers
+from wpcal.core.numbers import parse_numbers, parse_whole_number
 from wpcal.core.orientation_columns import ANGLE_COLUMNS, QUATERNION_COLUMNS, orientations_of_table
 from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
@@ -211,3 +211,17 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
         raise InputError(f"a tool is three or six numbers x,y,z[,rx,ry,rz] in mm and degrees, got {text!r}")
     turn = np.deg2rad(values[3:]) if len(values) == 6 else np.zeros(3)
     return RigidTransform(rotation_from_zyx(*turn), values[:3], "flange", "tool"), None
+
+
+def parse_rows(text: str) -> tuple[int, ...]:
+    """Return line numbers from a text like ``57,58``.
+
+    Raises
+    ------
+    InputError
+        When one of them is not a whole number.
+    """
+    try:
+        return tuple(parse_whole_number(cell) for cell in text.split(","))
+    except ValueError:
+        raise InputError(f"rows to leave out: expected line numbers as 57,58, got {text!r}") from None

@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.options import opt
 from wpcal.robot.moves.course import Course
 from wpcal.robot.moves.interpolation import Moves, swings_between, turns_between, turns_through
 from wpcal.robot.moves.move import Arc, Line, Move, MovePath
@@ -54,7 +55,11 @@ class PathTolerance:
     InputError : When a value is not positive.
     """
 
-    mm: float = 0.05  #: Of the tip of the wire. 0.05 mm is the repeatability of a welding robot.
+    mm: float = opt(
+        0.05,
+        "A seam becomes as few lines and circular arcs as keep the wire within this distance, and within 0.5 deg.",
+        "--path-tol-mm",
+    )
     wire_rad: float = math.radians(0.5)  #: Of the direction of the wire.
     #: Of the direction across the wire, where it is given. Infinity: the turn about the wire is free.
     side_rad: float = math.inf

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.motion import travel_angle, work_angle
+from wpcal.core.options import opt
 from wpcal.core.rotations import rotation_from_zyx
 
 LARGEST_WORK_RAD = math.radians(60.0)
@@ -39,12 +41,10 @@ class TorchSettings:
     InputError : When an angle is outside its range or the standoff is negative or not finite.
     """
 
-    work_rad: float = 0.0  #: Rotates the wire about x of the seam, positive towards its y.
-    #: Tilts the wire in the plane of travel; positive is push (the wire points forward), negative is drag.
-    travel_rad: float = 0.0
-    #: Distance of the tool centre point from the seam, back along the wire; 0 if it is the tip of the wire.
-    standoff_mm: float = 0.0
-    tool_axis: ToolAxis = ToolAxis.Z
+    work_rad: float = work_angle()
+    travel_rad: float = travel_angle()
+    standoff_mm: float = opt(0.0, "Tool centre point back from the seam.")
+    tool_axis: ToolAxis = opt(ToolAxis.Z, "Axis of the tool along the wire.")
     #: How far the tool may turn about the wire, either way, from the direction of travel. Within it the tool turns as
     #: little as possible along a seam; 0 keeps its x (or -z) along the travel. Half a turn allows every orientation of
     #: a round torch and no winding of its cables beyond that.

@@ -15,6 +15,7 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.motion import APPROACH_MM
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.torch_poses import (
@@ -45,8 +46,6 @@ QUICK_TURN_DEG = 10.0
 """Between frames of a run the torch is felt too where its direction turns by more: at corners the nozzle swings."""
 TURN_STEP_DEG = 2.5
 """Where the torch turns so much, it is felt at this step, however near the stations are."""
-APPROACH_MM = 50.0
-"""At the ends of a seam the torch comes and goes along the wire by so much, so it is felt that much farther out."""
 
 
 class FeltAt(Enum):

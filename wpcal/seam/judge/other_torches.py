@@ -10,9 +10,10 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.motion import APPROACH_MM
 from wpcal.robot.torch.file import shipped_torches
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.seam.judge.leans import APPROACH_MM, FeltAt, at_stations, feel_seams
+from wpcal.seam.judge.leans import FeltAt, at_stations, feel_seams
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import OtherTorch, Seam
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 
 import numpy as np
 
 from wpcal.calibrate.errors.prediction import length_quantile
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt, opt_deg
 from wpcal.core.tangent import point_jacobian
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.touch.searches.setup import TouchSetup
@@ -45,8 +47,12 @@ class NominalError:
     Raises `InputError` when one is negative, or both are zero.
     """
 
-    sigma_mm: float = 1.0  #: Standard deviation per axis of its middle.
-    sigma_rad: float = math.radians(0.3)  #: Standard deviation per axis of its rotation.
+    sigma_mm: float = opt(
+        1.0,
+        "Standard deviation per axis of where the part stands: strokes are as long as 99 % of the parts need.",
+        "--uncertainty-mm",
+    )
+    sigma_rad: float = opt_deg(0.3, "Standard deviation per axis of how the part is turned.", "--uncertainty-deg")
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.sigma_mm < math.inf and 0.0 <= self.sigma_rad <= math.pi):
@@ -80,20 +86,43 @@ def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArr
 class TouchOptions:
     """What is asked of a plan of touches."""
 
-    #: How many searches, without that on a post. None: `count`; with a tolerance as many as it needs.
-    touches: int | None = None
-    #: As many searches, at least `touches`, as keep all seams within this, with 95 % confidence.
-    tolerance_mm: float | None = None
-    pattern: Pattern = Pattern.BEST
-    wire_mm: float = 1.2  #: Diameter of the wire.
-    torch: TorchShape = USUAL_TORCH  #: Its wire is the stick-out.
+    touches: int | None = opt(
+        None,
+        "Number of touches: searches, without that on a post.  [default: 8; 6 with a pattern; with --bodies 2 more per "
+        "further body]",
+        "--touches",
+        "--count",
+    )
+    tolerance_mm: float | None = opt(
+        None, "Allowed error: as many searches, at most 60, as keep all seams within it, with 95 % confidence."
+    )
+    pattern: Pattern = opt(
+        Pattern.BEST,
+        "Pattern of the touches: any, three on one side with two and one on two others, or two sides at each of three "
+        "places.",
+    )
     nominal: NominalError = field(default_factory=NominalError)
-    setup: TouchSetup = field(default_factory=TouchSetup)  #: Repeatability, stick-out, latency and speed.
-    #: A post at a known place in `base`, mm: the middle of its flat top.
-    post_base: tuple[float, float, float] | None = None
-    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)  #: Direction against gravity in `base`.
-    most_tilt_rad: float = math.radians(60.0)  #: The wire leans from the vertical by at most this.
-    seed: int = 0  #: Of the starts of the search.
+    wire_mm: float = opt(1.2, "Diameter of the wire.", "--wire-diameter-mm")
+    torch: TorchShape = USUAL_TORCH
+    post_base: tuple[float, float, float] | None = opt(
+        None,
+        "Top of a post at a known place in the base, mm: it is touched first and solves the stick-out.",
+        "--post",
+        metavar="X,Y,Z",
+    )
+    setup: TouchSetup = opt(
+        None,
+        "For a plan of touches: repeatability, stick-out, latency and speed of the cell (TOML).  [default: usual "
+        "values]",
+        default_factory=TouchSetup,
+        metavar="FILE",
+        type=Path,
+        read="wpcal.touch.searches.setup:read_touch_setup",
+        is_shown=False,
+    )
+    up_base: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    most_tilt_rad: float = math.radians(60.0)
+    seed: int = 0
 
     def __post_init__(self) -> None:
         if self.touches is not None and not LEAST_TOUCHES <= self.touches <= MOST_TOUCHES:

@@ -6,8 +6,8 @@ A job runs `wpcal calibrate` with the options of its row, read by the same code,
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
@@ -19,9 +19,7 @@ import click
 
 from cad.batch.job_list import OptionColumn
 from cad.batch.job_record import JobInputs, files_read, job_record, put_job_in_place, sha256_at
-from cad.cli.calibrate import CalibrationFlags, OutputFlags, calibrate, file_arguments
-from cad.cli.holder import HolderFlags
-from cad.cli.options import SeamChoiceFlags, SeamFlags
+from cad.batch.request import SeamsAsked, calibrate_arguments, read_words, request_options
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, key_of, user_cache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import Means
@@ -30,21 +28,21 @@ from cad.workpiece.step_file import StepFile, draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import CalibrationResult
 from wpcal.cli.calibration_tables import exit_code
-from wpcal.cli.number_options import with_strict_numbers
-from wpcal.cli.option_groups import group_of, option_names
-from wpcal.core.errors import InputError, WpcalError
+from wpcal.cli.option_groups import option_names
+from wpcal.core.errors import WpcalError
 from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later
 from wpcal.results.folder import JOB_FILE
+from wpcal.seam.options import SeamOptions
 
 if TYPE_CHECKING:
     from cad.step.read import StepPart
     from cad.step.write import KnownPart
 
 PRELOADED = (
-    "cad.cli.calibrate_jobs",
+    "cad.batch.jobs",
     "cad.step.write",
     "cad.step.open_text",
     "cad.kernel.tessellate",
@@ -64,8 +62,6 @@ PRELOADED = (
 )
 """What a calibration imports when it needs it: loaded once, before the first job."""
 NO_ORIGINS: Mapping[str, str] = MappingProxyType({})
-NOT_OF_A_JOB = frozenset({"out", "force", "details", "as_json", "no_cache", "help"})
-"""Options of the command that are about one folder, the terminal, or the whole batch."""
 
 
 class Pages(Enum):
@@ -79,31 +75,18 @@ class Pages(Enum):
 
 def option_columns() -> dict[str, OptionColumn]:
     """Return the options that a column of the list may hold, by the names of their columns."""
-    of_part = {*option_names(SeamFlags), *option_names(SeamChoiceFlags)}
-    columns = {}
-    for parameter in calibrate.params:
-        name = parameter.name or ""
-        if not isinstance(parameter, click.Option) or name in NOT_OF_A_JOB:
-            continue
-        flag = max(parameter.opts, key=len)
-        columns[flag.removeprefix("--").replace("-", "_")] = OptionColumn(
-            flag,
-            is_flag=parameter.is_flag,
-            is_optional=not parameter.is_flag and isinstance(parameter.flag_value, str),
-            is_multiple=parameter.multiple,
-            is_number=isinstance(parameter.type, click.types.FloatParamType),
-            shapes_part=name in of_part,
+    of_part = {*option_names(SeamOptions), *option_names(SeamsAsked)}
+    return {
+        column: OptionColumn(
+            max(option.opts, key=len),
+            is_flag=option.is_flag,
+            is_optional=not option.is_flag and isinstance(option.flag_value, str),
+            is_multiple=option.multiple,
+            is_number=isinstance(option.type, click.types.FloatParamType),
+            shapes_part=option.name in of_part,
         )
-    return columns
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JobFlags:
-    """All options of a row."""
-
-    asked: CalibrationFlags
-    holder: HolderFlags
-    output: OutputFlags
+        for column, option in request_options().items()
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,9 +146,8 @@ def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart
     flush_later()  # a batch that continues checks the hashes of what it finds
     path = Path(part)
     require_step_file(path)
-    with noted_files() as read, parsed(words, part, "", Path()) as flags:
-        options = flags.asked.calibration.seams.to_options()
-        choice = flags.asked.choice.to_choice()
+    with noted_files() as read, read_words(words) as (asked, _):
+        options, choice = asked.fitting.seams, asked.choice.to_choice()
     kept = user_cache() if use_cache else NO_CACHE
     workpiece = open_workpiece(path, cache=_HeldAnswers(kept.folder, kept.most_mb))
     found = find_seams(workpiece, options, choice)
@@ -232,14 +214,12 @@ def run_job(
     folder.mkdir()
     with (
         noted_files([(part, opened.sha256), *opened.files]) as read,
-        parsed(words, part, taught, new) as flags,
+        read_words(words) as (asked, _),
     ):
         taught_sha256 = sha256_at(taught, here)
-        arguments = file_arguments(
-            flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=new
-        )
+        arguments = calibrate_arguments(asked, part=Path(part), taught=Path(taught), out=new)
     inputs = JobInputs((part, opened.sha256), (taught, taught_sha256), tuple(words), files_read(read, taught))
-    accept_unsure = flags.output.accept_unsure
+    accept_unsure = asked.output.accept_unsure
     means = replace(opened.means, wants_page=lambda result: _wants_page(result, Pages(pages), accept_unsure))
     written = calibrate_files(opened.workpiece, **arguments, means=means)
     result = {**result_of(written), "exit_code": exit_code(written.result, accept_unsure=accept_unsure)}
@@ -254,8 +234,8 @@ def _wants_page(result: CalibrationResult, pages: Pages, accept_unsure: bool) ->
 
 def files_of_options(words: Sequence[str], part: str, taught: str) -> tuple[str, ...]:
     """Return the files that options name, and those that these name. If an option cannot be used: what was read."""
-    with noted_files() as read, suppress(WpcalError), parsed(words, part, taught, Path()) as flags:
-        file_arguments(flags.asked, flags.holder, flags.output, part_step=Path(part), taught=Path(taught), out=Path())
+    with noted_files() as read, suppress(WpcalError), read_words(words) as (asked, _):
+        calibrate_arguments(asked, part=Path(part), taught=Path(taught), out=Path())
     return tuple(name for name, _ in files_read(read, taught))
 
 
@@ -278,21 +258,3 @@ def result_of(written: WrittenCalibration | WorkpieceCalibration) -> dict[str, A
         "worst_seam": worst_seam,
         "pose": result.T_base_part.to_record(),
     }
-
-
-@contextmanager
-def parsed(words: Sequence[str], part: str, taught: str, out: Path) -> Iterator[JobFlags]:
-    """Yield the options of a row, as the command line reads them; they are read while the block runs.
-
-    Raises
-    ------
-    InputError
-        When click refuses one of them.
-    """
-    command = with_strict_numbers(calibrate)
-    try:
-        context = command.make_context("calibrate", [*words, "--out", str(out), "--", part, taught])
-        with context:
-            yield group_of(JobFlags, context.params)
-    except click.ClickException as error:
-        raise InputError(error.format_message()) from None

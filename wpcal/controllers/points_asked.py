@@ -4,36 +4,45 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from wpcal.cli.option_groups import option
-from wpcal.cli.shared_help import ROBOT_HELP, TOOL_HELP, TOOL_METAVAR
-
-if TYPE_CHECKING:
-    from wpcal.taught.table import TaughtPoints
-    from wpcal.taught.user_frames import ProgramReading
+from wpcal.controllers.taught_program import is_program, read_taught_program
+from wpcal.core.errors import InputError
+from wpcal.core.options import named_option, opt
+from wpcal.robot.identify.poses_file import parse_tool
+from wpcal.robot.kinematics.arm_file import find_arm
+from wpcal.taught.table import TaughtPoints, read_taught
+from wpcal.taught.user_frames import ProgramReading, parse_uframes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ProgramFlags:
+class PointsAsked:
     """How the points of a program are read."""
 
-    uframes: tuple[str, ...] = option(
-        "--uframe",
-        multiple=True,
+    uframe: tuple[str, ...] = opt(
+        (),
+        "User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz (Yaskawa), "
+        "X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file contains. NAME is its name or number in the "
+        "program; without NAME it is used for every point whose frame is not known. Repeatable.",
         metavar="[NAME=]VALUES",
-        help="User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz "
-        "(Yaskawa), X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file contains. NAME is its name "
-        "or number in the program; without NAME it is used for every point whose frame is not known. Repeatable.",
+        many=True,
     )
-    tool: str | None = option("--tool", metavar=TOOL_METAVAR, help=f"{TOOL_HELP} For points taught without a tool.")
-    robot: str | None = option("--robot", metavar="ARM", help=f"{ROBOT_HELP} For points stored as joint angles.")
-    points: str | None = option("--points", metavar="P1,P2", help="Only these points of a program.")
+    tool: str | None = opt(
+        None,
+        "Tool centre point in the flange frame: numbers in mm and degrees (R = Rz Ry Rx), or the file of `wpcal tcp`. "
+        "For points taught without a tool.",
+        metavar="X,Y,Z[,RX,RY,RZ]|TOOL.json",
+    )
+    robot: str | None = opt(
+        None,
+        "Arm: the name of a shipped arm, an arm file or a URDF file. For points stored as joint angles.",
+        metavar="ARM",
+    )
+    points: str | None = opt(None, "Only these points of a program.", metavar="P1,P2")
 
     @property
     def given(self) -> list[str]:
         """The flags that were given."""
-        values = (("--uframe", self.uframes), ("--tool", self.tool), ("--robot", self.robot), ("--points", self.points))
+        values = (("--uframe", self.uframe), ("--tool", self.tool), ("--robot", self.robot), ("--points", self.points))
         return [flag for flag, value in values if value]
 
     def read_taught(self, path: Path) -> TaughtPoints:
@@ -44,10 +53,6 @@ class ProgramFlags:
         InputError
             When the file cannot be used, or an option for programs is given with a table.
         """
-        from wpcal.controllers.taught_program import is_program, read_taught_program
-        from wpcal.core.errors import InputError
-        from wpcal.taught.table import read_taught
-
         reading = self.to_reading()
         if is_program(path):
             return read_taught_program(path, reading)
@@ -63,13 +68,8 @@ class ProgramFlags:
         InputError
             When one of them cannot be used.
         """
-        from wpcal.cli.hints import named_option
-        from wpcal.robot.identify.poses_file import parse_tool
-        from wpcal.robot.kinematics.arm_file import find_arm
-        from wpcal.taught.user_frames import ProgramReading, parse_uframes
-
         with named_option("--uframe"):
-            uframes = parse_uframes(self.uframes)
+            uframes = parse_uframes(self.uframe)
         with named_option("--tool"):
             tool = None if self.tool is None else parse_tool(self.tool)[0].t_mm.tolist()
         return ProgramReading(

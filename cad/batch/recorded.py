@@ -10,13 +10,12 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from cad.batch.compare import compare_claim, other_bytes
 from cad.batch.inputs_now import FoundInputs
 from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
-from cad.cli.calibrate import calibrate, file_arguments
-from cad.cli.calibrate_jobs import NOT_OF_A_JOB, OpenedPart, parsed, result_of
+from cad.batch.jobs import OpenedPart, result_of
+from cad.batch.request import calibrate_arguments, given_words, read_words
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, calibrate_files
 from cad.workpiece.means import USUAL_MEANS, Means
@@ -47,7 +46,7 @@ def asked_inputs(
     return JobInputs((str(part), ""), (str(taught), sha256), given_words(context), files_read(noted, str(taught)))
 
 
-def recording(words: Sequence[str], taught_sha256: str, noted: Mapping[str, str]) -> Means:
+def recording(words: Sequence[str], part: Path, taught: Path, taught_sha256: str, noted: Mapping[str, str]) -> Means:
     """Return the means that write ``job.json`` for a request that `wpcal calibrate` would take as these words.
 
     Parameters
@@ -55,30 +54,10 @@ def recording(words: Sequence[str], taught_sha256: str, noted: Mapping[str, str]
     taught_sha256, noted
         As of `asked_inputs`. Decisions that are written into the folder with its seams have no hash yet.
     """
-    with calibrate.make_context("calibrate", list(words)) as context:
-        given = context.params
-        inputs = asked_inputs(context, given["part_step"], given["taught"], taught_sha256, noted)
-        seal = partial(_seal, name=None, inputs=inputs, accept_unsure=given["accept_unsure"])
+    with read_words(words) as (asked, context):
+        inputs = asked_inputs(context, part, taught, taught_sha256, noted)
+        seal = partial(_seal, name=None, inputs=inputs, accept_unsure=asked.output.accept_unsure)
     return replace(USUAL_MEANS, seal=seal)
-
-
-def given_words(context: click.Context) -> tuple[str, ...]:
-    """Return the options that were given, in the order of the help, as the list of a batch has them."""
-    words: list[str] = []
-    for parameter in context.command.params:
-        name = parameter.name or ""
-        if not isinstance(parameter, click.Option) or name in NOT_OF_A_JOB:
-            continue
-        if context.get_parameter_source(name) is ParameterSource.DEFAULT:
-            continue
-        flag, value = max(parameter.opts, key=len), context.params[name]
-        if parameter.is_flag:
-            words += [flag] if value else []
-        elif isinstance(parameter.flag_value, str) and value == parameter.flag_value:  # typed without a value
-            words.append(flag)
-        else:
-            words += [f"{flag}={each}" for each in (value if parameter.multiple else (value,))]
-    return tuple(words)
 
 
 def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: Any) -> WrittenCalibration:
@@ -93,15 +72,6 @@ def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: A
     """
     seal = partial(_seal, name=None, inputs=inputs, accept_unsure=accept_unsure)
     return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
-
-
-def calibrate_demo(*, out: Path, overwrite: bool, progress: Progress = no_progress) -> WrittenCalibration:
-    """Do the work of `wpcal demo`: its inputs are in the folder of its results."""
-    from cad.samples.parts import SAMPLE_INPUTS, calibrate_sample  # it loads the CAD kernel
-
-    part, taught = SAMPLE_INPUTS
-    means = recording((part, taught, "--out", str(out)), "", {})
-    return calibrate_sample(out=out, overwrite=overwrite, means=means, progress=progress)
 
 
 def _seal(
@@ -162,11 +132,9 @@ def check_claim(
         new = Path(temporary, "new")
         wants_page = REPORT in claim.record["files"] or (claim.folder / REPORT).exists()
         name, inputs = claim.record.get("job"), JobInputs.from_record(claim.record["inputs"])
-        with noted_files() as noted, parsed(now.words, str(now.part), str(now.taught), new) as flags:
-            arguments = file_arguments(
-                flags.asked, flags.holder, flags.output, part_step=now.part, taught=now.taught, out=new
-            )
-            accept_unsure = flags.output.accept_unsure
+        with noted_files() as noted, read_words(now.words) as (asked, _):
+            arguments = calibrate_arguments(asked, part=now.part, taught=now.taught, out=new)
+            accept_unsure = asked.output.accept_unsure
         read = set(noted.values())
         inputs = replace(inputs, files=tuple(file for file in inputs.files if file[1] in read))
         seal = partial(_seal, name=name, inputs=inputs, accept_unsure=accept_unsure)
