@@ -32,29 +32,22 @@ JOINT_COLOUR = {
     JointType.UNKNOWN: 8,
 }
 """AutoCAD colour index: green, blue, red, magenta, cyan, grey."""
-REFERENCE_COLOUR, POINT_COLOUR, RESIDUAL_COLOUR = 4, 7, 30
-"""Cyan, black or white by background, and orange."""
+REFERENCE_COLOUR, POINT_COLOUR, RESIDUAL_COLOUR = 4, 7, 30  #: Cyan, black or white by background, and orange.
 REFERENCE_LAYER = "REFERENCE_POINTS"
 POINT_LAYER = "TAUGHT_POINTS"
 RESIDUAL_LAYER = "RESIDUALS_X100"
-MAGNIFIED = 100.0
-"""Residuals are tenths of a millimetre, on parts of a few hundred millimetres."""
+MAGNIFIED = 100.0  #: Residuals are tenths of a millimetre, on parts of a few hundred millimetres.
 TEXT_PART = 0.01
 """Text height relative to the drawing's diagonal: labels are readable when the whole part fills the screen."""
-MILLIMETRES = 4
-"""The value of $INSUNITS for mm."""
-POINT_MARK = 35
-"""The value of $PDMODE for a cross in a circle. By default a point is one pixel."""
-SMALLEST_TEXT_MM = 0.1
-"""Text height if all points coincide."""
+MILLIMETRES = 4  #: The value of $INSUNITS for mm.
+POINT_MARK = 35  #: The value of $PDMODE for a cross in a circle. By default a point is one pixel.
+SMALLEST_TEXT_MM = 0.1  #: Text height if all points coincide.
 
 
 def write_dxf(program: WeldProgram) -> dict[str, str]:
     """Write one DXF file with all seams and taught points. ``NAME.dxf``, R2018.
 
-    Raises
-    ------
-    KernelError : When the drawing does not pass the library's audit.
+    Raises `KernelError` when the drawing does not pass the library's audit.
     """
     names = safe_names([path.seam.name for path in program.paths], NAMES)
     with reproducible():
@@ -82,9 +75,7 @@ def _drawn(program: WeldProgram, names: dict[str, str]) -> str:
 def require_sound(document: Any) -> None:
     """Refuse a drawing that does not pass the library's audit.
 
-    Raises
-    ------
-    KernelError : When it does not.
+    Raises `KernelError` when it does not.
     """
     if document.audit().has_errors:
         raise KernelError("the drawing has audit errors")

@@ -18,13 +18,10 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.formats.registry import Exporter
 
-NAMES = NameRules("GLB", 60)
-"""For the name of the file; glTF itself sets no limit."""
-GLTF_FROM_BASE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""z up becomes y up."""
+NAMES = NameRules("GLB", 60)  #: For the name of the file; glTF itself sets no limit.
+GLTF_FROM_BASE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  #: z up becomes y up.
 MM = 1e-3
-TRIAD_MM = 5.0
-"""Length of an axis: half of the largest default step along a seam, so that neighbours do not overlap."""
+TRIAD_MM = 5.0  #: Length of an axis: half of the largest default step along a seam, so that neighbours do not overlap.
 AXIS_COLOURS = np.array([[220, 40, 40, 255], [40, 170, 60, 255], [40, 90, 220, 255]], dtype=np.uint8)
 """x red, y green, z blue, as everywhere."""
 SEAM_COLOUR = np.array([240, 140, 20, 255], dtype=np.uint8)

@@ -20,12 +20,7 @@ _ROUND_OFF = 1e-9
 
 
 def colour_of(share: float) -> str:
-    """Return the colour of a share of the tolerance, as ``#rrggbb``.
-
-    Parameters
-    ----------
-    share : 0 to 1 on the scale; above 1 a colour of its own, and grey if it is not finite.
-    """
+    """Return the colour of a share of the tolerance, as ``#rrggbb``."""
     if not math.isfinite(share):
         return UNKNOWN
     if share > 1.0 + _ROUND_OFF:

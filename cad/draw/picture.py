@@ -30,13 +30,7 @@ WIDTH_IN, HEIGHT_IN = 16.0, 8.5
 def seams_png(graph: BrepGraph, seams: Sequence[Seam], title: str) -> bytes:
     """Draw a part's edges with its seams in two views.
 
-    Parameters
-    ----------
-    seams : With frames in `part`. Accepted seams are red with their names at their middles; others are grey and dashed.
-
-    Returns
-    -------
-    bytes. PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
+    Returns bytes. PNG without a time stamp. The same part and the same matplotlib version give the same bytes.
     """
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=PIXELS_PER_INCH)
     start, _, points = edge_polylines(graph)

@@ -18,8 +18,7 @@ ROOT = HERE.parents[1]
 FOLDER = "WpCal"
 LEFT_OUT = {"__pycache__", ".ruff_cache", "build.py", "texts.py", "ruff.toml"}
 TRANSLATIONS = "freecad/wpcal_wb/resources/translations/WpCal.ts"
-MOMENT = (2020, 1, 1, 0, 0, 0)
-"""The time of every file in the ZIP file: the same sources give the same bytes."""
+MOMENT = (2020, 1, 1, 0, 0, 0)  #: The time of every file in the ZIP file: the same sources give the same bytes.
 
 
 def addon_files() -> dict[str, bytes]:

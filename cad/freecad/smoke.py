@@ -30,8 +30,7 @@ from freecad.wpcal_wb.document.shown import Shown
 from freecad.wpcal_wb.qt import QtCore, wait_until
 
 PLATE_MM, WEB_MM = (200.0, 120.0, 10.0), (150.0, 8.0, 80.0)
-NEAR_MM = 1e-3
-"""The touches are exact to 0.0001 mm, so the pose must come out as it was made up."""
+NEAR_MM = 1e-3  #: The touches are exact to 0.0001 mm, so the pose must come out as it was made up.
 TOUCHES = 5
 PANEL_S = 60.0
 

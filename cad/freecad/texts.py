@@ -16,8 +16,7 @@ HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<!DOCTYPE TS>\n<TS version="2.1"
 MESSAGE = '    <message><source>{}</source><translation type="unfinished"/></message>'
 SHOWN = {"title", "HEADERS", "COLUMNS", "buttons", "labels", "FIRST_OPTIONS"}
 """Names whose texts are translated where they are shown."""
-COMMAND = "PanelCommand"
-"""Its second and third argument are texts."""
+COMMAND = "PanelCommand"  #: Its second and third argument are texts.
 
 
 def texts_of(tree: ast.AST) -> Iterator[str]:

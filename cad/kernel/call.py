@@ -16,8 +16,7 @@ from OCP.STEPCAFControl import STEPCAFControl_Controller
 
 from wpcal.core.errors import KernelError, OutOfMemoryError
 
-KernelObject: TypeAlias = Any
-"""Any object of the kernel: OCP has no type information."""
+KernelObject: TypeAlias = Any  #: Any object of the kernel: OCP has no type information.
 
 Message.DefaultMessenger_s().RemovePrinters(Message_PrinterOStream.get_type_descriptor_s())
 
@@ -32,15 +31,8 @@ KERNEL_EXCEPTIONS: tuple[type[Exception], ...] = tuple(
 def kernel_call(what: str) -> Iterator[None]:
     """Turn any exception of the kernel into a `KernelError` that says what was being done.
 
-    Parameters
-    ----------
-    what : str
-        For the message: ``reading part.step``.
-
-    Raises
-    ------
-    KernelError
-        When the kernel raises, or runs out of memory.
+    `what`: For the message: ``reading part.step``.
+    Raises `KernelError` when the kernel raises, or runs out of memory.
     """
     try:
         yield
@@ -54,15 +46,8 @@ def kernel_call(what: str) -> Iterator[None]:
 def step_settings(settings: Mapping[str, int | str]) -> Iterator[None]:
     """Set the kernel's global settings for STEP files, and restore them at the end, also after an exception.
 
-    Parameters
-    ----------
-    settings : mapping of str to int or str
-        By the kernel's own names: ``{"write.step.unit": "INCH"}``.
-
-    Raises
-    ------
-    KernelError
-        When the kernel does not know a name or refuses a value.
+    `settings`: By the kernel's own names: ``{"write.step.unit": "INCH"}``.
+    Raises `KernelError` when the kernel does not know a name or refuses a value.
     """
     STEPCAFControl_Controller.Init_s()  # before this the kernel does not know the names
     before = {name: _setting(name, value) for name, value in settings.items()}

@@ -58,22 +58,14 @@ def _recognised(face: Any) -> tuple[int, Any] | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecognisedCurve:
-    """A line or circle that a curve of another kind was recognised as. Its own parameter runs the same way.
-
-    Parameters
-    ----------
-    frame : ndarray, shape (4, 3)
-        As in `BrepGraph.edge_frame`, mm. A line starts at the curve's first point; a circle has it on its x axis.
-    radius : float
-        mm; 0 for a line.
-    span : tuple of float
-        First and last parameter.
-    """
+    """A line or circle that a curve of another kind was recognised as. Its own parameter runs the same way."""
 
     kind: CurveKind
+    #: shape (4, 3). As in `BrepGraph.edge_frame`, mm. A line starts at the curve's first point; a circle has it on its
+    #: x axis.
     frame: FloatArray
-    radius: float
-    span: tuple[float, float]
+    radius: float  #: mm; 0 for a line.
+    span: tuple[float, float]  #: First and last parameter.
 
 
 SAMPLES_PER_SPAN = 9

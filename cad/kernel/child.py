@@ -31,14 +31,11 @@ from wpcal.core.errors import InputError, KernelError
 from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
 
-DEFAULT_TIMEOUT_S = 600.0
-"""Twenty times what the kernel needed for the largest real part tried (170 MB, 30 s)."""
-DEFAULT_MEMORY_GB = 8.0
-"""The largest real part tried took 1.4 GB; before any part is read it is 0.5 GB."""
+DEFAULT_TIMEOUT_S = 600.0  #: Twenty times what the kernel needed for the largest real part tried (170 MB, 30 s).
+DEFAULT_MEMORY_GB = 8.0  #: The largest real part tried took 1.4 GB; before any part is read it is 0.5 GB.
 TIME_VARIABLE, MEMORY_VARIABLE = "WPCAL_KERNEL_TIME_S", "WPCAL_KERNEL_MEMORY_GB"
 """Environment variables that change the two limits."""
-READING = "reading "
-"""Progress messages begin with it while a file is read."""
+READING = "reading "  #: Progress messages begin with it while a file is read.
 GRACE_S = 1.0
 """After an interrupt the child may remove its temporary folder for as long as this. In the kernel it cannot."""
 
@@ -81,10 +78,7 @@ class Limits:
     def from_environment() -> Limits:
         """Return the limits that the environment states, otherwise the usual ones.
 
-        Raises
-        ------
-        InputError
-            If a variable is not a positive number.
+        Raises `InputError` if a variable is not a positive number.
         """
         return Limits(_number_of(TIME_VARIABLE, DEFAULT_TIMEOUT_S), _number_of(MEMORY_VARIABLE, DEFAULT_MEMORY_GB))
 
@@ -110,36 +104,22 @@ def run_in_child(
     limits: Limits | None = None,
     progress: Progress | None = None,
 ) -> Any:
-    """Call a function in a new process and return what it returns.
+    """Call a function in a new process and return what it returns. The function's result.
 
     Parameters
     ----------
-    target : str
-        ``package.module:function``.
-    arguments : mapping, optional
-        Keyword arguments. They and the result must be plain data (`cad.kernel.plain_data`).
-    what : str
-        For messages: what is being done to which file (``reading part.step``).
-    limits : Limits, optional
-        The child is ended when it exceeds them; by default those of the environment.
-    progress : callable, optional
-        When given, the function also gets a keyword argument `progress`. Each text it passes arrives here.
-
-    Returns
-    -------
-    object
-        The function's result.
+    target : ``package.module:function``.
+    arguments : Keyword arguments. They and the result must be plain data (`cad.kernel.plain_data`).
+    what : For messages: what is being done to which file (``reading part.step``).
+    limits : The child is ended when it exceeds them; by default those of the environment.
+    progress : When given, the function also gets a keyword argument `progress`. Each text it passes arrives here.
 
     Raises
     ------
-    WpcalError
-        When the function raised one; it is raised again here.
-    KernelError
-        When the child crashed, was killed or exceeded its limits.
-    InputError
-        When the environment states a limit that is not one.
-    ChildFaultError
-        When the function raised anything else.
+    WpcalError : When the function raised one; it is raised again here.
+    KernelError : When the child crashed, was killed or exceeded its limits.
+    InputError : When the environment states a limit that is not one.
+    ChildFaultError : When the function raised anything else.
     """
     limits = limits or Limits.from_environment()
     request = pack((target, dict(arguments or {}), progress is not None, limits.time_s, limits.memory_gb))
@@ -184,8 +164,7 @@ class _Child:
     what: str
     limits: Limits
     is_late: bool = False
-    step: str = ""
-    """The last progress message."""
+    step: str = ""  #: The last progress message.
 
     def end_late(self) -> None:
         """End the child because it exceeded its time limit."""
@@ -254,14 +233,9 @@ def too_late(limits: Limits) -> str:
 def cause_of_death(code: int, *, step: str, noise: IO[bytes]) -> str:
     """Say how a child ended that sent no result.
 
-    Parameters
-    ----------
-    code : int
-        Its exit code; negative for a signal.
-    step : str
-        The last progress message; empty if there was none.
-    noise : file
-        Its standard error.
+    `code`: Its exit code; negative for a signal.
+    `step`: The last progress message; empty if there was none.
+    `noise`: Its standard error.
     """
     if code >= 0:
         return f"the process of the CAD kernel ended with code {code}: {_last_line(noise)}"

@@ -19,14 +19,10 @@ from importlib import import_module
 from types import FrameType
 from typing import IO, Any
 
-_ALARM_GRACE_S = 30
-"""The child ends itself this long after its time limit, in case its parent cannot."""
-_PR_SET_PDEATHSIG = 1
-"""Linux: the system sends a signal when the parent ends."""
-_PR_SET_CHILD_SUBREAPER = 36
-"""Linux: the children of a child that ended become children of this process."""
-_OPEN_SO_EARLY = 64
-"""More files than this process has open when it starts to watch its parent."""
+_ALARM_GRACE_S = 30  #: The child ends itself this long after its time limit, in case its parent cannot.
+_PR_SET_PDEATHSIG = 1  #: Linux: the system sends a signal when the parent ends.
+_PR_SET_CHILD_SUBREAPER = 36  #: Linux: the children of a child that ended become children of this process.
+_OPEN_SO_EARLY = 64  #: More files than this process has open when it starts to watch its parent.
 
 
 class _AskedToEndError(BaseException):
@@ -71,12 +67,8 @@ def end_with_parent(
 ) -> None:
     """Let the system send this process a signal when its parent ends, also while the CAD kernel computes.
 
-    Parameters
-    ----------
-    number : int
-        The signal.
-    too_late : callable
-        Called if the parent has ended already.
+    `number`: The signal.
+    `too_late`: Called if the parent has ended already.
     """
     if has_death_signal():
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)

@@ -55,10 +55,7 @@ def read_packet(pipe: Reads) -> bytes | None:
 def read_frames(pipe: Reads | None) -> Iterator[tuple[str, Any]]:
     """Yield kinds and values until the stream ends. An incomplete frame is ignored.
 
-    Raises
-    ------
-    PlainDataError
-        When a frame cannot be read.
+    Raises `PlainDataError` when a frame cannot be read.
     """
     while pipe is not None and (packet := read_packet(pipe)) is not None:
         frame = unpack(packet)

@@ -32,8 +32,6 @@ def make_wire(
     ----------
     edge : shape (k,). Edges of the graph; each piece begins where the one before ends.
     t0, t1 : shape (k,). Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
-    closed : Whether the last piece ends where the first begins.
-    what : For messages: what the wire is.
 
     Returns
     -------

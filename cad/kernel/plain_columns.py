@@ -24,8 +24,7 @@ from cad.kernel.plain_types import (
     require_plain,
 )
 
-LEAST_ROWS = 4
-"""Fewer objects are sent one by one: columns would not be smaller."""
+LEAST_ROWS = 4  #: Fewer objects are sent one by one: columns would not be smaller.
 
 
 class Sender(Protocol):

@@ -43,10 +43,7 @@ _LENGTH = struct.Struct("<Q")
 def pack(value: object) -> bytes:
     """Return a value as a packet.
 
-    Raises
-    ------
-    PlainDataError
-        When a part of it is of another type than the module's docstring lists.
+    Raises `PlainDataError` when a part of it is of another type than the module's docstring lists.
     """
     packer = _Packer()
     text = json.dumps({"value": packer.tree(value), "sizes": [len(part) for part in packer.parts]}).encode("ascii")
@@ -56,10 +53,7 @@ def pack(value: object) -> bytes:
 def unpack(packet: bytes) -> Any:
     """Return the value of a packet. Its arrays are read-only.
 
-    Raises
-    ------
-    PlainDataError
-        When the packet is damaged, or names a type that is not ours.
+    Raises `PlainDataError` when the packet is damaged, or names a type that is not ours.
     """
     try:
         end = _LENGTH.size + _LENGTH.unpack_from(packet)[0]

@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 
-OUR_PACKAGES = frozenset({"wpcal", "cad"})
-"""Only enums, dataclasses and errors from these packages are made."""
-PLAIN_ARRAYS = "biufcUS"
-"""Kinds of NumPy arrays that hold plain data: no Python objects."""
-BARE = frozenset({type(None), bool, int, float, str})
-"""Types that are in the text of a packet as they are."""
+OUR_PACKAGES = frozenset({"wpcal", "cad"})  #: Only enums, dataclasses and errors from these packages are made.
+PLAIN_ARRAYS = "biufcUS"  #: Kinds of NumPy arrays that hold plain data: no Python objects.
+BARE = frozenset({type(None), bool, int, float, str})  #: Types that are in the text of a packet as they are.
 
 
 class PlainDataError(ValueError):

@@ -14,10 +14,7 @@ LIBGL_HINT = "the CAD kernel needs libGL.so.1, which this system lacks: sudo apt
 def libgl_explained() -> Iterator[None]:
     """Turn a failed import of the kernel into one line that says how to install libGL.
 
-    Raises
-    ------
-    InputError
-        Instead of an ImportError that names libGL.
+    Raises `InputError` instead of an ImportError that names libGL.
     """
     try:
         yield

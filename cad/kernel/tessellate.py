@@ -67,10 +67,6 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[bytes | None, tuple[Issue, ...]]:
     """Return ``part.glb`` of the solids of a STEP file.
 
-    Parameters
-    ----------
-    sha256 : Of the STEP file, for the record.
-
     Returns
     -------
     part_glb : bytes or None

@@ -23,18 +23,9 @@ from wpcal.core.arrays import FloatArray
 def meshed_compound(solids: Sequence[KernelObject], *, chord_mm: float, chord_rad: float) -> KernelObject:
     """Put solids into one compound with triangles: for `visible_lines`.
 
-    Parameters
-    ----------
-    solids : sequence of kernel shapes
-    chord_mm : float
-        Largest distance of a triangle from its face.
-    chord_rad : float
-        Largest turn from one chord to the next.
-
-    Raises
-    ------
-    KernelError
-        When the kernel cannot mesh the part.
+    `chord_mm`: Largest distance of a triangle from its face.
+    `chord_rad`: Largest turn from one chord to the next.
+    Raises `KernelError` when the kernel cannot mesh the part.
     """
     shape = compound(list(solids))
     with kernel_call("meshing the part for the views"):
@@ -49,24 +40,18 @@ def visible_lines(
 
     Parameters
     ----------
-    shape : kernel shape
-        Of `meshed_compound`.
-    right, toward : ndarray, shape (3,)
-        Unit directions in `part`: to the right on paper, and towards the viewer.
-    name : str
-        Of the view, for messages.
+    shape : Of `meshed_compound`.
+    right, toward : shape (3,). Unit directions in `part`: to the right on paper, and towards the viewer.
+    name : Of the view, for messages.
 
     Returns
     -------
-    sharp : ndarray, shape (n, 2, 2)
-        Sharp edges and outlines as segments in the plane of the view, mm.
-    smooth : ndarray, shape (k, 2, 2)
-        Edges between faces that join smoothly.
+    sharp : ndarray, shape (n, 2, 2). Sharp edges and outlines as segments in the plane of the view, mm.
+    smooth : ndarray, shape (k, 2, 2). Edges between faces that join smoothly.
 
     Raises
     ------
-    KernelError
-        When the kernel cannot project the part.
+    KernelError : When the kernel cannot project the part.
     """
     with kernel_call(f"projecting the view {name}"):
         algorithm = HLRBRep_PolyAlgo()

@@ -63,8 +63,7 @@ _COLOR_TYPES = (
     XCAFDoc_ColorType.XCAFDoc_ColorGen,
     XCAFDoc_ColorType.XCAFDoc_ColorCurv,
 )
-_COLOR_DIGITS = 4
-"""The kernel stores colours as linear float32; converting there and back changes the sixth digit."""
+_COLOR_DIGITS = 4  #: The kernel stores colours as linear float32; converting there and back changes the sixth digit.
 
 
 def srgb(linear: tuple[float, float, float]) -> Rgb:

@@ -15,8 +15,7 @@ from pathlib import Path
 from wpcal.core.errors import ErrorCode, InputError
 
 LOCAL = "127.0.0.1"
-HTTP_PORT = 80
-"""Browsers leave this port out of the header ``Host``."""
+HTTP_PORT = 80  #: Browsers leave this port out of the header ``Host``.
 ELSEWHERE = ("192.0.2.1", 9)
 """An address for documentation (RFC 5737). Connecting a datagram socket sends nothing; it shows this machine's own
 address on the way out."""
@@ -41,14 +40,7 @@ class Listening:
 def listen(host: str, port: int) -> Listening:
     """Listen at one address of this machine.
 
-    Parameters
-    ----------
-    host : An address, or a name of this machine.
-    port : 0 for any free port.
-
-    Raises
-    ------
-    InputError : When the host is not one address of this machine, or the port cannot be opened.
+    Raises `InputError` when the host is not one address of this machine, or the port cannot be opened.
     """
     family, address = _resolved(host)
     # With the protocol given, asyncio sends at once. Otherwise every answer waits 40 ms for a fuller packet.

@@ -36,9 +36,7 @@ class Keyed:
     def from_record(cls, record: Any) -> Keyed:
         """Return what a page or a draft holds.
 
-        Raises
-        ------
-        InputError : When it is not a table of taught points, or its keys do not fit.
+        Raises `InputError` when it is not a table of taught points, or its keys do not fit.
         """
         rows = Rows.from_record(record)
         keys = record.get("keys")
@@ -96,10 +94,8 @@ def backup_of(out: Path) -> Path:
 def read_draft(path: Path) -> Draft:
     """Read a draft.
 
-    Raises
-    ------
-    InputError : When it cannot be opened.
-    FormatError : When it is damaged.
+    Raises `InputError` when it cannot be opened.
+    Raises `FormatError` when it is damaged.
     """
     record = read_json(path, schema=DRAFT_SCHEMA)
     try:
@@ -137,9 +133,7 @@ def is_read_only(path: Path) -> bool:
 def require_name(out: Path) -> None:
     """Refuse a name that the file system cannot give to the table, its draft and its last version.
 
-    Raises
-    ------
-    InputError : When it is too long, or contains NUL.
+    Raises `InputError` when it is too long, or contains NUL.
     """
     try:
         os.stat(_beside(out), follow_symlinks=False)
@@ -162,9 +156,7 @@ def _unwritable(out: Path, error: Exception) -> InputError:
 def require_room(out: Path) -> None:
     """Refuse a table beside which no draft can be written, before a person types anything.
 
-    Raises
-    ------
-    InputError : When no file can be made there, or none with such a name.
+    Raises `InputError` when no file can be made there, or none with such a name.
     """
     probe = _beside(out)
     try:
@@ -177,9 +169,7 @@ def require_room(out: Path) -> None:
 def bytes_of(path: Path) -> bytes | None:
     """Return the bytes of a file, or None if there is no such file.
 
-    Raises
-    ------
-    InputError : When it cannot be read.
+    Raises `InputError` when it cannot be read.
     """
     return read_bytes(path) if os.path.lexists(path) else None
 

@@ -15,11 +15,9 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.workpiece import Workpiece
 from wpcal.taught.features import ReferenceFeature
 
-FIRST_POINTS = 4
-"""As many are suggested at first: they hold the whole part. Then one at a time."""
+FIRST_POINTS = 4  #: As many are suggested at first: they hold the whole part. Then one at a time.
 
-SAME_MM = 1e-3
-"""A feature this near to a touched point of the model is that point."""
+SAME_MM = 1e-3  #: A feature this near to a touched point of the model is that point.
 
 
 def next_for_bodies(
@@ -33,14 +31,6 @@ def next_for_bodies(
     ball_mm: float,
 ) -> dict[str, Any]:
     """Choose the features that lower the error of the worst seam most.
-
-    Parameters
-    ----------
-    weldment : The part with the curves on which its seams lie.
-    rows : Touches on faces and edges count as well as features.
-    named : Features of rows that are fitted, and of other rows.
-    sigma_mm : Teaching error per axis.
-    ball_mm : Radius of rows that state none.
 
     Returns
     -------

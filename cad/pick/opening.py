@@ -38,9 +38,7 @@ class Found:
 def find_table(out: Path) -> Found:
     """Read the table to save to, if there is one, and its draft. A damaged draft is left to `start_table`.
 
-    Raises
-    ------
-    InputError : When a file cannot be read, or the table is not one of taught points and there is no draft.
+    Raises `InputError` when a file cannot be read, or the table is not one of taught points and there is no draft.
     """
     draft, damage = None, ""
     draft_raw = bytes_of(draft_of(out))
@@ -78,21 +76,8 @@ def start_table(
 ) -> tuple[SharedTable, tuple[str, ...]]:
     """Choose the rows at the start: those of the draft, otherwise those given, otherwise those of the table.
 
-    Parameters
-    ----------
-    given : Rows of another file.
-    given_name : Its name in notes.
-    force : Whether to take rows that were taught on another part.
-    command : Returns the command that calibrates from a saved table.
-    moving : Whether bodies may have moved; by default as in the draft.
-
-    Returns
-    -------
-    notes : tuple of str. What a person must know about these rows.
-
-    Raises
-    ------
-    InputError : When the rows belong to another part and `force` is false.
+    Returns `notes`: tuple of str. What a person must know about these rows.
+    Raises `InputError` when the rows belong to another part and `force` is false.
     """
     notes = []
     draft_raw = found.draft_raw

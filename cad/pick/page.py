@@ -19,13 +19,7 @@ BODY = """
 
 
 def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = (), revision: int = 1) -> str:
-    """Return the page. It asks its own server for the table, so that a reload shows the table as it is.
-
-    Parameters
-    ----------
-    notes : What a person must know about the rows and the seams at the start.
-    revision : Of the seams.
-    """
+    """Return the page. It asks its own server for the table, so that a reload shows the table as it is."""
     shown = seams_of(part)
     features = [
         {**item.feature.to_record(), "letter": item.feature.kind.value, "ease": item.ease.word}

@@ -13,14 +13,10 @@ from wpcal.core.tables import Table, parse_table
 from wpcal.taught.columns import MODEL_COLUMNS, TAUGHT_COLUMNS
 from wpcal.taught.table import TaughtPoints, taught_from_table
 
-NEW_COLUMNS = ("name", *TAUGHT_COLUMNS, "feature", "use")
-"""Columns of an empty table."""
-MOST_ROWS = 10_000
-"""A file with more rows is not a list of touched points."""
-LONGEST_CELL = 1000
-"""Characters. Messages repeat the text of a cell."""
-NO_FILE = ""
-"""Rows in the page have no file. Messages about them begin with the row."""
+NEW_COLUMNS = ("name", *TAUGHT_COLUMNS, "feature", "use")  #: Columns of an empty table.
+MOST_ROWS = 10_000  #: A file with more rows is not a list of touched points.
+LONGEST_CELL = 1000  #: Characters. Messages repeat the text of a cell.
+NO_FILE = ""  #: Rows in the page have no file. Messages about them begin with the row.
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -36,9 +32,7 @@ class Rows:
     def from_record(cls, record: Any) -> Rows:
         """Return the rows that a page sent.
 
-        Raises
-        ------
-        InputError : When it is not a table of text with the columns of taught points.
+        Raises `InputError` when it is not a table of text with the columns of taught points.
         """
         try:
             columns = tuple(record["columns"])
@@ -65,10 +59,8 @@ class Rows:
     def to_taught(self) -> TaughtPoints:
         """Return the complete rows as taught points, exactly as `wpcal calibrate` reads them from the saved file.
 
-        Raises
-        ------
-        InputError : When no row is complete.
-        FormatError : When a cell cannot be read. Its line is 2 for the first complete row.
+        Raises `InputError` when no row is complete.
+        Raises `FormatError` when a cell cannot be read. Its line is 2 for the first complete row.
         """
         if not self.complete():
             raise InputError("no row has all three coordinates")
@@ -102,14 +94,7 @@ def read_rows(raw: bytes, *, path: str) -> Rows:
 
     Columns that the page needs are added: `use`, and `feature` if the names of the rows are names of features.
 
-    Parameters
-    ----------
-    raw : The file.
-    path : Its name in messages.
-
-    Raises
-    ------
-    FormatError : When it is not a table, or lacks a column of taught points.
+    Raises `FormatError` when it is not a table, or lacks a column of taught points.
     """
     table = parse_table(raw, path=path)
     table.require(("name", *TAUGHT_COLUMNS))

@@ -46,14 +46,10 @@ from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
 
-LARGEST_BYTES = 8_000_000
-"""Largest request: the longest list of points accepted, in base64."""
-TOKEN_BYTES = 18
-"""144 bits cannot be guessed."""
-INTERNAL = "internal"
-"""Code of a defect of wpcal: any exception that is not a `WpcalError`."""
-SECONDS_TO_END = 2
-"""Time for requests in progress when the server is told to end."""
+LARGEST_BYTES = 8_000_000  #: Largest request: the longest list of points accepted, in base64.
+TOKEN_BYTES = 18  #: 144 bits cannot be guessed.
+INTERNAL = "internal"  #: Code of a defect of wpcal: any exception that is not a `WpcalError`.
+SECONDS_TO_END = 2  #: Time for requests in progress when the server is told to end.
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -69,16 +65,7 @@ _log = logging.getLogger("wpcal.pick")
 class PickServer:
     """A page and a session at an address. The address is known at once; it answers after `run` is called.
 
-    Parameters
-    ----------
-    page : HTML.
-    seams : The decisions about seams; without it they are not kept in a file.
-    host : Address of this machine at which the page is served.
-    port : 0 for any free port.
-
-    Raises
-    ------
-    InputError : When the host is not an address of this machine, or the port cannot be opened.
+    Raises `InputError` when the host is not an address of this machine, or the port cannot be opened.
     """
 
     def __init__(
@@ -151,13 +138,7 @@ class PickServer:
 
 
 class Guard:
-    """Passes requests of the page itself on, and refuses all others.
-
-    Parameters
-    ----------
-    hosts : Addresses with the port, as the browser must name them.
-    token : First part of every path.
-    """
+    """Passes requests of the page itself on, and refuses all others."""
 
     def __init__(self, app: ASGIApp, *, hosts: tuple[str, ...], token: str) -> None:
         self._app = app

@@ -36,12 +36,10 @@ from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 from wpcal.touch.advice import advise_set
 
-FIRST_LINE = 2
-"""Line of the first complete row in the text of `Rows.to_csv`; the header is line 1."""
+FIRST_LINE = 2  #: Line of the first complete row in the text of `Rows.to_csv`; the header is line 1.
 FIRST_POINTS = 4
 """As many points are suggested at first. With three points, the residuals cannot show that one of them is wrong."""
-ERROR_DIGITS = 6
-"""The page shows predicted errors with 3 decimals of a millimetre."""
+ERROR_DIGITS = 6  #: The page shows predicted errors with 3 decimals of a millimetre.
 
 
 @dataclass(slots=True, eq=False)
@@ -62,9 +60,7 @@ class PickSession:
     def choose(self, moving: MovingChoice) -> None:
         """Let bodies have moved from now on, or not.
 
-        Raises
-        ------
-        InputError : When the part is one body.
+        Raises `InputError` when the part is one body.
         """
         with self._busy:
             choice = moving.to_options(self.groups)
@@ -131,19 +127,8 @@ class PickSession:
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
 
-        Parameters
-        ----------
-        raw : The file.
-        name : Its name. The suffix tells the language of a program.
-        uframe : User frame of a program, as for the option ``--uframe``. If empty, the options of the command apply.
-
-        Returns
-        -------
-        left_out : tuple of str. Points of a program without coordinates, each with the reason.
-
-        Raises
-        ------
-        InputError : As in `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
+        Returns `left_out`: tuple of str. Points of a program without coordinates, each with the reason.
+        Raises `InputError` as in `wpcal.taught.read_taught` or `wpcal.controllers.read_taught_program`.
         """
         path = Path(name)
         if not is_program(path):
@@ -163,10 +148,6 @@ class PickSession:
 
     def suggest(self, rows: Rows) -> dict[str, Any]:
         """Choose the features to touch next: first enough for a good fit, then one at a time.
-
-        Parameters
-        ----------
-        rows : Rows with a feature and use ``yes`` count as touched, with or without coordinates.
 
         Returns
         -------
@@ -215,9 +196,7 @@ class PickSession:
     def touch(self, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
         """Return what a click on the part touches; see `cad.pick.touches.touch_at`.
 
-        Parameters
-        ----------
-        point, normal : shape (3,). In `part`, mm.
+        `point`, `normal`: shape (3,). In `part`, mm.
         """
         return touch_at(self.part, point, normal)
 
@@ -250,13 +229,7 @@ def _named_in(
 def fault_record(error: WpcalError, rows: Rows | None = None) -> dict[str, Any]:
     """Return what the page needs to know of an error.
 
-    Parameters
-    ----------
-    rows : The rows that were fitted or saved.
-
-    Returns
-    -------
-    dict. ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
+    Returns dict. ``message`` for the reader; ``code``, the cause; ``row`` and ``column`` of the wrong cell, or None.
     """
     record: dict[str, Any] = {"message": _one_line(str(error)), "code": str(error.code), "row": None, "column": None}
     if rows is None or not isinstance(error, FormatError) or error.path or not error.line:
@@ -309,13 +282,7 @@ def _fit_record(
 
 
 def place_points(points: list[dict[str, Any]], row_of: Mapping[str, int], T_base_part: RigidTransform) -> None:
-    """Add to the points of a record of a calibration their ``row`` and ``residual_part_mm``, for an arrow at the part.
-
-    Parameters
-    ----------
-    points : ``points`` of ``calibration.json``; they are changed.
-    row_of : By name of the point.
-    """
+    """Add ``row`` and ``residual_part_mm`` to the points of a record of a calibration, for arrows at the part."""
     for point in points:
         point["row"] = row_of[point["name"]]
         point["residual_part_mm"] = (T_base_part.R.T @ np.array(point["residual_mm"])).tolist()

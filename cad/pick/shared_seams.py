@@ -40,8 +40,7 @@ SHOWN = (
     "edit",
 )
 """What the page shows of a seam and needs for decisions about it."""
-MOST_DECISIONS = 10_000
-"""More are no work of a person."""
+MOST_DECISIONS = 10_000  #: More are no work of a person.
 
 
 def seams_file_of(part_step: Path, out: Path) -> Path:
@@ -52,17 +51,7 @@ def seams_file_of(part_step: Path, out: Path) -> Path:
 class SharedSeams:
     """The decisions that all windows of one picker share. Its methods may be called from several threads.
 
-    Parameters
-    ----------
-    session : Gets the seams that follow from the decisions.
-    path : The file that keeps them; None to keep them in memory.
-    edits : The decisions at the start.
-    given : The file from which they were read, if it is another one. It is never written: it may be a result.
-    search : Without it, nothing can be said about solids.
-
-    Raises
-    ------
-    InputError : When a decision does not fit the part.
+    Raises `InputError` when a decision does not fit the part.
     """
 
     def __init__(
@@ -96,12 +85,6 @@ class SharedSeams:
 
     def say(self, solid: str, said: bool | None, *, revision: int) -> dict[str, Any]:
         """Set whether a solid can be welded, find the seams anew, and keep that in the file.
-
-        Parameters
-        ----------
-        solid : Its name.
-        said : None leaves it to the rules.
-        revision : The revision that the window shows. If it is not the present one, nothing is done.
 
         Returns
         -------
@@ -137,11 +120,6 @@ class SharedSeams:
 
     def decide(self, decisions: Any, *, revision: int) -> dict[str, Any]:
         """Carry out decisions, in place of those before, and keep them in the file.
-
-        Parameters
-        ----------
-        decisions : Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
-        revision : The revision that the window shows. If it is not the present one, nothing is done.
 
         Returns
         -------
@@ -194,14 +172,7 @@ class SharedSeams:
 def read_decisions(decisions: Any, *, path: str) -> tuple[PlacedEdit, ...]:
     """Return the decisions that a page or another program sends.
 
-    Parameters
-    ----------
-    decisions : Each with a ``candidate`` and an ``edit``, as in ``seams.json``.
-    path : For messages.
-
-    Raises
-    ------
-    InputError : When a decision has a wrong form.
+    Raises `InputError` when a decision has a wrong form.
     """
     if not isinstance(decisions, list) or len(decisions) > MOST_DECISIONS:
         raise InputError(f"expected a list of at most {MOST_DECISIONS} decisions about seams")
@@ -272,11 +243,9 @@ def start_seams(
 
     Parameters
     ----------
-    part_step, out : The part and the table.
     given : Path, optional
         A file with decisions that the user named. Decisions in it that do not fit the part are an error; those of an
         earlier session are only left out.
-    search : As for `SharedSeams`.
 
     Raises
     ------

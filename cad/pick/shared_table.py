@@ -32,21 +32,13 @@ from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.records import write_file
 
-FILE_CHANGED = "file-changed"
-"""Code of the fault that the file is not the one that the page shows."""
-CONFLICT = "conflict"
-"""Code of the fault that two windows changed a cell and nobody has chosen between the two texts."""
-FILE_READ_ONLY = "file-read-only"
-"""Code of the fault that the file may not be written."""
+FILE_CHANGED = "file-changed"  #: Code of the fault that the file is not the one that the page shows.
+CONFLICT = "conflict"  #: Code of the fault that two windows changed a cell and nobody has chosen between the two texts.
+FILE_READ_ONLY = "file-read-only"  #: Code of the fault that the file may not be written.
 
 
 class FileChangedError(InputError):
-    """The file to save is not the one from which the table was made.
-
-    Parameters
-    ----------
-    sha256 : Hash of the file as it is now. A Save that states this hash replaces the file.
-    """
+    """The file to save is not the one from which the table was made."""
 
     code = FILE_CHANGED
 
@@ -62,18 +54,7 @@ class ConflictError(InputError):
 
 
 class SharedTable:
-    """One table, its file and its draft. Its methods may be called from several threads.
-
-    Parameters
-    ----------
-    out : The file that Save writes.
-    start : The rows at the start.
-    file_sha256 : Hash of the file from which the rows were made.
-    draft : The draft's file as it was read.
-    part_step : The part's file, which is never overwritten.
-    command : Returns the command that calibrates from a saved table.
-    moving : Whether bodies may have moved.
-    """
+    """One table, its file and its draft. Its methods may be called from several threads."""
 
     def __init__(
         self,
@@ -112,9 +93,6 @@ class SharedTable:
 
         Parameters
         ----------
-        revision : Revision on which the change is based.
-        window : Which window sends it. Its own earlier changes do not make a change stale.
-        number : Counts the changes of the window: one that arrives after a later one is ignored.
         conflicts : sequence of str
             The cells in which the window put its own text in place of another window's, with both texts, as long as
             nobody has chosen between them. A Save of this window must name them.
@@ -147,15 +125,6 @@ class SharedTable:
         replaces: str = "",
     ) -> dict[str, Any]:
         """Write the complete rows as the file that `wpcal calibrate` reads, and keep the version before.
-
-        Parameters
-        ----------
-        revision : The revision that the window has now.
-        shown : The revision that the window showed when the person clicked.
-        window : Which window saves.
-        consent : The conflicts that the person saw and decided, as in `keep`.
-        name : Name of a new file in the same folder, which then belongs to the table; empty for the present file.
-        replaces : Hash of a file that was changed by another program and is replaced by consent.
 
         Returns
         -------

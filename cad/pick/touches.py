@@ -24,8 +24,7 @@ from wpcal.taught.features import ReferenceFeature, feature_named
 from wpcal.taught.resolve import named_axes, touches_of
 from wpcal.taught.touched_face import touched_face
 
-MODEL_DIGITS = 4
-"""Decimals of mm in the table: a click on the screen is known to some tenths of a millimetre."""
+MODEL_DIGITS = 4  #: Decimals of mm in the table: a click on the screen is known to some tenths of a millimetre.
 
 
 def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
@@ -63,12 +62,6 @@ def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str,
 def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: float) -> dict[str, Any]:
     """Predict what rows promise, with or without coordinates: the touches as they are planned.
 
-    Parameters
-    ----------
-    rows : Those with use ``yes`` and a model point or a feature count.
-    sigma_mm : Teaching error per axis.
-    ball_mm : Radius of rows that state none.
-
     Returns
     -------
     dict
@@ -103,11 +96,6 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
 
 def planned_touches(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches, list[int]] | None:
     """Return the touches of rows at their model points, as if the part were at the base.
-
-    Parameters
-    ----------
-    rows : Those with use ``yes`` and a model point or a feature count.
-    ball_mm : Radius of rows that state none.
 
     Returns
     -------

@@ -10,8 +10,7 @@ from cad.kernel.primitives import box, cut, cylinder
 
 UP = (0.0, 0.0, 1.0)
 ALONG_Y = (0.0, 1.0, 0.0)
-Solids = list[tuple[str, Any]]
-"""Names and kernel solids."""
+Solids = list[tuple[str, Any]]  #: Names and kernel solids.
 
 
 def _hole(x: float, y: float, diameter: float = 11.0) -> Any:

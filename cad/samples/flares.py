@@ -10,8 +10,7 @@ from cad.kernel.primitives import box, cut, cylinder, ring, square_tube
 
 Solids = list[tuple[str, Any]]
 
-SIDE_MM = 80.0
-"""Outer side of the square tubes."""
+SIDE_MM = 80.0  #: Outer side of the square tubes.
 
 
 def flush_tubes(radius: float, wall: float, *, offset: float = 0.0) -> Solids:

@@ -25,16 +25,13 @@ from wpcal.core.records import write_file
 from wpcal.core.transform import RigidTransform
 
 UP = (0.0, 0.0, 1.0)
-FAR_MM = 1000.0
-"""Five times the T-joint: a copy there has nothing to do with the first one."""
-DISC_ARCS = 80
-"""Arcs of 1.96 mm round the disc."""
+FAR_MM = 1000.0  #: Five times the T-joint: a copy there has nothing to do with the first one.
+DISC_ARCS = 80  #: Arcs of 1.96 mm round the disc.
 BLOCK_SHIFT_MM = (312.5, -77.25, 40.125)
 BLOCK_POSE = ((31.0, -7.0, 44.0), (20.0, -35.0, 70.0))
 """Where the turned block is: mm, and degrees about its own x, then y, then z."""
 
-Solids = list[tuple[str, Any]]
-"""Names and kernel solids."""
+Solids = list[tuple[str, Any]]  #: Names and kernel solids.
 
 
 def numbered(*shapes: Any) -> Solids:

@@ -30,8 +30,7 @@ TEACHING_SIGMA_MM = 0.1
 """Standard deviation per axis of the sample's taught points: a careful touch with a straight wire."""
 TEACHING_SEED = 2003
 
-SAMPLE_INPUTS = ("tee.step", "taught.csv")
-"""Names of the inputs of `wpcal demo` in its folder."""
+SAMPLE_INPUTS = ("tee.step", "taught.csv")  #: Names of the inputs of `wpcal demo` in its folder.
 T_BASE_PART = RigidTransform.from_six_tuple([812.5, -240.25, 155.75, 0.02, -0.035, 0.6], target="base", source="part")
 """Pose of every sample in the robot's base: rotated and tilted, as a fitter would leave it."""
 
@@ -116,13 +115,7 @@ SAMPLES: dict[str, Sample] = {
 def write_sample(sample: Sample, folder: Path, *, overwrite: bool = False) -> None:
     """Write one sample: the STEP file, taught points without and with teaching error, and the truth.
 
-    Parameters
-    ----------
-    folder : Created if it does not exist.
-
-    Raises
-    ------
-    InputError : When a file exists and `overwrite` is false, or cannot be written.
+    Raises `InputError` when a file exists and `overwrite` is false, or cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with kernel_call(f"making {sample.name}"):

@@ -14,15 +14,13 @@ from cad.kernel.primitives import Point, box, cut, cylinder, prism, square_tube
 from cad.samples.parts import DARK, STEEL
 from cad.step.new_file import Member
 
-BAYS_PER_ROW = 20
-"""Bays are in rows side by side, so that the structure stays compact."""
+BAYS_PER_ROW = 20  #: Bays are in rows side by side, so that the structure stays compact.
 BAY_MM, DEPTH_MM, HEIGHT_MM, ROW_MM = 900.0, 700.0, 1000.0, 1500.0
 POST_MM, RAIL_MM, CORNER_MM, WALL_MM = 60.0, 40.0, 6.0, 3.0
 PLATE_MM, PLATE_THICK_MM, BOLT_MM = 150.0, 12.0, 14.0
 PIPE_MM = 42.4
 LEG_MM, SNIPE_MM, GUSSET_THICK_MM = 80.0, 20.0, 8.0
-RAIL_HEIGHTS_MM = (200.0, 800.0)
-"""Undersides of the rails above the base plates."""
+RAIL_HEIGHTS_MM = (200.0, 800.0)  #: Undersides of the rails above the base plates.
 
 
 def steel_structure(bays: int) -> list[Member]:
@@ -30,10 +28,6 @@ def steel_structure(bays: int) -> list[Member]:
 
     Each bay has two posts of square tube on base plates with holes, four rails along x, two along y, a round pipe and
     two gussets. A row ends with two more posts, two rails along y and a pipe.
-
-    Parameters
-    ----------
-    bays : 163 bays have 30 204 faces.
     """
     return [member for row in range(math.ceil(bays / BAYS_PER_ROW)) for member in _row(row, bays)]
 

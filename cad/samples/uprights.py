@@ -24,12 +24,9 @@ from wpcal.core.records import to_json, write_file
 BASE_MM = (600.0, 400.0, 10.0)
 """The plate of the simulation in issue 19: its top is at z = 0, its middle at the origin."""
 THICK_MM, HEIGHT_MM = 8.0, 120.0
-TACK = TackTolerance(1.0, 4.0)
-"""How far the plates are off, as in that simulation."""
-SIGMA_MM = 0.2
-"""Error of a touch per axis, as in that simulation."""
-ROUNDED_MM = 0.01
-"""What a controller shows."""
+TACK = TackTolerance(1.0, 4.0)  #: How far the plates are off, as in that simulation.
+SIGMA_MM = 0.2  #: Error of a touch per axis, as in that simulation.
+ROUNDED_MM = 0.01  #: What a controller shows.
 LOW_MM, INSET_MM = 20.0, 20.0
 """A touch is so far above the base, where the nozzle still fits, and so far from the ends of its plate."""
 
@@ -103,10 +100,6 @@ def planned_touches(each: int) -> PlannedTouches:
 
     The first two lie low on the large face, near both ends: they say most about the seam. The third lies high on it,
     two on the top, and the sixth on an end.
-
-    Parameters
-    ----------
-    each : At most 6.
     """
     x, y, z = (size / 2.0 for size in BASE_MM)
     far, low = (x - INSET_MM, y - INSET_MM), -z

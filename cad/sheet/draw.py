@@ -18,21 +18,15 @@ from wpcal.core.arrays import FloatArray, IntArray
 LAYERS = {"BORDER": (7, 50), "OUTLINE": (7, 35), "SMOOTH": (8, 13), "POINTS": (1, 25), "LABELS": (7, 18),
           "AXES": (5, 25), "TABLE": (7, 18), "TEXT": (7, 18)}  # fmt: skip
 """Colour (AutoCAD index) and pen in 1/100 mm. ISO 128: 0.35 mm for visible edges, half of that for thin lines."""
-MILLIMETRES = 4
-"""The value of $INSUNITS for mm."""
-DOT = 0.4
-"""Radius of a point's mark, in heights of text."""
-BALLOON = 0.95
-"""Radius of the circle around a number, in heights of text."""
-LABEL_TEXT = 1.2
-"""Names at points are larger than other text, because people look for them."""
+MILLIMETRES = 4  #: The value of $INSUNITS for mm.
+DOT = 0.4  #: Radius of a point's mark, in heights of text.
+BALLOON = 0.95  #: Radius of the circle around a number, in heights of text.
+LABEL_TEXT = 1.2  #: Names at points are larger than other text, because people look for them.
 CIRCLE_CORNERS = 24
-ARROW = 5.0
-"""Length of an arrow in the plane of a view, in heights of text."""
+ARROW = 5.0  #: Length of an arrow in the plane of a view, in heights of text.
 ALONG_VIEW = 0.2
 """A way whose part in the plane of a view is shorter than this runs along the view: no arrow is drawn."""
-AXIS_PART = 0.55
-"""Length of the axes in the corner of a view, relative to the room for labels."""
+AXIS_PART = 0.55  #: Length of the axes in the corner of a view, relative to the room for labels.
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +51,7 @@ class Pen:
     def line(self, a: FloatArray | Sequence[float], b: FloatArray | Sequence[float], layer: str) -> None:
         """Draw a line.
 
-        Parameters
-        ----------
-        a, b : shape (2,). Its ends on paper, mm.
+        `a`, `b`: shape (2,). Its ends on paper, mm.
         """
         self.space.add_line(tuple(map(float, a)), tuple(map(float, b)), dxfattribs={"layer": layer})
 

@@ -14,9 +14,7 @@ FONT = "DejaVuSans.ttf"
 def require_font() -> None:
     """Make the font known to the drawing library.
 
-    Raises
-    ------
-    InputError : When it is not installed: the library would draw boxes instead of letters.
+    Raises `InputError` when it is not installed: the library would draw boxes instead of letters.
     """
     from ezdxf.fonts import fonts
 

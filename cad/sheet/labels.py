@@ -9,22 +9,16 @@ import numpy as np
 from cad.sheet.paper import Box
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-DIRECTIONS = 24
-"""Directions tried around a point."""
+DIRECTIONS = 24  #: Directions tried around a point.
 REACHES = (1.0, 1.5, 2.0, 2.7, 3.5, 4.5, 6.0, 8.0)
 """Lengths of the leader that are tried, relative to the height of a label."""
-SAMPLE_MM = 1.0
-"""Drawn lines are sampled as points this far apart."""
+SAMPLE_MM = 1.0  #: Drawn lines are sampled as points this far apart.
 CLASH = 1000.0
 """Cost of a label on another label, on a point or outside its cell, like 1000 mm of leader: only a last resort."""
-CROSSING = 60.0
-"""Cost of a leader across another leader or label."""
-ON_LINES = 6.0
-"""Cost per mm of drawn line under a label: a longer leader is better than a label on an edge."""
-LEADER_ON_LINES = 0.4
-"""Cost per mm of drawn line near a leader, so that the leader leaves the part by a short way."""
-CLEARANCE = 0.25
-"""Free space around a label, relative to its height."""
+CROSSING = 60.0  #: Cost of a leader across another leader or label.
+ON_LINES = 6.0  #: Cost per mm of drawn line under a label: a longer leader is better than a label on an edge.
+LEADER_ON_LINES = 0.4  #: Cost per mm of drawn line near a leader, so that the leader leaves the part by a short way.
+CLEARANCE = 0.25  #: Free space around a label, relative to its height.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +37,6 @@ def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box,
     p : shape (m, 2). The points on paper, mm.
     sizes : shape (m, 2). Width and height of each label, mm.
     lines : shape (n, 2, 2). Drawn segments on paper, mm.
-    cell : The area for labels.
     avoid : shape (k, 2, 2). Segments that no label may cover, mm.
 
     Returns

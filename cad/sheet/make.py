@@ -49,10 +49,6 @@ def make_sheet(
 ) -> Sheet:
     """Draw a part in four views with the reference points to touch and a table to fill in.
 
-    Parameters
-    ----------
-    cache : As in `open_workpiece`.
-
     Raises
     ------
     InputError : When the part cannot be read, has no feature of a given name, or the points are too many for the paper.

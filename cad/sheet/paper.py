@@ -12,8 +12,7 @@ from wpcal.core.arrays import FloatArray
 
 STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 """Scales are 1:n or n:1, where n is one of these times a power of ten: easy to divide by in one's head."""
-ROUND_OFF = 1.0 + 1e-12
-"""Relative tolerance, so that a size that fits exactly does fit."""
+ROUND_OFF = 1.0 + 1e-12  #: Relative tolerance, so that a size that fits exactly does fit.
 ORTHOGONAL_SHARE = 0.6
 """Share of the width for front, left and top. The rest is for the iso view, in which a person finds the points."""
 
@@ -68,10 +67,8 @@ class Paper:
         return int(self.frame.height / 2 / self.row) - HEADING_ROWS
 
 
-HEADING_ROWS = 2
-"""Rows of the table's heading."""
-LEAST_ROWS = 6
-"""The title block needs at least the height of this many rows."""
+HEADING_ROWS = 2  #: Rows of the table's heading.
+LEAST_ROWS = 6  #: The title block needs at least the height of this many rows.
 A3 = Paper("A3", 420.0, 297.0, 10.0, 2.5, 8.0, 120.0, 15.0)
 A4 = Paper("A4", 297.0, 210.0, 7.0, 1.8, 6.5, 82.0, 11.0)
 PAPERS = {paper.name: paper for paper in (A3, A4)}
@@ -89,9 +86,7 @@ class Place:
     def on_paper(self, uv: FloatArray) -> FloatArray:
         """Return places on paper, mm, for places in the plane of the view.
 
-        Parameters
-        ----------
-        uv : shape (..., 2). In the plane of the view, mm of the part.
+        `uv`: shape (..., 2). In the plane of the view, mm of the part.
         """
         return np.asarray(uv * self.scale + self.offset, dtype=np.float64)
 
@@ -107,13 +102,7 @@ class SheetLayout:
 
 
 def lay_out(paper: Paper, views: tuple[View, ...], rows: int) -> SheetLayout:
-    """Place the views in first-angle projection (ISO 5456-2) with the table and the title block below them.
-
-    Parameters
-    ----------
-    views : Front, left, top, iso.
-    rows : Number of points in the table.
-    """
+    """Place the views in first-angle projection (ISO 5456-2) with the table and the title block below them."""
     frame = paper.frame
     height = (max(rows, LEAST_ROWS) + HEADING_ROWS) * paper.row
     table = Box(frame.x, frame.y, frame.width - paper.title, height)

@@ -8,23 +8,15 @@ from typing import Any
 from cad.draw.dxf import dxf_text, require_sound
 from cad.sheet.paper import Paper
 
-DPI = 200
-"""Resolution of the PNG: 0.127 mm per pixel, a third of a pen's width."""
+DPI = 200  #: Resolution of the PNG: 0.127 mm per pixel, a third of a pen's width.
 MM_PER_INCH = 25.4
-POINTS_PER_INCH = 72.0
-"""Matplotlib takes pen widths in points, the SVG backend in mm."""
+POINTS_PER_INCH = 72.0  #: Matplotlib takes pen widths in points, the SVG backend in mm.
 
 
 def render(document: Any, paper: Paper, suffix: str) -> bytes:
     """Return the bytes of the file.
 
-    Parameters
-    ----------
-    suffix : ``.dxf``, ``.svg``, ``.pdf`` or ``.png``. The last two need matplotlib.
-
-    Raises
-    ------
-    KernelError : When the drawing does not pass the library's audit.
+    Raises `KernelError` when the drawing does not pass the library's audit.
     """
     require_sound(document)
     if suffix == ".dxf":

@@ -12,8 +12,7 @@ from cad.sheet.paper import HEADING_ROWS, Box, SheetLayout, scale_words
 
 COLUMNS = {"No": 0.7, "point": 1.3, "where": 5.2, "x": 1.6, "y": 1.6, "z": 1.6, "X": 2.4, "Y": 2.4, "Z": 2.4}
 """Relative widths. The columns to fill in by hand are the widest numbers: they need room for eight digits."""
-PAD = 0.6
-"""Space between a cell's edge and its text, relative to the height of text."""
+PAD = 0.6  #: Space between a cell's edge and its text, relative to the height of text.
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,7 @@ from wpcal.taught.kinds import KINDS, TouchKind
 from wpcal.taught.touched_face import touched_face
 from wpcal.touch.searches import SearchKind, TouchPlan
 
-OFF_PART_MM = 5.0
-"""A model point farther from every face was not taken on this part: such points are near the touch."""
+OFF_PART_MM = 5.0  #: A model point farther from every face was not taken on this part: such points are near the touch.
 Xyz = tuple[float, float, float]
 
 
@@ -72,13 +71,8 @@ def touches_of_plan(plan: TouchPlan) -> tuple[SheetTouch, ...]:
 def read_touches_to_make(path: Path) -> tuple[SheetTouch, ...] | None:
     """Return the touches of a table, in its order; rows may still lack their coordinates.
 
-    Returns
-    -------
-    tuple of SheetTouch or None. None for a table without touches on faces or edges.
-
-    Raises
-    ------
-    FormatError : When a row has neither a feature nor a model point, or an unknown word.
+    Returns tuple of SheetTouch or None. None for a table without touches on faces or edges.
+    Raises `FormatError` when a row has neither a feature nor a model point, or an unknown word.
     """
     table = parse_table(read_bytes(path), path=str(path))
     if not table.has("name", "kind"):
@@ -107,9 +101,7 @@ def _of_row(table: Table, row: int, kind: str) -> SheetTouch:
 def drawn_touches(touches: Sequence[SheetTouch], workpiece: Workpiece) -> tuple[DrawnTouch, ...]:
     """Find the place and the way of every touch on a part.
 
-    Raises
-    ------
-    InputError : When the part has no feature of a name, or a touch is away from it.
+    Raises `InputError` when the part has no feature of a name, or a touch is away from it.
     """
     return tuple(_drawn(touch, workpiece) for touch in touches)
 

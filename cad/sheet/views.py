@@ -22,8 +22,7 @@ LOOK_PAST = 2e-3
 part counts as visible."""
 CLEAR = 3.0
 """Rays also start this many times `LOOK_PAST` towards the viewer, away from the faces that meet at the point."""
-EYES = 8
-"""Rays around each point. The point is visible when one of them is free."""
+EYES = 8  #: Rays around each point. The point is visible when one of them is free.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,9 +72,7 @@ class View:
 def part_lines(workpiece: Workpiece) -> ViewLines:
     """Return what is visible of a part in each view: sharp and smooth lines as in `View`.
 
-    Raises
-    ------
-    KernelError : When the kernel cannot mesh or project the part.
+    Raises `KernelError` when the kernel cannot mesh or project the part.
     """
 
     def project() -> ViewLines:
@@ -92,10 +89,7 @@ def part_lines(workpiece: Workpiece) -> ViewLines:
 def project_views(graph: BrepGraph, lines: ViewLines, points: FloatArray) -> tuple[View, ...]:
     """Project reference points to the views front, left, top and iso of a part.
 
-    Parameters
-    ----------
-    lines : Of `part_lines`.
-    points : shape (m, 3). Reference points in `part`, mm.
+    `points`: shape (m, 3). Reference points in `part`, mm.
     """
     trimmed = TrimmedFaces.of(graph)
     views = []

@@ -21,8 +21,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
 
-NOT_MOVED: Mapping[int, RigidTransform] = MappingProxyType({})
-"""No root has moved within the part."""
+NOT_MOVED: Mapping[int, RigidTransform] = MappingProxyType({})  #: No root has moved within the part.
 
 PARALLEL_SIN = 1e-6
 """An axis and a reference direction do not span a plane if the sine of their angle is less than this."""
@@ -45,10 +44,7 @@ class EntityWriter:
     def add_vector(self, keyword: str, values: ArrayLike) -> str:
         """Add a point or a direction.
 
-        Parameters
-        ----------
-        keyword : ``CARTESIAN_POINT`` or ``DIRECTION``.
-        values : shape (3,). In the unit of the file.
+        `values`: shape (3,). In the unit of the file.
         """
         return self.add(f"{keyword}('',({','.join(format_real(v) for v in np.asarray(values).tolist())}))")
 
@@ -90,9 +86,7 @@ class Placed:
     def of(cls, file: Part21File) -> Placed:
         """Find the roots of a file.
 
-        Raises
-        ------
-        FormatError : When the file has no product with a shape.
+        Raises `FormatError` when the file has no product with a shape.
         """
         roots = find_roots(file)
         if not roots:
@@ -111,19 +105,8 @@ def append_placement(
 ) -> tuple[EntityWriter, Assembly]:
     """Write the entities of an assembly that holds the file's roots moved by a transform.
 
-    Parameters
-    ----------
-    name : Name of the new product.
-    moves : Motions within `part` of roots, by their ``PRODUCT_DEFINITION``.
-    placed : What the file says of its roots, if it is known already.
-
-    Returns
-    -------
-    EntityWriter, Assembly. For `with_entities`. More entities can be added before.
-
-    Raises
-    ------
-    FormatError : When the file has no product with a shape.
+    Returns EntityWriter, Assembly. For `with_entities`. More entities can be added before.
+    Raises `FormatError` when the file has no product with a shape.
     """
     placed = placed or Placed.of(file)
     roots = placed.roots

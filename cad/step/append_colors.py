@@ -18,15 +18,7 @@ from wpcal.core.errors import FormatError
 def with_solid_colors(text: bytes, colors: Sequence[Rgb | None], *, name: str) -> bytes:
     """Give every solid of a STEP file a colour. The same text with the styles at the end of its data.
 
-    Parameters
-    ----------
-    text : With one solid in every ``ADVANCED_BREP_SHAPE_REPRESENTATION``, without colours.
-    colors : One per solid, in the order of the representations; None: it gets no colour.
-    name : Of the file, for messages.
-
-    Raises
-    ------
-    FormatError : When the numbers of solids and colours differ.
+    Raises `FormatError` when the numbers of solids and colours differ.
     """
     file = index_part21(text, name=name)
     solids = [_solid_and_context(file, item) for item in file.instances("ADVANCED_BREP_SHAPE_REPRESENTATION")]

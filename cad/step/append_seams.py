@@ -20,23 +20,19 @@ from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
-SEAMS_NAME = "wpcal seams"
-"""Name of the product and of the layer."""
+SEAMS_NAME = "wpcal seams"  #: Name of the product and of the layer.
 
 SAME_POINT_MM = 1e-6
 """Points closer than this are one vertex, as in a closed seam. It is ten times the kernel's tolerance of 1e-7 mm."""
 
-LINE_WIDTH_MM = 0.7
-"""Width of the drawn line: the thick line of ISO 128 on a sheet of this size."""
+LINE_WIDTH_MM = 0.7  #: Width of the drawn line: the thick line of ISO 128 on a sheet of this size.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamCurve:
     """A seam to be drawn into a STEP file.
 
-    Raises
-    ------
-    InputError : When there are fewer than two distinct points.
+    Raises `InputError` when there are fewer than two distinct points.
     """
 
     name: str
@@ -60,13 +56,7 @@ class SeamCurve:
 def append_seams(
     writer: EntityWriter, file: Part21File, assembly: Assembly, T_base_part: RigidTransform, seams: Sequence[SeamCurve]
 ) -> None:
-    """Add the product ``wpcal seams`` to an assembly, with one product of one edge per seam.
-
-    Parameters
-    ----------
-    writer, file, assembly : From `append_placement`.
-    T_base_part : The points are written in `base`.
-    """
+    """Add the product ``wpcal seams`` to an assembly, with one product of one edge per seam."""
     definition, shape = add_product(writer, file, assembly.root, SEAMS_NAME)
     origin = writer.add_placement(RigidTransform.identity(target="base", source="base"), unit_mm=1.0)
     representation = writer.add(f"SHAPE_REPRESENTATION('{SEAMS_NAME}',({origin}),#{assembly.root.context})")

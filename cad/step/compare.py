@@ -39,12 +39,7 @@ class StepInventory:
 
 
 def take_inventory(document: KernelObject, *, without: str = "") -> StepInventory:
-    """Count what a document holds.
-
-    Parameters
-    ----------
-    without : Name of an assembly and a layer to leave out with everything in them.
-    """
+    """Count what a document holds."""
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     left_out = _entries_of(tool, without) if without else frozenset()
     whole = compound(_shapes(labels_of(tool.GetFreeShapes), left_out))
@@ -123,14 +118,7 @@ def _annotations(document: KernelObject) -> Counter[str]:
 def compare_inventories(
     before: StepInventory, after: StepInventory, T_base_part: RigidTransform, *, added: Counter[str]
 ) -> list[Issue]:
-    """Differences between a file and its moved copy. The list is empty when nothing was lost or changed.
-
-    Parameters
-    ----------
-    before, after : Of the file as read and of the file as written and read again.
-    T_base_part : The move of the vertices.
-    added : Names that were added on purpose.
-    """
+    """Differences between a file and its moved copy. The list is empty when nothing was lost or changed."""
     issues = [
         Issue(f"moved-{what}-differ", f"the written file differs in {what}: {_difference(old, new)}")
         for what, old, new in (
@@ -176,12 +164,7 @@ def _nearest(expected: FloatArray, found: FloatArray) -> float:
 
 
 def compare_seam_edges(document: KernelObject, T_base_part: RigidTransform, seams: Sequence[SeamCurve]) -> list[Issue]:
-    """Differences between seams and their edges in a document that was read again.
-
-    Returns
-    -------
-    list of Issue. One per seam that is not present as one edge with its length and its ends.
-    """
+    """Differences between seams and their edges in a document that was read again, length and its ends.."""
     found = {leaf.use.path[-1]: leaf for leaf in StepTree(document).leaves() if leaf.use.path[-2:-1] == (SEAMS_NAME,)}
     issues = []
     for seam in seams:

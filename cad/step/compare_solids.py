@@ -50,13 +50,7 @@ class OwnMotions:
     def compare(
         self, again: StepPart, T_base_part: RigidTransform, inventory: StepInventory, *, without: str
     ) -> list[Issue]:
-        """Differences between what should be in a file and what was read again; empty if there is none.
-
-        Parameters
-        ----------
-        inventory : Of the file as it was: its products' names and its annotations.
-        without : Name of an assembly that was added.
-        """
+        """Differences between what should be in a file and what was read again; empty if there is none."""
         before, after = self.before, take_solids(again, without=without)
         if len(after.vertices) != len(before.vertices):
             what = f"{counted(len(before.vertices), 'solid')} before, {len(after.vertices)} after"

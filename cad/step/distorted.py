@@ -16,22 +16,14 @@ from cad.step.part21_values import Instance, Ref, Value
 from wpcal.core.errors import InputError
 
 OPERATOR, OPERATOR_3D = "CARTESIAN_TRANSFORMATION_OPERATOR", "CARTESIAN_TRANSFORMATION_OPERATOR_3D"
-PLACING = ("MAPPED_ITEM", "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION")
-"""What places a shape by an operator."""
-ROUND_OFF = 1e-9
-"""Of a scale that is 1."""
+PLACING = ("MAPPED_ITEM", "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION")  #: What places a shape by an operator.
+ROUND_OFF = 1e-9  #: Of a scale that is 1.
 
 
 def refuse_distorted(file: Part21File, path: str) -> None:
     """Refuse a file that places a copy of a shape mirrored or scaled.
 
-    Parameters
-    ----------
-    path : The file as the user named it.
-
-    Raises
-    ------
-    InputError : With the instance that says so.
+    Raises `InputError` with the instance that says so.
     """
     found = {operator.id: what for operator in file.instances(OPERATOR_3D) if (what := _distortion(file, operator))}
     if not found:

@@ -28,8 +28,7 @@ EMPTY = re.compile(
     r"\W*(none|unknown|default|generic|not specified|nicht festgelegt|undefined|user.?defined)?\W*", re.I
 )
 """Texts that exporters write if no material was chosen."""
-MOST_STEPS = 4
-"""From a property to its product: shape, definition, formation, product."""
+MOST_STEPS = 4  #: From a property to its product: shape, definition, formation, product.
 KG_M3 = ((100.0, 25_000.0, 1.0), (0.05, 25.0, 1e3), (5e-8, 2.5e-5, 1e9), (5e-11, 2.5e-8, 1e12))
 """Least and largest number and the factor to kg/m³, for kg/m³, g/cm³, kg/mm³ and t/mm³. Real densities are from 50
 (foam) to 23 000; so the number alone tells its unit, whatever unit the file names."""

@@ -32,8 +32,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
 
-SAME_PLACE = 1e-6
-"""Places of one use that the text and the kernel give differ by round-off only, mm."""
+SAME_PLACE = 1e-6  #: Places of one use that the text and the kernel give differ by round-off only, mm.
 
 
 def move_solids(
@@ -43,7 +42,6 @@ def move_solids(
 
     Parameters
     ----------
-    leaves : The uses of products with faces, in the order of the kernel.
     T_part_moved : shape (n, 4, 4). The motion of every solid, mm.
 
     Returns
@@ -145,13 +143,7 @@ class _Editor:
         return spliced(with_entities(self.file, self.writer), sorted(changes))
 
     def changed_product(self, use: Occurrence, axes: Sequence[int]) -> tuple[str, str]:
-        """Move what is below a use, in its product or in a copy; return its definition and its representation.
-
-        Parameters
-        ----------
-        use : Whose solids differ in their motions.
-        axes : Placements that a copy must list, because the use refers to them.
-        """
+        """Move what is below a use, in its product or in a copy; return its definition and its representation."""
         is_copy = use.product.definition in self.taken
         self.taken.add(use.product.definition)
         if use.below and not is_copy:

@@ -21,8 +21,7 @@ from cad.step.append_colors import with_solid_colors
 Member: TypeAlias = tuple[str, KernelObject, tuple[float, float, float]]
 """Name, kernel solid and colour (linear RGB, 0…1)."""
 
-FIXED_TIME = "2026-01-01T00:00:00"
-"""The time in the header of every file, so that the same solids give the same file."""
+FIXED_TIME = "2026-01-01T00:00:00"  #: The time in the header of every file, so that the same solids give the same file.
 
 
 def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True) -> bytes:
@@ -30,7 +29,6 @@ def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True)
 
     Parameters
     ----------
-    name : Of the assembly.
     pcurves : bool
         Whether each edge is also written as a curve in the parameters of its faces. This kernel does so by default;
         most CAD systems do not.
@@ -49,10 +47,7 @@ def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True)
 def plain_step_text(placed: Sequence[tuple[str, KernelObject, KernelObject]], name: str, *, pcurves: bool) -> bytes:
     """Return solids as an assembly in a STEP file without colours; the rest as in `new_step_text`.
 
-    Parameters
-    ----------
-    placed : sequence of (name, kernel solid, kernel location)
-    name, pcurves : As in `new_step_text`.
+    `placed`: sequence of (name, kernel solid, kernel location).
     """
     document = new_document()
     settings = {"write.surfacecurve.mode": int(pcurves)}

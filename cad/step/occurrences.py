@@ -32,8 +32,7 @@ SOLIDS = frozenset({"MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP"})
 SURFACES = frozenset({"SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"})
 """Entities of which it makes faces that belong to no solid."""
 
-MOST_LEVELS = 100
-"""Of assemblies within assemblies. A product that contains itself ends here."""
+MOST_LEVELS = 100  #: Of assemblies within assemblies. A product that contains itself ends here.
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +92,7 @@ class LeafUse:
 def find_occurrences(file: Part21File) -> tuple[Occurrence, ...]:
     """Uses of products in a STEP file: one tree for each root.
 
-    Raises
-    ------
-    FormatError : When the text does not say where each component is.
+    Raises `FormatError` when the text does not say where each component is.
     """
     return _Tree(file).roots()
 
@@ -103,9 +100,7 @@ def find_occurrences(file: Part21File) -> tuple[Occurrence, ...]:
 def placement_mm(file: Part21File, number: int, unit_mm: float) -> RigidTransform:
     """A placement of the file, mm; without directions it is not turned.
 
-    Raises
-    ------
-    FormatError : When it leaves only one direction to the reader's default.
+    Raises `FormatError` when it leaves only one direction to the reader's default.
     """
     found = placement_of(file, number, unit_mm)
     if found is not None:

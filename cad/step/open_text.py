@@ -31,21 +31,14 @@ SIGNATURES = (
 IGES_MARK, IGES_MARK_COLUMN = b"S      1", 72
 """The first line of an IGES file ends with the mark of its start section."""
 START_MARK = b"ISO-10303-21"
-START_SEARCH_BYTES = 1024
-"""The mark is the first word. Only a byte order mark, blanks or a comment may precede it."""
+START_SEARCH_BYTES = 1024  #: The mark is the first word. Only a byte order mark, blanks or a comment may precede it.
 
 
 def require_step_file(path: Path) -> None:
     """Refuse by its first bytes what cannot be a STEP file. Costs no more than opening the file.
 
-    Parameters
-    ----------
-    path : The file as the user named it.
-
-    Raises
-    ------
-    InputError : If there is no such file, or it is a folder, empty or not readable.
-    FormatError : If it is not ISO 10303-21 text.
+    Raises `InputError` if there is no such file, or it is a folder, empty or not readable.
+    Raises `FormatError` if it is not ISO 10303-21 text.
     """
     _require_step_start(_read(path, first=START_SEARCH_BYTES), path)
 
@@ -53,15 +46,8 @@ def require_step_file(path: Path) -> None:
 def read_step_text(path: Path, *, data: bytes | None = None) -> Part21File:
     """Read and index the text of a STEP file.
 
-    Parameters
-    ----------
-    path : The file as the user named it.
-    data : The file's bytes, if they were read before.
-
-    Raises
-    ------
-    InputError : If there is no such file, or it is a folder, empty or not readable.
-    FormatError : If it is not ISO 10303-21 text, or is cut off.
+    Raises `InputError` if there is no such file, or it is a folder, empty or not readable.
+    Raises `FormatError` if it is not ISO 10303-21 text, or is cut off.
     """
     text = _read(path) if data is None else data
     _require_step_start(text, path)

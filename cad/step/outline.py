@@ -23,9 +23,7 @@ _SHELL = re.compile(
 def outline(file: Part21File) -> bytes:
     """Return the text of a file with one face of every shell.
 
-    Raises
-    ------
-    FormatError : When a reference has too many digits.
+    Raises `FormatError` when a reference has too many digits.
     """
     order = np.argsort(file.starts, kind="stable")
     starts, ends, ids = file.starts[order], file.ends[order], file.ids[order]

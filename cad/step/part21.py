@@ -26,10 +26,8 @@ _QUOTE, _SEMICOLON, _HASH, _ZERO = b"';#0"
 _NOT_BLANK = re.compile(rb"[^\x00-\x20]")
 _LARGE_EXPONENT = re.compile(rb"(?<=[0-9.])[eE]\+?[0-9]{3,9}")
 _LAST_DIGITS = re.compile(rb"[0-9]+\.?[0-9]*$")
-_MOST_PLACES = 400
-"""Digits before an exponent that are looked at: as many as float64 has places."""
-_USUAL_BLANKS = 32
-"""Exporters write a line end and a few blanks between statements."""
+_MOST_PLACES = 400  #: Digits before an exponent that are looked at: as many as float64 has places.
+_USUAL_BLANKS = 32  #: Exporters write a line end and a few blanks between statements.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,9 +72,7 @@ class Part21File:
     def instance(self, number: int) -> Instance | None:
         """Parse one instance; None when the file has no instance of this number.
 
-        Raises
-        ------
-        FormatError : When its text is not a Part 21 instance.
+        Raises `FormatError` when its text is not a Part 21 instance.
         """
         at = int(np.searchsorted(self.ids, number))
         if at == len(self.ids) or int(self.ids[at]) != number:
@@ -118,11 +114,6 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
     This takes a few milliseconds per megabyte: a few passes over the bytes with NumPy, and no Python loop over
     instances.
 
-    Parameters
-    ----------
-    text : The whole file.
-    name : The file as the user named it, for messages.
-
     Raises
     ------
     FormatError
@@ -149,9 +140,7 @@ def reference_numbers(file: Part21File) -> tuple[IntArray, IntArray]:
 
     They are the references and the instances themselves, and any ``#`` in a string.
 
-    Raises
-    ------
-    FormatError : When a number has too many digits.
+    Raises `FormatError` when a number has too many digits.
     """
     characters = np.frombuffer(file.clean, dtype=np.uint8)
     places = np.flatnonzero(characters == _HASH)

@@ -9,8 +9,7 @@ from typing import NoReturn, TypeAlias
 
 from wpcal.core.errors import FormatError
 
-MOST_DIGITS = 18
-"""Digits of an instance number or an integer: such a number fits into 64 bits. Real files need seven."""
+MOST_DIGITS = 18  #: Digits of an instance number or an integer: such a number fits into 64 bits. Real files need seven.
 _TOKEN = re.compile(
     rb"""\s+
     |(?P<string>'(?:[^']|'')*')
@@ -79,9 +78,7 @@ class Instance:
 def parse_instance(statement: bytes) -> Instance:
     """Read ``#12=KEYWORD(…)`` or the complex ``#12=(A(…)B(…))``, without comments and semicolon.
 
-    Raises
-    ------
-    FormatError : When the text is neither.
+    Raises `FormatError` when the text is neither.
 
     Examples
     --------
@@ -103,9 +100,7 @@ def parse_instance(statement: bytes) -> Instance:
 def parse_value(text: bytes) -> Value:
     """Read one value: a number, string, reference, enumeration, record or list, nested to any depth.
 
-    Raises
-    ------
-    FormatError : When the text is not exactly one value.
+    Raises `FormatError` when the text is not exactly one value.
     """
     root: list[Value] = []
     stack: list[tuple[str | None, list[Value]]] = [(None, root)]

@@ -36,13 +36,8 @@ class Root:
 def find_roots(file: Part21File) -> tuple[Root, ...]:
     """Products with a shape that are not components of another product, in the order of their numbers.
 
-    Returns
-    -------
-    tuple of Root. Empty when the file has no product structure that leads to a shape.
-
-    Raises
-    ------
-    FormatError : When an instance on the way is not a Part 21 instance.
+    Returns tuple of Root. Empty when the file has no product structure that leads to a shape.
+    Raises `FormatError` when an instance on the way is not a Part 21 instance.
     """
     children = {
         child
@@ -194,9 +189,7 @@ def axis_placement(
 ) -> tuple[tuple[float, ...], tuple[float, ...] | None, tuple[float, ...] | None]:
     """Location (in the file's unit), axis and reference direction of an ``AXIS2_PLACEMENT_3D``; None where not given.
 
-    Raises
-    ------
-    FormatError : When the placement does not lead to three coordinates.
+    Raises `FormatError` when the placement does not lead to three coordinates.
     """
     record = record_of(file.instance(number), "AXIS2_PLACEMENT_3D")
     location = _coordinates(file, argument(record, 1))

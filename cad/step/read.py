@@ -114,10 +114,6 @@ class StepPart:
 def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     """Read a STEP file: placed solids in mm, names, colours, layers, and what is odd about it.
 
-    Parameters
-    ----------
-    data : The file's bytes, if they were read before.
-
     Returns
     -------
     StepPart. The same names in the same order at every run.
@@ -159,7 +155,6 @@ def read_document(path: Path, text: bytes | None = None) -> KernelObject:
 
     Parameters
     ----------
-    path : The file, for messages if the text is given.
     text : bytes, optional
         The file's bytes as read before, so that the shapes come from the bytes whose SHA-256 is recorded, even if
         somebody changes the file meanwhile.

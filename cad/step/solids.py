@@ -31,14 +31,8 @@ class LeafShapes:
 def leaf_shapes(name: str, shape: KernelObject) -> LeafShapes:
     """Find the solids of a product; sew its faces when it has none.
 
-    Parameters
-    ----------
-    name : The product's name, for the issues.
-    shape : In the product's own frame, mm.
-
-    Returns
-    -------
-    LeafShapes
+    `shape`: In the product's own frame, mm.
+    Returns LeafShapes.
     """
     if shape.IsNull():
         return LeafShapes((), (Issue("empty-part", f"{name or 'a part'} has no shape", _ids(name)),), has_faces=False)

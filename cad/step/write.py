@@ -52,18 +52,15 @@ DEFEATS = frozenset(
 )
 """Differences in the geometry. After one of them the next way of writing is tried."""
 
-MANY_FACES = 2000
-"""With fewer faces, reading the whole file again takes less than a second or two."""
-LEAST_CUT = 2
-"""An outline is worth reading if it holds this many times fewer faces."""
+MANY_FACES = 2000  #: With fewer faces, reading the whole file again takes less than a second or two.
+LEAST_CUT = 2  #: An outline is worth reading if it holds this many times fewer faces.
 OF_OUTLINE = ("names", "colors", "layers", "annotations")
 """What an outline holds as the whole file does; otherwise the whole file is read."""
 
 SOME_MOVE = RigidTransform.from_six_tuple((812.5, -310.25, 455.125, 0.02, -0.3, 1.1), target="base", source="part")
 """A move with all six numbers, on which the checks of the moves of a part are tried."""
 
-NOT_APART = "bodies-not-apart"
-"""The bodies that moved could not be drawn apart."""
+NOT_APART = "bodies-not-apart"  #: The bodies that moved could not be drawn apart.
 
 WAY_NAMES = {
     "baked": "moving the geometry in the text",
@@ -78,8 +75,7 @@ SCHEMA_AP214, SCHEMA_AP242 = 4, 5
 KERNEL_UNITS = {"um": "UM", "mm": "MM", "cm": "CM", "m": "M", "inch": "INCH", "ft": "FT"}
 """Values of the kernel's setting `write.step.unit`."""
 
-Way: TypeAlias = "Callable[[StepInventory], tuple[bytes, Counter[str]]]"
-"""Returns a text, and the names that it adds."""
+Way: TypeAlias = "Callable[[StepInventory], tuple[bytes, Counter[str]]]"  #: Returns a text, and the names that it adds.
 
 
 def write_moved_step(
@@ -96,12 +92,9 @@ def write_moved_step(
 
     Parameters
     ----------
-    path : Overwritten when it exists.
-    bake : Move the geometry itself instead of placing it in a new assembly.
     seams : sequence of (name, points, color_rgb)
         Polylines, shape (m, 3), in `part`, mm, with an sRGB colour, 0…1. They become named edges in a product
         ``wpcal seams``.
-    known : What `know_part` found of the part, if it is moved many times.
     T_part_moved : ndarray, shape (n, 4, 4), optional
         Where each of the n solids of the part has moved within `part`, mm, before the part is moved.
 

@@ -82,15 +82,8 @@ def advise_points(
 ) -> Advice:
     """Choose the features of a part to teach.
 
-    Parameters
-    ----------
-    choice : What a person decided about the seams.
-    cache : As in `open_workpiece`. The advice is kept, too.
-
-    Raises
-    ------
-    InputError : When the part cannot be read, or has no feature or seam of a given name.
-    GeometryError : When the part has no seam, or too few features that may be taught.
+    Raises `InputError` when the part cannot be read, or has no feature or seam of a given name.
+    Raises `GeometryError` when the part has no seam, or too few features that may be taught.
     """
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     choice = choice or SeamChoice()

@@ -37,15 +37,8 @@ def tacked_bodies(
 ) -> Tacked:
     """Return the bodies of a part with the points of seams at which they meet.
 
-    Parameters
-    ----------
-    seams : Where the error counts; frames in `part`.
-    seam_options : Their gap says which faces touch, if contacts are kept.
-
-    Raises
-    ------
-    InputError : As in `find_bodies`.
-    GeometryError : When there is no seam.
+    Raises `InputError` as in `find_bodies`.
+    Raises `GeometryError` when there is no seam.
     """
     require_seams(seams)
     part = find_bodies(workpiece.trimmed, choice)
@@ -81,16 +74,10 @@ def advise_bodies(
 
     Parameters
     ----------
-    seams : Where the error counts; frames in `part`.
     allowed : sequence of Touchable
         What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
         reached without them.
-    sigma_mm : Teaching error: standard deviation per axis.
-    seam_options : With which the seams were found.
-    have : Features that are taught anyway.
-    touched : Other touches that were made already, at their points on the model.
-    count, tolerance_mm :
-        As in `wpcal.touch.moved_advice.advise_moved`; with neither, two features for each body.
+    count, tolerance_mm : As in `wpcal.touch.moved_advice.advise_moved`; with neither, two features for each body.
 
     Raises
     ------

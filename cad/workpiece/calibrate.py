@@ -122,14 +122,9 @@ def calibrate_workpiece(
 
     Parameters
     ----------
-    step : The model of the part.
     taught : path or TaughtPoints
         Points touched with the robot, in `base`, mm. Features of points without one are found
         (`wpcal.taught.match.name_points`).
-    T_nominal_part : Pose of the part in the model of the cell; identity if not given.
-    silent : Searches of a touch program that found nothing.
-    means : How the seams are found.
-    progress : Gets one line per step.
 
     Raises
     ------
@@ -220,21 +215,6 @@ def calibrate_files(
 
     The files are ``calibration.json``, ``seams.json``, ``seams.csv``, ``PART.calibrated.step``, ``part.glb`` and
     ``report.html``.
-
-    Parameters
-    ----------
-    step : A part that is open already must come from a STEP file.
-    out : The folder to write into.
-    overwrite : Whether the folder may exist and hold files.
-    T_nominal_part, options, progress : As in `calibrate_workpiece`.
-    mark_seams : Write the accepted seams as named edges into the moved STEP file.
-    bake : Move the geometry itself in the STEP file, without a new assembly level.
-    holding : The cell whose robot 2 held the part: ``cell.json`` with the part's place in the gripper is written, too.
-    searches : Which searches of a touch program the points are, for the record.
-    run_issues : What is odd about that run.
-    silent : Its searches that found nothing.
-    means : How seams are found and the moved part is written, and whether there is a page.
-    cache : As in `open_workpiece`.
 
     Raises
     ------

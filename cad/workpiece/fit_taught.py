@@ -102,15 +102,7 @@ def prepare_fit(
 ) -> Observed:
     """Find what every taught row lies on.
 
-    Parameters
-    ----------
-    taught : With their features (`name_taught`).
-    T_nominal_part : Where the cell's model has the part: finds the face of touches that name none.
-    silent : Searches of a touch program that found nothing.
-
-    Raises
-    ------
-    FormatError : Naming the row whose feature or face the part does not have.
+    Raises `FormatError` naming the row whose feature or face the part does not have.
     """
     features = workpiece.features
     if not taught.has_touches:
@@ -164,12 +156,6 @@ def run_fit(
     suggest: Callable[[], str | None] | None = None,
 ) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
     """Fit what was observed, and predict the error that each seam will see.
-
-    Parameters
-    ----------
-    observed : From `prepare_fit`.
-    seams : With frames in `part`; the verdict judges the accepted ones, and the criteria are compared there.
-    suggest : Returns the feature to touch next (`next_point`). It is called if the verdict is ``UNSURE``.
 
     Returns
     -------

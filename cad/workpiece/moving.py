@@ -27,9 +27,7 @@ class MovingChoice:
     def from_record(cls, record: Any) -> MovingChoice:
         """Return what a page or a draft states.
 
-        Raises
-        ------
-        InputError : When it is not a choice, or a tolerance is not a positive number.
+        Raises `InputError` when it is not a choice, or a tolerance is not a positive number.
         """
         if not isinstance(record, dict) or not isinstance(record.get("is_on"), bool):
             raise InputError("expected is_on as true or false")

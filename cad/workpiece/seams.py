@@ -63,10 +63,6 @@ def find_seams(
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
-    Parameters
-    ----------
-    choice : What a person decided.
-
     Returns
     -------
     seams : tuple of Seam. With frames in `part`.

@@ -43,8 +43,6 @@ def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *,
     found : WorkpieceCalibration or Workpiece
         A calibrated part is shown in `base`, with seams in the colour of their 95 % error. An opened part is shown in
         `part`, with `seams`.
-    seams : Those of an opened part.
-    port : Of the viewer; by default `ocp_vscode` finds it.
 
     Raises
     ------

@@ -52,8 +52,6 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
     graph : BrepGraph
         The graph in which the seam was found: ``found.workpiece.graph`` after `calibrate_workpiece`, the graph of the
         second result of `find_seams`, or that given to `detect_seams`.
-    seam : One that was found in that graph.
-    T_base_part : When given, the wire is in `base`; otherwise in `part`.
 
     Returns
     -------

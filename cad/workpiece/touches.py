@@ -47,13 +47,8 @@ def plan_touches(
 
     Parameters
     ----------
-    choice : What a person decided about the seams.
-    seams : Names of the seams where the error counts, and ranges as ``W5-W8``. If empty, all accepted seams count.
-    T_base_part : Where the part stands as planned. By default that of the cell, otherwise base and part coincide.
-    cell : The arm that makes the searches, and the bodies around it. Without it, joints stay empty.
     bodies : BodiesOptions, optional
         The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as one.
-    cache : As in `open_workpiece`.
 
     Raises
     ------

@@ -10,8 +10,7 @@ from importlib.metadata import version
 
 from wpcal.core.own_code import code_sha256, folders_of
 
-LIBRARIES = ("numpy", "scipy")
-"""Libraries whose arithmetic may differ in the last digit from one version to the next."""
+LIBRARIES = ("numpy", "scipy")  #: Libraries whose arithmetic may differ in the last digit from one version to the next.
 KERNEL = "OCP"
 """Package of the CAD kernel. Several distributions supply it, so its files are identified and not its version."""
 

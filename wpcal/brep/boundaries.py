@@ -11,12 +11,9 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-AXIS_MM = 1e-6
-"""A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm."""
-SAME_VERTEX_MM = 1e-6
-"""Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels."""
-MOST_POINTS = 50_000
-"""Points projected in one array: about 20 MB."""
+AXIS_MM = 1e-6  #: A boundary point this near to the axis is the apex: kernels place vertices within 1e-7 mm.
+SAME_VERTEX_MM = 1e-6  #: Ends this near to each other are one vertex: ten times the accuracy of vertices in kernels.
+MOST_POINTS = 50_000  #: Points projected in one array: about 20 MB.
 
 
 class Pieces(NamedTuple):
@@ -82,10 +79,8 @@ def _closed_ends(graph: BrepGraph, start: IntArray, points: FloatArray) -> Float
 def is_on_axis(graph: BrepGraph, faces: IntArray, points: FloatArray) -> BoolArray:
     """Tell which points are on the axis of their cone or sphere: at its apex or pole, shape (m,).
 
-    Parameters
-    ----------
-    faces : ndarray of int, shape (m,)
-    points : shape (m, 3). In `part`, mm.
+    `faces`: ndarray of int, shape (m,).
+    `points`: shape (m, 3). In `part`, mm.
     """
     on_axis = np.zeros(len(faces), dtype=bool)
     pointed = np.flatnonzero(np.isin(graph.face_kind[faces], (SurfaceKind.CONE, SurfaceKind.SPHERE)))

@@ -9,12 +9,10 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-FAN = 8
-"""Boxes in one node: with eight, 500 boxes make a tree of three levels, and a node costs eight tests."""
+FAN = 8  #: Boxes in one node: with eight, 500 boxes make a tree of three levels, and a node costs eight tests.
 MORTON_BITS = 10
 """Bits per coordinate for the order along the curve: 1024 cells per side, finer than the distance of neighbours."""
-CHUNK = 5_000
-"""Queries that go down the tree together: their data fits the processor's cache."""
+CHUNK = 5_000  #: Queries that go down the tree together: their data fits the processor's cache.
 
 Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
 """Whether queries (numbers, shape (m,)) meet boxes (least and greatest corners, shape (3, m), a coordinate per row)."""
@@ -58,14 +56,7 @@ class BoxTree:
     def search(self, count: int, meets: Meets) -> tuple[IntArray, IntArray]:
         """Find all pairs of a query and a box that it meets.
 
-        Parameters
-        ----------
-        count : Number of queries.
-        meets : Tells which queries meet which boxes; a query that meets a box must meet every box around it.
-
-        Returns
-        -------
-        query, box : ndarray of int, shape (k,). Sorted by query, then box.
+        Returns `query, box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
         none = np.zeros(0, dtype=np.int64)
         found = [
@@ -79,13 +70,8 @@ class BoxTree:
     def meeting(self, low: FloatArray, high: FloatArray) -> tuple[IntArray, IntArray]:
         """Find all pairs of a given box and a box of the tree that touch or overlap.
 
-        Parameters
-        ----------
-        low, high : shape (n, 3). Least and greatest corner of each given box.
-
-        Returns
-        -------
-        query, box : ndarray of int, shape (k,). Sorted by query, then box.
+        `low`, `high`: shape (n, 3). Least and greatest corner of each given box.
+        Returns `query, box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
 
         def meets(query: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
@@ -128,15 +114,9 @@ def boxes_of_solids(
 ) -> tuple[FloatArray, FloatArray]:
     """Return boxes around solids from the boxes of their faces; a solid without faces has an empty box.
 
-    Parameters
-    ----------
-    face_solid : shape (F,). Number of the solid of each face.
-    face_box : shape (F, 3). Least and greatest corners, mm.
-    count : Number of solids, s.
-
-    Returns
-    -------
-    low, high : ndarray, shape (s, 3). Infinite and the wrong way round where there are no faces.
+    `face_solid`: shape (F,). Number of the solid of each face.
+    `face_box`: shape (F, 3). Least and greatest corners, mm.
+    Returns `low, high`: ndarray, shape (s, 3). Infinite and the wrong way round where there are no faces.
     """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, face_solid, face_box[0])

@@ -19,13 +19,8 @@ def are_concave(graph: BrepGraph, edges: IntArray) -> BoolArray:
     The inside of the left face lies along n × x, with its normal n and the tangent x. The edge is concave if the normal
     of the right face leans that way.
 
-    Parameters
-    ----------
-    edges : shape (m,). Edges with a face on both sides.
-
-    Returns
-    -------
-    ndarray of bool, shape (m,)
+    `edges`: shape (m,). Edges with a face on both sides.
+    Returns ndarray of bool, shape (m,).
     """
     p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
     x = slope / np.linalg.norm(slope, axis=1, keepdims=True)

@@ -22,10 +22,8 @@ Height: TypeAlias = Callable[[FloatArray], FloatArray]
 def heights(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray:
     """Return how far points are above surfaces, on the outer side positive, shape (n,), mm.
 
-    Parameters
-    ----------
-    faces : ndarray of int, shape (n,)
-    points : shape (n, 3). In `part`, mm.
+    `faces`: ndarray of int, shape (n,).
+    `points`: shape (n, 3). In `part`, mm.
     """
     foot = project_to_faces(graph, faces, points)
     return np.asarray(np.einsum("ki,ki->k", points - foot.p, foot.normal), dtype=np.float64)
@@ -34,10 +32,8 @@ def heights(graph: BrepGraph, faces: IntArray, points: FloatArray) -> FloatArray
 def find_crossings(height: Height, a: FloatArray, b: FloatArray) -> FloatArray:
     """Return where heights are zero between parameters at which they have different signs, by secants, shape (n,).
 
-    Parameters
-    ----------
-    height : Of parameters, shape (n,).
-    a, b : shape (n,). The two ends of each interval.
+    `height`: Of parameters, shape (n,).
+    `a`, `b`: shape (n,). The two ends of each interval.
     """
     ha, hb = height(a), height(b)
     for _ in range(SECANT_ROUNDS):

@@ -10,14 +10,10 @@ from wpcal.core.arrays import FloatArray, IntArray
 
 CHORD_MM = 0.01
 """Sag of the polylines that replace curved edges in searches; ends found on them are refined on the exact curve."""
-MOST_PER_TURN = 256
-"""A polyline needs no more pieces per turn: at a radius of 100 mm the sag is then 0.0075 mm."""
-LEAST_PER_TURN = 32
-"""With fewer pieces per turn, normals of neighbouring pieces would differ by more than 11 degrees."""
-CHUNK = 50_000
-"""Points evaluated in one array: about 20 MB."""
-PER_NURBS_SPAN = 8
-"""Pieces per knot span of a NURBS edge."""
+MOST_PER_TURN = 256  #: A polyline needs no more pieces per turn: at a radius of 100 mm the sag is then 0.0075 mm.
+LEAST_PER_TURN = 32  #: With fewer pieces per turn, normals of neighbouring pieces would differ by more than 11 degrees.
+CHUNK = 50_000  #: Points evaluated in one array: about 20 MB.
+PER_NURBS_SPAN = 8  #: Pieces per knot span of a NURBS edge.
 
 
 def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -101,8 +97,7 @@ def edge_lengths(graph: BrepGraph) -> FloatArray:
 
 LENGTH_ROUNDS = 60
 """Most steps in the search for the parameter at a length: bisection alone needs that many for the last bit."""
-PARAMETER_ROUND_OFF = 1e-15
-"""The search for a parameter ends when it moves by less than this share."""
+PARAMETER_ROUND_OFF = 1e-15  #: The search for a parameter ends when it moves by less than this share.
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(8)
 """Nodes and weights. Eight nodes integrate the speed along an eighth of a knot span to about 1e-12."""
 
@@ -117,9 +112,7 @@ def cumulative_length(graph: BrepGraph, edge: int, t: FloatArray) -> FloatArray:
 
     No piece of the integral reaches across a knot: a higher derivative jumps there, and Gauss-Legendre loses its order.
 
-    Parameters
-    ----------
-    t : shape (m,). Parameters.
+    `t`: shape (m,). Parameters.
     """
     cuts = np.unique(np.concatenate([t, _knots_between(graph, edge, t.min(), t.max())]))
     whole = graph.edge_range[edge, 1] - graph.edge_range[edge, 0]
@@ -149,10 +142,7 @@ def parameters_at_length(graph: BrepGraph, edge: int, t0: float, t1: float, s_mm
     A table of lengths brackets each parameter. Inside its bracket, Newton's method on the arc length finds it; a step
     that leaves the bracket is replaced by a bisection.
 
-    Parameters
-    ----------
-    t0, t1 : The parameters between which they lie; t1 may be below t0.
-    s_mm : shape (n,). Lengths from t0, mm; clipped to the length between t0 and t1.
+    `s_mm`: shape (n,). Lengths from t0, mm; clipped to the length between t0 and t1.
     """
     nodes = np.unique([*np.linspace(t0, t1, 2 + piece_counts_of(graph, edge)), *_knots_between(graph, edge, t0, t1)])
     nodes = nodes if t1 > t0 else nodes[::-1]

@@ -49,9 +49,7 @@ def add_edges(graph: BrepGraph, edges: Sequence[FreeEdge]) -> tuple[BrepGraph, I
 def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
     """Return the straight edge between two points.
 
-    Parameters
-    ----------
-    p0, p1 : shape (3,). In `part`, mm.
+    `p0`, `p1`: shape (3,). In `part`, mm.
     """
     length = float(np.linalg.norm(p1 - p0))
     frame = np.stack([p0, (p1 - p0) / length, np.zeros(3), np.zeros(3)])
@@ -61,9 +59,7 @@ def line(p0: FloatArray, p1: FloatArray) -> FreeEdge:
 def interpolated(points: FloatArray) -> FreeEdge:
     """Return the cubic spline through points; its parameter is the length of the chords.
 
-    Parameters
-    ----------
-    points : shape (n, 3). At least four points in `part`, mm.
+    `points`: shape (n, 3). At least four points in `part`, mm.
     """
     from scipy.interpolate import make_interp_spline
 

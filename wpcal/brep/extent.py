@@ -14,9 +14,7 @@ from wpcal.core.wording import listed
 def require_finite(graph: BrepGraph) -> None:
     """Refuse a part with a face, an edge or a vertex that is not at a finite place within `LARGEST_MM`.
 
-    Raises
-    ------
-    GeometryError : With the names of the solids.
+    Raises `GeometryError` with the names of the solids.
     """
     wrong = np.zeros(len(graph.solid_names) + 1, dtype=bool)  # the last is for what belongs to no solid
     wrong[graph.face_solid[~_are_near(graph.face_frame, graph.face_param)]] = True

@@ -24,34 +24,23 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 class SurfaceKind(IntEnum):
     """The surface of a face; the parameters of each kind are in `BrepGraph.face_param`."""
 
-    PLANE = 0
-    """No parameter; the normal is the z axis of the frame."""
-    CYLINDER = 1
-    """Radius; the axis is z."""
-    CONE = 2
-    """Radius at the frame's origin, half angle (rad): the radius at height h is ``r + h tan(angle)``."""
-    SPHERE = 3
-    """Radius."""
-    TORUS = 4
-    """Radius of the circle of centres, radius of the tube."""
-    NURBS = 5
-    """Stored in `BrepGraph.nurbs_surfaces`."""
-    NONE = 6
-    """A face without a surface (tessellated only)."""
+    PLANE = 0  #: No parameter; the normal is the z axis of the frame.
+    CYLINDER = 1  #: Radius; the axis is z.
+    CONE = 2  #: Radius at the frame's origin, half angle (rad): the radius at height h is ``r + h tan(angle)``.
+    SPHERE = 3  #: Radius.
+    TORUS = 4  #: Radius of the circle of centres, radius of the tube.
+    NURBS = 5  #: Stored in `BrepGraph.nurbs_surfaces`.
+    NONE = 6  #: A face without a surface (tessellated only).
 
 
 class CurveKind(IntEnum):
     """The curve of an edge; its points are ``o + t x``, ``o + a cos t x + b sin t y`` or those of a NURBS curve."""
 
     LINE = 0
-    CIRCLE = 1
-    """Radius, radius."""
-    ELLIPSE = 2
-    """The two half axes along x and y."""
-    NURBS = 3
-    """Stored in `BrepGraph.nurbs_curves`."""
-    DEGENERATE = 4
-    """No curve: the apex of a cone or the pole of a sphere."""
+    CIRCLE = 1  #: Radius, radius.
+    ELLIPSE = 2  #: The two half axes along x and y.
+    NURBS = 3  #: Stored in `BrepGraph.nurbs_curves`.
+    DEGENERATE = 4  #: No curve: the apex of a cone or the pole of a sphere.
 
 
 @dataclass(frozen=True, eq=False)

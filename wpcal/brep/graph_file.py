@@ -24,10 +24,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import FormatError
 from wpcal.core.input_file import read_bytes
 
-FORMAT = "wpcal graph 1"
-"""Name and version, stored as the array ``format``."""
-FIXED_DATE = (1980, 1, 1, 0, 0, 0)
-"""The earliest date that a zip archive can hold."""
+FORMAT = "wpcal graph 1"  #: Name and version, stored as the array ``format``.
+FIXED_DATE = (1980, 1, 1, 0, 0, 0)  #: The earliest date that a zip archive can hold.
 COLUMNS = tuple(f.name for f in fields(BrepGraph) if f.default is MISSING and f.name != "solid_names")
 """The fields of a graph that are arrays; each is stored under its own name. Balls in grooves are not stored."""
 
@@ -54,10 +52,8 @@ def graph_bytes(graph: BrepGraph) -> bytes:
 def read_graph(path: Path) -> BrepGraph:
     """Read the graph of a part from a file that holds `graph_bytes`.
 
-    Raises
-    ------
-    InputError : If the file cannot be opened.
-    FormatError : If it is not a graph file, is of another version, or is incomplete.
+    Raises `InputError` if the file cannot be opened.
+    Raises `FormatError` if it is not a graph file, is of another version, or is incomplete.
     """
     content = read_bytes(path)
     try:

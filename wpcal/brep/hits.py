@@ -13,15 +13,12 @@ from wpcal.brep.torus_rays import torus_roots
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-CHUNK = 5000
-"""Rays handled in one array: some 50 MB at ten faces per ray."""
-THIN_MM = 0.1
-"""Boxes grow by this, so that a ray across a plane face has samples on both sides of the face."""
+CHUNK = 5000  #: Rays handled in one array: some 50 MB at ten faces per ray.
+THIN_MM = 0.1  #: Boxes grow by this, so that a ray across a plane face has samples on both sides of the face.
 ON_SURFACE = 1e-6
 """A root of the equation of a surface is a hit if its nearest point on the surface is this near, relative to the
 length of the ray's way there or 1 mm; the other nappe of a cone is farther away."""
-PARALLEL = 1e-14
-"""A leading coefficient below this is round-off: the ray runs along a plane or a ruling."""
+PARALLEL = 1e-14  #: A leading coefficient below this is round-off: the ray runs along a plane or a ruling.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,12 +43,9 @@ def find_hits(
 ) -> RayHits:
     """Find all places where rays go through faces.
 
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
-    length_mm : shape (m,). Where the rays end.
-    solid : shape (m,). Only the faces of this solid, one for all rays or one for each.
+    `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
+    `length_mm`: shape (m,). Where the rays end.
+    `solid`: shape (m,). Only the faces of this solid, one for all rays or one for each.
     """
     only = None if solid is None else np.broadcast_to(np.asarray(solid, dtype=np.int64), len(origins))
     length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
@@ -98,7 +92,6 @@ def through_faces(
 
     Parameters
     ----------
-    graph, trimmed : The part.
     face : ndarray of int, shape (k,)
     origins, rays : shape (k, 3). Starts (mm) and unit directions in `part`.
     length : shape (k,). Where the rays end, mm.

@@ -22,10 +22,8 @@ from wpcal.core.transform import RigidTransform
 
 VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
 """Directions of the rays that vote: along no axis, plane or diagonal in which parts are modelled."""
-FAR_MM = 1e9
-"""Length of a ray that leaves every part."""
-FLAT = 1e-12
-"""A ray whose direction has less than this share across a triangle runs along it."""
+FAR_MM = 1e9  #: Length of a ray that leaves every part.
+FLAT = 1e-12  #: A ray whose direction has less than this share across a triangle runs along it.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +51,8 @@ class Material(Protocol):
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.
 
-        Parameters
-        ----------
-        origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
-        length_mm : shape (m,). Where the rays end.
+        `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
+        `length_mm`: shape (m,). Where the rays end.
         """
 
     def tube_solids(
@@ -97,10 +93,8 @@ class ExactMaterial:
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.
 
-        Parameters
-        ----------
-        origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
-        length_mm : shape (m,). Where the rays end.
+        `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
+        `length_mm`: shape (m,). Where the rays end.
         """
         found = find_hits(self.graph, self.trimmed, origins, rays, length_mm=length_mm)
         return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
@@ -172,10 +166,8 @@ class TriangleMaterial:
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
         """Find where rays enter and leave solids.
 
-        Parameters
-        ----------
-        origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
-        length_mm : shape (m,). Where the rays end.
+        `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
+        `length_mm`: shape (m,). Where the rays end.
         """
         length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
         none = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.int64))

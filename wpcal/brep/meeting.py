@@ -20,8 +20,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import FloatArray, IntArray
 
-NEWTON_ROUNDS = 12
-"""Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5."""
+NEWTON_ROUNDS = 12  #: Most steps of Newton's method, which squares the distance in each step; analytic surfaces need 5.
 SETTLED_MM = 1e-8
 """The search for a point ends when it moves by less: the next step would be below round-off. Each point ends by itself,
 so that it does not depend on the others."""
@@ -57,15 +56,8 @@ def meet_moved(
 ) -> FloatArray:
     """Return the points where moved surfaces meet, in planes through given points.
 
-    Parameters
-    ----------
-    first, second : n each; their whole surfaces count.
-    p0, x : shape (n, 3). A point of each plane, where the search starts, and its unit normal, mm.
-    least_sin : As in `meet_surfaces`.
-
-    Returns
-    -------
-    ndarray, shape (n, 3). mm; NaN where there is no answer.
+    `p0`, `x`: shape (n, 3). A point of each plane, where the search starts, and its unit normal, mm.
+    Returns ndarray, shape (n, 3). mm; NaN where there is no answer.
     """
 
     def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
@@ -92,7 +84,6 @@ def meet_surfaces(
     p0 : shape (n, 3). Where the search starts, in `part`, mm.
     x : shape (n, 3). Unit normals of the planes through p0.
     height_mm : shape (n,), or float. Above both surfaces, on the outer side.
-    least_sin : Where the surfaces are nearer to parallel than this sine, there is no answer.
 
     Returns
     -------

@@ -13,8 +13,7 @@ DEFLECTION_PART = 2e-4
 FINEST_MM, COARSEST_MM = 0.02, 0.5
 """Finer than the first makes no difference to a robot. Coarser than the second, a weld is visibly beside its edge."""
 
-Rgb = tuple[float, float, float]
-"""A colour as in files: sRGB, 0…1."""
+Rgb = tuple[float, float, float]  #: A colour as in files: sRGB, 0…1.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

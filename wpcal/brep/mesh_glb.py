@@ -23,20 +23,17 @@ from wpcal.brep.mesh import PartMesh, Rgb, SolidMesh, vertex_normals
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import FormatError
 
-STEPS = 65535
-"""Positions are 16-bit: steps of at least 1/65535 of a solid's size."""
+STEPS = 65535  #: Positions are 16-bit: steps of at least 1/65535 of a solid's size.
 STEPS_PER_DEFLECTION = 10
 """Finer steps would store digits below the accuracy of the triangles, and such digits do not compress."""
-LARGEST_BYTE = 127.0
-"""Normals are 8-bit, exact to 0.5°: steps of the shading are not visible."""
+LARGEST_BYTE = 127.0  #: Normals are 8-bit, exact to 0.5°: steps of the shading are not visible.
 METRES_Y_UP = [1e-3, 0, 0, 0, 0, 0, -1e-3, 0, 0, 1e-3, 0, 0, 0, 0, 0, 1]
 """Column by column, as glTF stores a matrix: (x, y, z) mm become (x, z, -y) / 1000."""
 UNSIGNED_SHORT, UNSIGNED_INT, BYTE = 5123, 5125, 5120
 ARRAY, ELEMENTS = 34962, 34963
 TRIANGLES, LINES = 4, 1
 _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
-PART_RGB: Rgb = (0.72, 0.76, 0.80)
-"""Light steel, for other viewers, if the model states no colour."""
+PART_RGB: Rgb = (0.72, 0.76, 0.80)  #: Light steel, for other viewers, if the model states no colour.
 
 
 def write_part_glb(mesh: PartMesh) -> bytes:
@@ -160,13 +157,7 @@ def _solid_node(buffer: _Buffer, number: int, solid: SolidMesh, step_mm: float) 
 def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
     """Read a file of `write_part_glb`. Points exact to one step of the file.
 
-    Parameters
-    ----------
-    path : Name of the file, for messages.
-
-    Raises
-    ------
-    FormatError : If `data` is not such a file.
+    Raises `FormatError` if `data` is not such a file.
     """
     try:
         document, _, binary = glb_chunks(data)
@@ -180,9 +171,7 @@ def read_part_glb(data: bytes, *, path: str = "part.glb") -> PartMesh:
 def glb_chunks(data: bytes) -> tuple[dict[str, Any], bytes, bytes]:
     """Return the JSON of a GLB file, the unchanged text of the JSON, and the binary chunk.
 
-    Raises
-    ------
-    ValueError : If `data` is not a complete GLB file.
+    Raises `ValueError` if `data` is not a complete GLB file.
     """
     if len(data) < _HEADER.size + _CHUNK.size or _HEADER.unpack_from(data) != (b"glTF", 2, len(data)):
         raise ValueError("not a complete GLB file")

@@ -23,15 +23,7 @@ def moved_glb(data: bytes, calibration: Mapping[str, Any], *, path: str = "part.
 
     ``part.glb`` holds the model. Torches and robots meet the real part: what is compared with it needs the moved one.
 
-    Parameters
-    ----------
-    data : Of ``part.glb``.
-    calibration : The record of ``calibration.json``. Without bodies, the data stay as they are.
-    path : For messages.
-
-    Raises
-    ------
-    FormatError : When `data` is not such a file.
+    Raises `FormatError` when `data` is not such a file.
     """
     bodies = calibration.get("bodies")
     if bodies is None:
@@ -43,9 +35,7 @@ def moved_glb(data: bytes, calibration: Mapping[str, Any], *, path: str = "part.
 def read_moved_glb(path: Path) -> bytes:
     """Read ``part.glb`` of a result folder, with each solid where the calibration beside it says.
 
-    Raises
-    ------
-    InputError, FormatError : When a file cannot be read.
+    Raises `InputError` or `FormatError` when a file cannot be read.
     """
     data, beside = read_bytes(path), path.with_name(CALIBRATION_FILE)
     if not beside.exists():
@@ -56,9 +46,7 @@ def read_moved_glb(path: Path) -> bytes:
 def moved_mesh(mesh: PartMesh, T_part_moved: Mapping[str, FloatArray]) -> PartMesh:
     """Return a mesh with solids moved within `part`.
 
-    Parameters
-    ----------
-    T_part_moved : shape (4, 4). By the name of the solid, mm; solids without a motion stay.
+    `T_part_moved`: shape (4, 4). By the name of the solid, mm; solids without a motion stay.
     """
     solids = []
     for solid in mesh.solids:

@@ -15,25 +15,18 @@ from wpcal.brep.hits import THIN_MM, RayHits, passage, through_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-SAME_SIDE_MM = 1e-6
-"""A box this near to a plane is not on one side of it: round-off of coordinates."""
+SAME_SIDE_MM = 1e-6  #: A box this near to a plane is not on one side of it: round-off of coordinates.
 GROUP_ROWS, GROUP_RAD = 8, 0.35
 """Rows of a group: stations 10 mm apart make a box as wide as a few nozzles, which still holds few faces."""
-PAIRS = 100_000
-"""Pairs of a ray and a face handled in one array: some 50 MB."""
+PAIRS = 100_000  #: Pairs of a ray and a face handled in one array: some 50 MB.
 
 
 def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
     """Divide rows into groups that run side by side: of one owner, few, and turned little from the first to the last.
 
-    Parameters
-    ----------
-    owner : shape (n,). Ascending.
-    way : shape (n, 3). Unit directions; a new group starts where they have turned by `GROUP_RAD`.
-
-    Returns
-    -------
-    ndarray of int, shape (g,). The first row of each group.
+    `owner`: shape (n,). Ascending.
+    `way`: shape (n, 3). Unit directions; a new group starts where they have turned by `GROUP_RAD`.
+    Returns ndarray of int, shape (g,). The first row of each group.
     """
     start = np.flatnonzero(np.diff(owner, prepend=-1))
     number = np.arange(len(owner)) - np.repeat(start, np.diff(start, append=len(owner)))
@@ -68,12 +61,8 @@ def find_near_faces(
 ) -> NearFaces:
     """Find the faces that segments of groups may meet. A face that is not among them is met by no segment of the group.
 
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    p0, p1 : shape (m, 3). Ends of the segments in `part`, mm, sorted by group.
-    first : shape (g,). The first segment of each group; every group has at least one.
-    within_mm : How far beside the segments of a group faces are also near.
+    `p0`, `p1`: shape (m, 3). Ends of the segments in `part`, mm, sorted by group.
+    `first`: shape (g,). The first segment of each group; every group has at least one.
     """
     none = np.zeros(0, dtype=np.int64)
     if len(first) == 0:
@@ -161,12 +150,9 @@ def find_hits_near(
 ) -> RayHits:
     """Find the places where rays go through the faces near their groups.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    group : shape (m,). The group of each ray.
-    origins, rays : shape (m, 3). Starts (mm) and unit directions in `part`.
-    length_mm : shape (m,). Where the rays end.
+    `group`: shape (m,). The group of each ray.
+    `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
+    `length_mm`: shape (m,). Where the rays end.
     """
     boxes = trimmed.patch_boxes
     none = np.zeros(0, dtype=np.int64)
@@ -213,7 +199,6 @@ def first_faces(
 
     Parameters
     ----------
-    graph, trimmed : The part.
     owner : shape (n,). What the bundles belong to, ascending: neighbours of one owner are searched together.
     origins : shape (n, k, 3). Starts in `part`, mm.
     rays : ndarray, shape (n, 3) or (n, k, 3)

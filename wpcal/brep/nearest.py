@@ -20,8 +20,7 @@ SEEDS_PER_SPAN = 3
 """Grid points per knot span and direction at which the search starts, if the span bends less than half a turn."""
 CELLS_PER_SEED = 3
 """A span that bends more, such as that of a thread, has a seed for so many of its cells: about each 50 degrees."""
-NEWTON_ROUNDS = 12
-"""Most Gauss-Newton steps per point; from a seed within a third of a span, 6 were enough."""
+NEWTON_ROUNDS = 12  #: Most Gauss-Newton steps per point; from a seed within a third of a span, 6 were enough.
 SETTLED = 1e-14
 """The search of a point ends when a step is below this share of the parameter range: 1e-11 mm on one metre."""
 CLOSED_MM, CLOSED_AT = 1e-4, (0.0, 0.4, 1.0)
@@ -62,10 +61,8 @@ class NearestOnSurfaces:
     def project(self, surface: IntArray, points: FloatArray) -> FloatArray:
         """Return the parameters of the nearest points of bounded surfaces, shape (m, 2). u and v.
 
-        Parameters
-        ----------
-        surface : ndarray of int, shape (m,)
-        points : shape (m, 3). In `part`, mm.
+        `surface`: ndarray of int, shape (m,).
+        `points`: shape (m, 3). In `part`, mm.
         """
         uv: FloatArray = self.seeds[self.tree.query(np.column_stack([points, APART_MM * surface]))[1]]
         low, high = self.low[surface], self.high[surface]

@@ -10,8 +10,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 
 SEEDS = 65
 """Samples; Newton starts at the nearest one. That is more than four per half wave of any edge that is one curve."""
-MOST_STEPS = 40
-"""For a point nearer than the radius of the curve, each Gauss-Newton step gains one digit or more."""
+MOST_STEPS = 40  #: For a point nearer than the radius of the curve, each Gauss-Newton step gains one digit or more.
 
 
 def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:

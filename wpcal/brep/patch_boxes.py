@@ -57,12 +57,7 @@ class PatchBoxes:
 
 
 def patch_corners(surface: NurbsSurface) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of a box around each patch of the used part, two arrays (k, 3), mm.
-
-    Parameters
-    ----------
-    surface : With positive weights.
-    """
+    """Return the corners of a box around each patch of the used part, two arrays (k, 3), mm."""
     first_u, last_u, first_v, last_v = surface.bounds
     at_u = _spans(surface.knots_u, surface.degrees[0], first_u, last_u)
     at_v = _spans(surface.knots_v, surface.degrees[1], first_v, last_v)

@@ -64,11 +64,6 @@ class Copy:
 def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) -> tuple[Copy, ...]:
     """Find the groups of solids that are moved copies of other groups. A copy is not turned.
 
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    within_mm : Solids whose boxes are nearer belong to one group.
-
     Returns
     -------
     tuple of Copy
@@ -226,8 +221,6 @@ def copy_added_edges(
 
     Parameters
     ----------
-    firsts : Of this graph.
-    wider : ``firsts.graph`` with more edges.
     solid : shape (m,). The solid that each of these edges belongs to, -1 for none.
 
     Returns

@@ -229,14 +229,9 @@ class CurveSet(_SplineSet[_Curves]):
     def evaluate(self, curve: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return points and first derivatives on curves.
 
-        Parameters
-        ----------
-        curve : ndarray of int, shape (m,)
-        t : shape (m,). Parameters.
-
-        Returns
-        -------
-        p, slope : ndarray, shape (m, 3). mm, and mm per unit of t.
+        `curve`: ndarray of int, shape (m,).
+        `t`: shape (m,). Parameters.
+        Returns `p, slope`: ndarray, shape (m, 3). mm, and mm per unit of t.
         """
         p, slope = self._evaluate(curve, t, 2)
         return p, slope
@@ -256,14 +251,9 @@ class SurfaceSet(_SplineSet[_Surfaces]):
     def evaluate(self, surface: IntArray, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return points and the derivatives along u and v on surfaces.
 
-        Parameters
-        ----------
-        surface : ndarray of int, shape (m,)
-        uv : shape (m, 2). Parameters.
-
-        Returns
-        -------
-        p, du, dv : ndarray, shape (m, 3). mm, and mm per unit of u and v.
+        `surface`: ndarray of int, shape (m,).
+        `uv`: shape (m, 2). Parameters.
+        Returns `p, du, dv`: ndarray, shape (m, 3). mm, and mm per unit of u and v.
         """
         p, du, dv = self._evaluate(surface, uv, 3)
         return p, du, dv
@@ -273,10 +263,8 @@ class SurfaceSet(_SplineSet[_Surfaces]):
     ) -> Iterator[tuple[IntArray, FloatArray]]:
         """Yield the polynomials of rectangles inside knot spans, as those of parameters that run from 0 to 1 there.
 
-        Parameters
-        ----------
-        surface : ndarray of int, shape (m,)
-        low, high : shape (m, 2). Least and greatest u and v of each rectangle.
+        `surface`: ndarray of int, shape (m,).
+        `low`, `high`: shape (m, 2). Least and greatest u and v of each rectangle.
 
         Yields
         ------

@@ -13,14 +13,12 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-SLACK = 1e-6
-"""Pieces and faces are wider than they are by this, mm or rad: they are compared with rounded numbers."""
+SLACK = 1e-6  #: Pieces and faces are wider than they are by this, mm or rad: they are compared with rounded numbers.
 WIDEST_RAD = np.pi / 2 - 1e-3
 """A boundary that is farther from the middle of its angles may go all the way round: its strips do so, too."""
 PIECES = 2
 """There is one strip per so many pieces: more strips hold no fewer pieces each, as a piece begins in one or two."""
-MOST_STRIPS = 512
-"""Of a face: a long straight piece is listed in each of them."""
+MOST_STRIPS = 512  #: Of a face: a long straight piece is listed in each of them.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,11 +37,9 @@ class Strips:
     def of(cls, turns: BoolArray, start: IntArray, begin: FloatArray, end: FloatArray) -> Strips:
         """Divide faces into strips.
 
-        Parameters
-        ----------
-        turns : shape (F,). Whether u is an angle, rad; otherwise it is a length or a parameter.
-        start : shape (F + 1,). The pieces of face f are ``start[f]:start[f + 1]``.
-        begin, end : shape (n,). Where the pieces begin and end, in u. One that turns goes the shorter way.
+        `turns`: shape (F,). Whether u is an angle, rad; otherwise it is a length or a parameter.
+        `start`: shape (F + 1,). The pieces of face f are ``start[f]:start[f + 1]``.
+        `begin`, `end`: shape (n,). Where the pieces begin and end, in u. One that turns goes the shorter way.
         """
         low, width = _ranges(turns, start, begin, end)
         face = np.repeat(np.arange(len(turns)), np.diff(start))
@@ -68,11 +64,8 @@ class Strips:
     def pairs(self, faces: IntArray, u: FloatArray, most: int) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a row of `faces` and a piece of that face that may cross its meridian.
 
-        Parameters
-        ----------
-        faces : ndarray of int, shape (m,)
-        u : shape (m,). The meridians.
-        most : About so many pairs come at once.
+        `faces`: ndarray of int, shape (m,).
+        `u`: shape (m,). The meridians.
 
         Yields
         ------

@@ -21,12 +21,9 @@ from wpcal.core.arrays import FloatArray, IntArray
 TURN_RAD = 0.35
 """A cell is so small that its surface turns by at most this along u and along v: Newton's method then needs few steps
 from its middle. Control polygons turn more than their surface, so most cells turn less."""
-MOST_PARTS = 32
-"""Most cells of one knot span along each parameter: six turns of a screw thread, or poles that zigzag."""
-SHORTEST_MM = 1e-6
-"""Legs of a control polygon that are shorter have no direction."""
-ROUND_OFF_MM = 1e-6
-"""Boxes grow by this: poles are computed from polynomials."""
+MOST_PARTS = 32  #: Most cells of one knot span along each parameter: six turns of a screw thread, or poles that zigzag.
+SHORTEST_MM = 1e-6  #: Legs of a control polygon that are shorter have no direction.
+ROUND_OFF_MM = 1e-6  #: Boxes grow by this: poles are computed from polynomials.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,14 +73,9 @@ class SurfaceCells:
     def find_near(self, surface: IntArray, meets: Meets) -> tuple[IntArray, IntArray]:
         """Find all cells whose box is met.
 
-        Parameters
-        ----------
-        surface : shape (k,). The surface of each query.
-        meets : Tells which queries (numbers) meet which boxes (corners of shape (3, m)).
-
-        Returns
-        -------
-        query, cell : ndarray of int, shape (m,)
+        `surface`: shape (k,). The surface of each query.
+        `meets`: Tells which queries (numbers) meet which boxes (corners of shape (3, m)).
+        Returns `query, cell`: ndarray of int, shape (m,).
         """
         query = np.arange(len(surface))
         row, column = np.zeros((2, len(query)), dtype=np.int64)
@@ -103,13 +95,7 @@ class SurfaceCells:
 def cell_breaks(surfaces: Sequence[NurbsSurface], polynomials: SurfaceSet) -> list[tuple[FloatArray, FloatArray]]:
     """Divide the used parts of surfaces (`NurbsSurface.bounds`) into cells that bend little.
 
-    Parameters
-    ----------
-    polynomials : Of the same surfaces.
-
-    Returns
-    -------
-    list of (ndarray, ndarray). Where cells begin and end along u and along v; knots are among them.
+    Returns list of (ndarray, ndarray). Where cells begin and end along u and along v; knots are among them.
     """
     spans = [_breaks(surface) for surface in surfaces]
     number, low, high, shapes = _rectangles(spans)

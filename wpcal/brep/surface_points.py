@@ -6,17 +6,14 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 
-MOST_SAMPLES = 4_000_000
-"""Points in one array: 100 MB."""
+MOST_SAMPLES = 4_000_000  #: Points in one array: 100 MB.
 
 
 def surface_points(corners: FloatArray, spacing: float) -> list[FloatArray]:
     """Return points on triangles; no place on a triangle is farther than `spacing` from one of them, shape (k, 3), mm.
 
-    Parameters
-    ----------
-    corners : shape (m, 3, 3). Any frame, mm.
-    spacing : mm.
+    `corners`: shape (m, 3, 3). Any frame, mm.
+    `spacing`: mm.
     """
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     steps = np.maximum(np.ceil(longest / spacing), 1).astype(int)

@@ -11,8 +11,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
 NEWTON_ROUNDS = 12
 """Most steps; from the middle of a cell, 5 were enough for all but rays that nearly touch the surface."""
-EXACT_MM = 1e-9
-"""A point of the surface that is this near to the ray is a crossing."""
+EXACT_MM = 1e-9  #: A point of the surface that is this near to the ray is a crossing.
 SHALLOW = 0.35
 """A ray whose angle to the surface has a smaller sine may go through a cell twice: it is followed from both ends."""
 TOO_FAR = 1.0
@@ -20,8 +19,7 @@ TOO_FAR = 1.0
 cell turn too little for it to come back."""
 SLACK = 1e-6
 """A crossing this far beyond a cell, relative to its width, counts: it may lie on the border of two cells."""
-SAME_MM = 1e-5
-"""Crossings of one ray and one face in one direction that are this near to each other are one."""
+SAME_MM = 1e-5  #: Crossings of one ray and one face in one direction that are this near to each other are one.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

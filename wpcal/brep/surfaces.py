@@ -29,14 +29,9 @@ class Foot:
 def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> Foot:
     """Find the nearest point of each face's whole surface to a point.
 
-    Parameters
-    ----------
-    faces : array_like of int, shape (m,)
-    points : shape (m, 3). In `part`, mm.
-
-    Returns
-    -------
-    Foot. On the axis or at the centre all directions are equally near; the x direction of the frame is taken.
+    `faces`: array_like of int, shape (m,).
+    `points`: shape (m, 3). In `part`, mm.
+    Returns Foot. On the axis or at the centre all directions are equally near; the x direction of the frame is taken.
     """
     f, points = np.asarray(faces, dtype=np.int64), np.asarray(points, dtype=np.float64)
     frame = graph.face_frame[f]

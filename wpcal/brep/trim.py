@@ -26,10 +26,8 @@ CLOSED = (SurfaceKind.SPHERE, SurfaceKind.TORUS)
 """Surfaces on which a face may contain a whole meridian: the far side of a bored ball, the bend of a pipe."""
 ON_MERIDIAN_RAD = 1e-9
 """A piece of boundary whose ends are this near to a meridian runs along the meridian: angles round off at 1e-13."""
-SAME_PLACE = 1e-6
-"""Crossings of a meridian that agree within this, mm or rad, are one place: two pieces meet there."""
-MOST_PAIRS = 500_000
-"""Point and boundary-piece pairs handled in one array: about 50 MB."""
+SAME_PLACE = 1e-6  #: Crossings of a meridian that agree within this, mm or rad, are one place: two pieces meet there.
+MOST_PAIRS = 500_000  #: Point and boundary-piece pairs handled in one array: about 50 MB.
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +111,9 @@ class TrimmedFaces:
     def contains(self, faces: IntArray, uv: FloatArray) -> BoolArray:
         """Tell which points of surfaces lie inside the trimmed faces.
 
-        Parameters
-        ----------
-        faces : ndarray of int, shape (m,)
-        uv : shape (m, 2). Parameters of points on the faces' surfaces (`project_to_faces`).
-
-        Returns
-        -------
-        ndarray of bool, shape (m,). True on a face without boundary (a whole sphere).
+        `faces`: ndarray of int, shape (m,).
+        `uv`: shape (m, 2). Parameters of points on the faces' surfaces (`project_to_faces`).
+        Returns ndarray of bool, shape (m,). True on a face without boundary (a whole sphere).
 
         Notes
         -----
@@ -148,7 +141,6 @@ class TrimmedFaces:
         ----------
         faces : ndarray of int, shape (m,)
         points : shape (m, 3). In `part`, mm.
-        within_mm : Greater distances are not computed.
         group : ndarray of int, shape (m,), optional
             Points with the same number are consecutive and belong to one face, such as the samples of an edge. Pieces
             of boundary away from the box around such a group are skipped together.
@@ -335,9 +327,7 @@ def wrap_angle(angle: FloatArray) -> FloatArray:
 def distance_to_segments(points: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
     """Return the distance of each point to its own segment, shape (m,), mm.
 
-    Parameters
-    ----------
-    points, p0, p1 : shape (m, 3). Points and ends of segments in one frame, mm.
+    `points`, `p0`, `p1`: shape (m, 3). Points and ends of segments in one frame, mm.
     """
     d, r = p1 - p0, points - p0
     square = np.einsum("ki,ki->k", d, d)

@@ -7,10 +7,8 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-CHUNK = 200_000
-"""Pairs of a tube and a triangle in one array: some 50 MB."""
-LINES_MM = 4.0
-"""Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded."""
+CHUNK = 200_000  #: Pairs of a tube and a triangle in one array: some 50 MB.
+LINES_MM = 4.0  #: Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded.
 
 
 def tube_triangles(
@@ -29,7 +27,6 @@ def tube_triangles(
     Parameters
     ----------
     corners : shape (m, 3, 3). The three corners of each triangle, mm.
-    tree : Of the triangles' boxes.
     tips : shape (n, 3). Points on the axes, in the frame of the corners, mm.
     back : shape (n, 3). Unit vectors along the axes.
     low, high : shape (n,). Where each tube begins and ends, mm from the tip.
@@ -55,13 +52,8 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
 
     The outermost circle is wider than the tube, so that no plane reaches into the tube between two lines.
 
-    Parameters
-    ----------
-    back : shape (n, 3). Unit vectors along the axes.
-
-    Returns
-    -------
-    ndarray, shape (n, k, 3). Relative to the axis, mm; the axis first.
+    `back`: shape (n, 3). Unit vectors along the axes.
+    Returns ndarray, shape (n, k, 3). Relative to the axis, mm; the axis first.
     """
     circles = int(np.ceil(1.05 * radius_mm / LINES_MM))
     u = np.cross(back, np.eye(3)[np.argmin(np.abs(back), axis=1)])

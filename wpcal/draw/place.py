@@ -7,8 +7,7 @@ import numpy as np
 from wpcal.draw.svg import circle, rect, svg, text
 from wpcal.planning.sequence.place import PlaceMap
 
-CELL, LEFT, TOP, LETTER = 34, 70, 60, 7
-"""Pixels: of a place, of the margins, and of a letter."""
+CELL, LEFT, TOP, LETTER = 34, 70, 60, 7  #: Pixels: of a place, of the margins, and of a letter.
 NOW, BEST = "#222", "#06c"
 """Colours of the place in the cell file, and of the best one."""
 

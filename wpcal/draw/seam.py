@@ -16,16 +16,13 @@ from wpcal.draw.svg import polyline, svg, text
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 
-WIDTH, HEIGHT, MARGIN = 900.0, 640.0, 40.0
-"""Pixels."""
+WIDTH, HEIGHT, MARGIN = 900.0, 640.0, 40.0  #: Pixels.
 AROUND = 0.6
 """The picture shows the part this far around the seam, in lengths of the seam's box, and at least `LEAST_MM`."""
 LEAST_MM = 40.0
 EDGES, WALL, BASE, SEAM, TORCH = "#aab2ba", "#2471a3", "#1e8449", "#c0392b", "#d68910"
-STATIONS = 4
-"""Wires that are drawn."""
-NOZZLE_MM = 25.0
-"""How much of the nozzle is drawn, at the middle of the seam."""
+STATIONS = 4  #: Wires that are drawn.
+NOZZLE_MM = 25.0  #: How much of the nozzle is drawn, at the middle of the seam.
 
 
 def explained_svg(
@@ -37,13 +34,6 @@ def explained_svg(
     section: Mapping[str, Any],
 ) -> str:
     """Draw a seam with what it joins, and beside it the section across its middle.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seam : With pieces and with frames in `part`.
-    torch : With its usual wire.
-    section : ``section`` of `explain.explain_seam`.
 
     Returns
     -------

@@ -11,14 +11,10 @@ from wpcal.draw.svg import polygon, polyline, svg, text
 from wpcal.robot.torch.shape import TorchShape
 
 PIXELS_PER_MM = 1.0
-PIXELS = np.array([PIXELS_PER_MM, -PIXELS_PER_MM])
-"""Of 1 mm to the right and upwards."""
-LEAST_WIDTH = 110.0
-"""Pixels: the words below a torch are this wide."""
-ROOM = 30.0
-"""Pixels around each torch."""
-WORDS = 46.0
-"""Pixels below the wires, for the names."""
+PIXELS = np.array([PIXELS_PER_MM, -PIXELS_PER_MM])  #: Of 1 mm to the right and upwards.
+LEAST_WIDTH = 110.0  #: Pixels: the words below a torch are this wide.
+ROOM = 30.0  #: Pixels around each torch.
+WORDS = 46.0  #: Pixels below the wires, for the names.
 WIRE, METAL, EDGE = "#c05000", "#d8dde2", "#404850"
 
 

@@ -31,26 +31,16 @@ svg{width:100%;height:auto;display:block}text{font-size:11px;fill:var(--soft)}
 @media(max-width:44rem){.w svg{width:40rem}text{font-size:15px}}
 """
 LEFT, WIDTH, RIGHT = 62, 860, 8
-COLUMNS = 430
-"""More jobs than this are drawn as the range of their values in each column."""
-TITLE, TALL, LOW = 22.0, 128, 46
-"""Height of a title; of a chart with its title; of its CUSUM."""
-ROOM = 190
-"""Between the names of two jobs below a chart: a date and a time have 130."""
-MOST_CHARTED = 12
-"""Parts with charts, those with shifts first: 5000 jobs make less than 2 MB, on however many parts."""
-MOST_POINTS = 12
-"""Charts of points; the table has all."""
+COLUMNS = 430  #: More jobs than this are drawn as the range of their values in each column.
+TITLE, TALL, LOW = 22.0, 128, 46  #: Height of a title; of a chart with its title; of its CUSUM.
+ROOM = 190  #: Between the names of two jobs below a chart: a date and a time have 130.
+MOST_CHARTED = 12  #: Parts with charts, those with shifts first: 5000 jobs make less than 2 MB, on however many parts.
+MOST_POINTS = 12  #: Charts of points; the table has all.
 MOST_FAILED = 50
 
 
 def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> str:
-    """Return the page. A self-contained HTML file, the same for the same jobs.
-
-    Parameters
-    ----------
-    left_out : One line for each part with too few jobs.
-    """
+    """Return the page. A self-contained HTML file, the same for the same jobs."""
     order = sorted(range(len(parts)), key=lambda k: (not parts[k].shifts, -len(parts[k].jobs.names)))
     charted = set(order[:MOST_CHARTED])
     body = ["<h1>Drift</h1>", *(text for k, part in enumerate(parts) for text in _part(part, has_charts=k in charted))]

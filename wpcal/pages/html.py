@@ -21,8 +21,7 @@ from wpcal.core.printable import printable
 from wpcal.core.records import to_compact_json
 from wpcal.pages.packing import pack_glb
 
-COMPRESSION = 6
-"""Level of zlib: level 9 saves 2 % of a mesh and takes three times as long."""
+COMPRESSION = 6  #: Level of zlib: level 9 saves 2 % of a mesh and takes three times as long.
 
 
 def build_page(
@@ -38,14 +37,9 @@ def build_page(
 
     Parameters
     ----------
-    title : Title of the window, any text.
-    entry : Name of the bundle: ``NAME.js`` and ``NAME.css`` in ``wpcal/pages/bundles``.
-    body : Markup written by wpcal; it must not contain text from a file.
-    data : JSON values; the script of the page gets them from ``readData()``.
     blobs : mapping of str to bytes, optional
         Larger data, which the page stores deflated (GLB files are packed first). The script gets them from
         ``readBlob(name)`` or ``readJsonBlob(name)``.
-    connects : Whether the page may send requests to its own server. A page on disk must not send requests to anyone.
     """
     styles = [_bundle(f"{entry}.css")]
     scripts = [_bundle("viewer.js"), _bundle(f"{entry}.js")]
@@ -72,14 +66,7 @@ def build_page(
 
 
 def build_still_page(*, title: str, style: str, body: str) -> str:
-    """Return a page without scripts. HTML, the same for the same arguments.
-
-    Parameters
-    ----------
-    title : Title of the window, any text.
-    style : CSS written by wpcal.
-    body : Markup written by wpcal. Texts of files in it have gone through `escaped`.
-    """
+    """Return a page without scripts. HTML, the same for the same arguments."""
     policy = f"default-src 'none'; style-src {_hash_source(style)}; img-src data:; base-uri 'none'; form-action 'none'"
     lines = [
         "<!DOCTYPE html>",

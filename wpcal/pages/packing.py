@@ -21,17 +21,8 @@ UNSIGNED = {5120: "<u1", 5123: "<u2", 5125: "<u4"}
 def pack_glb(data: bytes) -> bytes:
     """Return the length and text of the JSON chunk, then the numbers of every accessor, column by column.
 
-    Parameters
-    ----------
-    data : A file of `wpcal.brep.mesh_glb.write_part_glb`: every accessor has its own view, in order.
-
-    Returns
-    -------
-    bytes. Input for `zlib.compress`.
-
-    Raises
-    ------
-    ValueError : If `data` is not a GLB file.
+    Returns bytes. Input for `zlib.compress`.
+    Raises `ValueError` if `data` is not a GLB file.
     """
     document, text, binary = glb_chunks(data)
     views = document["bufferViews"]

@@ -29,10 +29,8 @@ BODY = """
 <main id="page"></main>
 <noscript>This page needs JavaScript to draw the plan; its numbers are in the files beside it.</noscript>
 """
-ANGLE_DIGITS, TIME_DIGITS, PLACE_DIGITS = 3, 4, 3
-"""The page shows one decimal of a degree, a second and a millimetre."""
-WIRE_MM = 26.0
-"""Drawn length of the wire, from its tip back: the usual stick-out, and the part inside the nozzle."""
+ANGLE_DIGITS, TIME_DIGITS, PLACE_DIGITS = 3, 4, 3  #: The page shows one decimal of a degree, a second and a millimetre.
+WIRE_MM = 26.0  #: Drawn length of the wire, from its tip back: the usual stick-out, and the part inside the nozzle.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,10 +55,6 @@ def build_plan_page(
 
     Parameters
     ----------
-    runs : One per plan, all of the same seam.
-    objectives : Two or more; the chart shows the first and the last.
-    chosen : Row of the plan that the page shows first.
-    fronts : The plans that each method found by itself, drawn behind the others.
     part_glb : bytes, optional
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the page draws the
         part's collision bodies.
@@ -96,9 +90,7 @@ def build_plan_page(
 def build_cell_page(cell: RobotCell) -> str:
     """Return the page of a cell: what its file describes, and what is odd in it.
 
-    Returns
-    -------
-    str. A self-contained HTML file, the same for the same cell.
+    Returns str. A self-contained HTML file, the same for the same cell.
     """
     low, high = cell.joint_limits
     joints = np.clip(np.zeros((1, 2 * JOINTS)), low, high)
@@ -167,12 +159,7 @@ def _group(body: Body) -> str:
 
 
 def body_record(body: Body, group: str) -> dict[str, Any]:
-    """Return a body as the page takes it.
-
-    Parameters
-    ----------
-    group : What it is shown and hidden with: ``robot1``, ``robot2``, ``torch``, ``part`` or ``bench``.
-    """
+    """Return a body as the page takes it."""
     shape = body.shape
     record: dict[str, Any] = {
         "name": body.name,

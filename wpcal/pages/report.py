@@ -35,12 +35,9 @@ def build_report(
 
     Parameters
     ----------
-    calibration : The record of ``calibration.json``.
-    seams : The record of ``seams.json``, frames in `base`.
     part_glb : bytes, optional
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
         seams and points.
-    path : File of the seams, for messages.
 
     Raises
     ------

@@ -22,11 +22,9 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
 
     Parameters
     ----------
-    seams : The record of `wpcal.seam.record.seams_record`, frames in `part`.
     part_glb : bytes or None
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
         seams.
-    file_name : Name of the part's file, the heading of the page.
 
     Returns
     -------

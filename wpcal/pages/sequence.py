@@ -27,13 +27,7 @@ GROUPS = {Owner.ROBOT: "robot1", Owner.POSITIONER: "robot2", Owner.BENCH: "bench
 
 
 def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: bytes | None = None) -> str:
-    """Return the page of a sequence. A self-contained HTML file, the same for the same sequence.
-
-    Parameters
-    ----------
-    line : Of the chosen sequence.
-    part_glb : The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them.
-    """
+    """Return the page of a sequence. A self-contained HTML file, the same for the same sequence."""
     sequence, cell = choice.sequence, choice.sequence.cell
     T_part = cell.T_part
     data = {
@@ -69,9 +63,7 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
 def build_one_robot_page(cell: OneRobotCell) -> str:
     """Return the page of a cell with one robot at home: what its file describes, and what is odd in it.
 
-    Returns
-    -------
-    str. A self-contained HTML file, the same for the same cell.
+    Returns str. A self-contained HTML file, the same for the same cell.
     """
     arms = [cell.arm, *([] if cell.positioner is None else [cell.positioner.arm])]
     bases = [cell.T_world_base, *([] if cell.positioner is None else [cell.positioner.T_world_base])]

@@ -21,8 +21,7 @@ BODY = """
 <main id="page"></main>
 <noscript>This page needs JavaScript to draw the searches; touches.json and touches.csv list them.</noscript>
 """
-LEVEL = 0.95
-"""Of the error of a stored place along its search."""
+LEVEL = 0.95  #: Of the error of a stored place along its search.
 
 
 def build_touches_page(
@@ -35,16 +34,8 @@ def build_touches_page(
 ) -> str:
     """Return the page that shows a plan of touches, in the part's own frame.
 
-    Parameters
-    ----------
-    part_glb : The part's triangles.
-    seams : By name: points along each seam in `part`, mm, shape (n, 3).
-    border_mm : By the name of a search: how far its contact is from the border of the face.
-    setup : Its speeds give the times.
-
-    Returns
-    -------
-    str. A self-contained HTML file, the same for the same plan.
+    `seams`: By name: points along each seam in `part`, mm, shape (n, 3).
+    Returns str. A self-contained HTML file, the same for the same plan.
     """
     given = setup or TouchSetup()
     borders = border_mm or {}

@@ -61,18 +61,7 @@ def build_welds_page(
 ) -> str:
     """Return the page that shows and edits weld data, in the part's own frame.
 
-    Parameters
-    ----------
-    record : The record of `wpcal.weld.record.welds_record`.
-    rules : The same record without what people stated: what a value becomes when it goes back to the rules.
-    seams : Of the welds, in any order, with frames in `base`.
-    part_glb : The part's triangles; without them the view shows only seams.
-    folder : The result folder as the user named it, the heading of the page.
-    command : Words of the command that takes the file of the page; the page adds the name of its file.
-
-    Returns
-    -------
-    str. A self-contained HTML file, the same for the same record.
+    Returns str. A self-contained HTML file, the same for the same record.
     """
     by_name = {seam.name: seam for seam in seams}
     given = {weld["name"]: {"values": weld["values"], "origin": weld["origin"]} for weld in rules["welds"]}

@@ -13,10 +13,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import near_pairs
 from wpcal.seam.seam import SeamPieces
 
-SAME_POINT_MM = 0.01
-"""Ends nearer than this are one point: kernels place vertices within 1e-3 mm or better."""
-ROUND_MM = 1e-6
-"""Coordinates are compared after rounding to this (DESIGN §3)."""
+SAME_POINT_MM = 0.01  #: Ends nearer than this are one point: kernels place vertices within 1e-3 mm or better.
+ROUND_MM = 1e-6  #: Coordinates are compared after rounding to this (DESIGN §3).
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +42,8 @@ def chain_pieces(
 ) -> list[Chain]:
     """Join consecutive pieces of one group if the direction turns by at most `split_rad`.
 
-    Parameters
-    ----------
-    group : shape (k,). Only pieces with the same number are joined.
-    split_rad : Largest turn of the direction of travel from one piece to the next, rad.
-    bridges : What joins pieces whose ends do not meet; nothing by default.
+    `group`: shape (k,). Only pieces with the same number are joined.
+    `split_rad`: Largest turn of the direction of travel from one piece to the next, rad.
     """
     p, out = _ends(graph, pieces)
     link = _links(p.reshape(-1, 3), out.reshape(-1, 3), np.repeat(group, 2), np.cos(split_rad))

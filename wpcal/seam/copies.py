@@ -30,13 +30,7 @@ class CopiedSeams:
 
     @classmethod
     def of(cls, graph: BrepGraph, seams: Sequence[Seam], copies: Sequence[Copy]) -> CopiedSeams:
-        """Copy seams.
-
-        Parameters
-        ----------
-        graph : The whole part, with the edges of all copies.
-        seams : Of the first groups, with faces and edges of this graph.
-        """
+        """Copy seams."""
         movers = tuple(Mover.of(graph, copy) for copy in copies)
         face = np.array([max(int(seam.pieces.wall[0]), int(seam.pieces.base[0])) for seam in seams], dtype=np.int64)
         solid = np.where(face < 0, -1, graph.face_solid[face]) if len(seams) else face
@@ -60,10 +54,7 @@ class CopiedSeams:
     def moved(self, rows: IntArray, of_first: Mapping[int, Sequence[Seam]]) -> dict[int, list[Seam]]:
         """Return, by row, what was made of the first of each copied seam, moved to its copy.
 
-        Parameters
-        ----------
-        rows : shape (k,). Copied seams.
-        of_first : What was made of the first ones, by row.
+        `rows`: shape (k,). Copied seams.
         """
         found: dict[int, list[Seam]] = {}
         for number, mover in enumerate(self.movers):

@@ -55,14 +55,6 @@ def detect_seams(
 ) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
 
-    Parameters
-    ----------
-    trimmed : Of the same graph, if the caller has it already.
-    sections : Curves in which solids meet that run into each other; a CAD kernel computes them.
-    beads : Curves in which the faces beside beads and rounds meet (`bead.add_beads`).
-    flares : Paths in grooves beside radii (`flare_grooves.add_grooves`).
-    marked : Edges to be welded. No other candidate is accepted then, unless they are added ones.
-
     Returns
     -------
     tuple of Seam
@@ -140,13 +132,7 @@ def _count(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolA
 def judge_candidates(
     graph: BrepGraph, found: CopiedSeams, options: SeamOptions, *, trimmed: TrimmedFaces
 ) -> tuple[Seam, ...]:
-    """Judge candidates by what they are and by where a torch gets to them, and name them by their places.
-
-    Parameters
-    ----------
-    found : Candidates of the whole part.
-    trimmed : Of this graph.
-    """
+    """Judge candidates by what they are and by where a torch gets to them, and name them by their places."""
     has_marks = any(seam.source is SeamSource.MARKED for seam in found.seams)
     judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.like(len(graph.solid_names)))
     judged = _reached(graph, trimmed, found, options, judge)

@@ -38,8 +38,7 @@ EDIT_KEYS = ("accept", "reject", "reverse", "name", "range_mm", "other_side", "j
 
 
 STRETCH_KEYS = {"candidate", "range_mm"}
-LONGEST_NAME = 200
-"""Robot programs allow far shorter names, which their writers make from this one."""
+LONGEST_NAME = 200  #: Robot programs allow far shorter names, which their writers make from this one.
 MOST_JOINED = 100
 """Stretches in one seam. Each is tried at every end, so the time grows with the square; no torch runs through more."""
 
@@ -56,10 +55,8 @@ class PlacedEdit:
 def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
     """Read the decisions in an edited ``seams.json``. One for every seam with an object ``edit`` that is not empty.
 
-    Raises
-    ------
-    InputError : If the file cannot be opened.
-    FormatError : If it is not a seams file, or an edit has an unknown key or a value of the wrong type.
+    Raises `InputError` if the file cannot be opened.
+    Raises `FormatError` if it is not a seams file, or an edit has an unknown key or a value of the wrong type.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     found = []
@@ -75,9 +72,7 @@ def read_edits(path: Path) -> tuple[PlacedEdit, ...]:
 def candidate_from_record(record: Any, label: str, *, path: str) -> Candidate:
     """Return the candidate that a record describes.
 
-    Raises
-    ------
-    FormatError : If something is missing.
+    Raises `FormatError` if something is missing.
     """
     try:
         x, y, z = map(_length, record["start_part_mm"])
@@ -98,9 +93,7 @@ def _length(value: Any) -> float:
 def edit_from_record(record: Any, label: str, *, path: str) -> SeamEdit:
     """Return one edit.
 
-    Raises
-    ------
-    FormatError : If a key is unknown or a value has the wrong type.
+    Raises `FormatError` if a key is unknown or a value has the wrong type.
     """
 
     def refuse(message: str) -> FormatError:
@@ -170,13 +163,6 @@ def apply_edits(
     options: SeamOptions,
 ) -> tuple[Seam, ...]:
     """Carry out decisions on the candidates of a part.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : The candidates, with frames in `part`.
-    edits : Several edits of one candidate, with different names, make several seams of it: stretches of a long one.
-    options : The options with which the seams were found; edited seams get new frames.
 
     Returns
     -------

@@ -27,16 +27,13 @@ from wpcal.seam.path.direction import Runs
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import Seam, SeamPieces, SeamSource
 
-SAME_PLACE_MM = 0.1
-"""A range may end this far beyond its seam: files of other programs round."""
+SAME_PLACE_MM = 0.1  #: A range may end this far beyond its seam: files of other programs round.
 
 
 def part_of(graph: BrepGraph, seam: Seam, range_mm: tuple[float, float] | None) -> SeamPieces:
     """Return the pieces of a candidate between two lengths from its start; all of them without a range.
 
-    Raises
-    ------
-    InputError : If the range is longer than the candidate.
+    Raises `InputError` if the range is longer than the candidate.
     """
     if range_mm is None:
         return seam.pieces
@@ -109,14 +106,7 @@ def framed(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, options: SeamOpt
 def judged_anew(
     graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions, *, has_marks: bool
 ) -> list[Seam]:
-    """Return edited seams with frames, and what the rules say about them: material, reach, confidence.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : With edits and the pieces that follow from them; frames and judgement are those of the candidates.
-    has_marks : Whether edges of the part are marked as seams.
-    """
+    """Return edited seams with frames, and what the rules say about them: material, reach, confidence."""
     if not seams:
         return []
     finer = options

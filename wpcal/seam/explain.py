@@ -28,9 +28,6 @@ def explain_seam(
 
     Parameters
     ----------
-    graph : The part.
-    seam : One of its seams, judged, with pieces.
-    notes : What its solids are taken for.
     thick_mm : Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
 
     Returns

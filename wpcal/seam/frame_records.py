@@ -24,12 +24,8 @@ def frame_records(
 ) -> list[list[dict[str, Any]]]:
     """Return the records of the frames of each seam.
 
-    Parameters
-    ----------
-    seams : With frames in `part`.
-    T_base_part : If given, frames are written in `base`, with their weld positions.
-    u95_mm : shape (n,). For each seam, the 95 % error at each of its n frames, mm.
-    columns : shape (n,). More numbers of the frames of each seam, by the name of their field.
+    `u95_mm`: shape (n,). For each seam, the 95 % error at each of its n frames, mm.
+    `columns`: shape (n,). More numbers of the frames of each seam, by the name of their field.
     """
     if not seams:
         return []

@@ -15,8 +15,7 @@ LEAST_SEAM_MM = 5.0
 machined part or a sliver: the end of an 8 mm plate is the shortest weld in use."""
 LENGTH_ROUND_OFF_MM = 1e-3
 """A seam that is shorter by less is as long as it must be: kernels place vertices within this."""
-LEAST_CANDIDATE_MM = 1.0
-"""A shorter contact is not even a candidate: an arc needs more to start."""
+LEAST_CANDIDATE_MM = 1.0  #: A shorter contact is not even a candidate: an arc needs more to start.
 LEAST_CHANGE_MM = 3.0
 """The side of a weld does not change on a shorter way: a small fillet weld has legs of 3 mm, and covers it."""
 

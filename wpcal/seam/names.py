@@ -28,7 +28,6 @@ def seams_named(words: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
     words : sequence of str
         Names and ranges. A name counts first, so a seam may be called ``rib-2``. Capital letters do not matter where
         no other seam has the same letters.
-    known : Names of the seams that there are.
 
     Raises
     ------

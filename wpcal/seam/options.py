@@ -12,8 +12,7 @@ from wpcal.core.options import opt, opt_deg
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.limits import LEAST_SEAM_MM, MEETING_MM, MOST_BRIDGE_MM, Level, usual_gap_mm
 
-MOST_LEAN_DEG = 60.0
-"""At a square fillet a torch that leans by 45 degrees from the bisector lies on a plate."""
+MOST_LEAN_DEG = 60.0  #: At a square fillet a torch that leans by 45 degrees from the bisector lies on a plate.
 
 
 class ConcaveEdges(Enum):
@@ -28,9 +27,7 @@ class ConcaveEdges(Enum):
 class StepOptions:
     """How a seam is cut into steps.
 
-    Raises
-    ------
-    InputError : If a value is not positive, a turn above half a turn, or the least step larger than the largest.
+    Raises `InputError` if a value is not positive, a turn above half a turn, or the least step larger than the largest.
     """
 
     chord_mm: float = opt(0.1, "Largest chord error.")
@@ -91,9 +88,7 @@ class Play:
 class Reach:
     """The torch with which reach is judged, and how far it may lean and turn.
 
-    Raises
-    ------
-    InputError : If a range does not hold 0, or goes beyond 60 degrees (the spin: 180).
+    Raises `InputError` if a range does not hold 0, or goes beyond 60 degrees (the spin: 180).
     """
 
     torch: TorchShape = opt(
@@ -135,9 +130,7 @@ class Reach:
 class SeamOptions:
     """How seams are found, accepted and cut into frames.
 
-    Raises
-    ------
-    InputError : If a length is negative or not finite.
+    Raises `InputError` if a length is negative or not finite.
     """
 
     gap_mm: float | None = opt(None, "Largest gap between members.  [default: by part size, at most 0.5]")

@@ -13,15 +13,9 @@ from wpcal.seam.seam import SeamPieces
 def sample_pieces(graph: BrepGraph, pieces: SeamPieces, share: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points at the same shares of every piece.
 
-    Parameters
-    ----------
-    pieces : k pieces.
-    share : shape (n,). From 0 (start of a piece) to 1 (end), by the edge's parameter.
-
-    Returns
-    -------
-    t : ndarray, shape (k, n). Edge parameters.
-    p : ndarray, shape (k, n, 3). Points in `part`, mm.
+    `share`: shape (n,). From 0 (start of a piece) to 1 (end), by the edge's parameter.
+    Returns `t`: ndarray, shape (k, n). Edge parameters.
+    Returns `p`: ndarray, shape (k, n, 3). Points in `part`, mm.
     """
     t = pieces.t0[:, None] + (pieces.t1 - pieces.t0)[:, None] * share
     return t, evaluate_edges(graph, np.repeat(pieces.edge, len(share)), t.ravel())[0].reshape(*t.shape, 3)

@@ -50,13 +50,8 @@ def seams_record(
 
     Parameters
     ----------
-    seams : With frames in `part`.
-    T_base_part : If given, frames are written in `base`; otherwise in `part`.
     u95_mm : shape (n,). For each seam, the 95 % error at each of its n frames, mm.
-    space : The model of the robot that computed the taught points behind `T_base_part`.
-    notes : What the solids are taken for.
     join_mm : A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
-    torch : The torch with which reach was felt (`SeamOptions.reach`).
     columns : shape (n,). More numbers of the frames of each seam, by the name of their field.
 
     Returns
@@ -152,12 +147,7 @@ def _findings_from_record(seam: dict[str, Any]) -> tuple[Finding, ...]:
 
 
 def seams_csv(record: dict[str, Any]) -> str:
-    """Return ``seams.csv``: one row per frame, in the coordinates of the record (`SEAMS_CSV_COLUMNS` are the columns).
-
-    Parameters
-    ----------
-    record : A result of `seams_record`.
-    """
+    """Return ``seams.csv`` with its `SEAMS_CSV_COLUMNS`: one row per frame, in the coordinates of the record."""
     row = f"{','.join(SEAMS_CSV_COLUMNS.values())}\n"
     texts = [csv_text([SEAMS_CSV_COLUMNS])]
     for seam in record["seams"]:

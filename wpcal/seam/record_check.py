@@ -20,36 +20,22 @@ FARTHEST_MM = 1e5
 """100 m: no welding robot reaches a tenth of it, track included, and metres or micrometres taken for mm show up."""
 ROTATION_ATOL = 1e-6
 """wpcal writes all digits (1e-15); numbers with seven digits still pass. 1e-6 moves a tip at 2 m by 0.002 mm."""
-QUATERNION_ATOL = 1e-6
-"""A quaternion that differs by more from its matrix shows that only one of the two was edited."""
-LONGEST_MM = 1e6
-"""Largest length of a seam: a seam of 1 km is a mistake."""
+QUATERNION_ATOL = 1e-6  #: A quaternion that differs by more from its matrix shows that only one of the two was edited.
+LONGEST_MM = 1e6  #: Largest length of a seam: a seam of 1 km is a mistake.
 FLAGS = ("closed", "accepted", "reachable")
 
 
 def check_seams(record: Mapping[str, Any], *, path: str) -> None:
     """Refuse a record of seams in which a value is not what its field says.
 
-    Parameters
-    ----------
-    record : The contents of ``seams.json``.
-    path : The file, for the message.
-
-    Raises
-    ------
-    FormatError : With the seam, the point (counted from 0, as in ``seams.csv``) and the field.
+    Raises `FormatError` with the seam, the point (counted from 0, as in ``seams.csv``) and the field.
     """
     for place, problem in seam_faults(record):
         raise FormatError(f"{place}: {problem}", path=path)
 
 
 def seam_faults(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield every value that is not what its field says: place, for example ``seam W1: point 3: R``, and what is wrong.
-
-    Parameters
-    ----------
-    record : The contents of ``seams.json``.
-    """
+    """Yield the place (``seam W1: point 3: R``) of every value that is not what its field says, and what is wrong."""
     seams = record["seams"]
     if not isinstance(seams, Sequence) or isinstance(seams, str):
         yield "seams", "expected a list"

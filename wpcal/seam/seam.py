@@ -34,10 +34,8 @@ class WeldType(Enum):
 
     FILLET = "fillet"
     GROOVE = "groove"
-    FLARE_BEVEL = "flare-bevel groove"
-    """Between a radius and a flat face that runs onto it."""
-    FLARE_V = "flare-V groove"
-    """Between two radii."""
+    FLARE_BEVEL = "flare-bevel groove"  #: Between a radius and a flat face that runs onto it.
+    FLARE_V = "flare-V groove"  #: Between two radii.
     UNKNOWN = "unknown"
 
 
@@ -183,12 +181,7 @@ class Finding:
 
 
 class NamedSolids(str):
-    """A reason that names solids, so that it can be told of the same seam in a copy of these solids.
-
-    Parameters
-    ----------
-    words : With ``{}`` where the names belong.
-    """
+    """A reason that names solids, so that it can be told of the same seam in a copy of these solids."""
 
     words: str
     solids: tuple[str, ...]

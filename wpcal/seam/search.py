@@ -72,14 +72,7 @@ class _Added:
 def find_part_seams(
     graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, *, cross: Cross, mark: Mark | None = None
 ) -> PartSeams:
-    """Find the seams of a part.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    cross : How solids that run into each other are crossed (`Cross`).
-    mark : How marked edges are added (`Mark`).
-    """
+    """Find the seams of a part."""
     once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
     if once is not None:
         wide, found = once

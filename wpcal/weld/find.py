@@ -25,8 +25,7 @@ from wpcal.weld.seam_weld import SeamWeld, Source, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner
 from wpcal.weld.values import WeldKind
 
-LEAST_GAP_MM = 0.05
-"""A gap of less is none: contacts of exact solids have round-off."""
+LEAST_GAP_MM = 0.05  #: A gap of less is none: contacts of exact solids have round-off.
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +58,6 @@ def find_welds(
 
     Parameters
     ----------
-    seams : All seams of the part, with frames in `base`.
-    part_glb : The triangles of the part, with which plates are measured.
-    stated : What a person stated earlier.
-    names : Only these seams. Welds of `stated` are paired with all seams.
-    stated_in : The file of `stated`, for messages.
     positions : mapping, optional
         By the name of the seam: its weld position and the file that says so, where a robot turns the part. Without
         it the position is that of the seam in `base`.

@@ -22,20 +22,13 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import Seam
 from wpcal.weld.values import WeldKind
 
-STATION = 0.43
-"""Where along the seam the plates are cut: not in its middle, where models have edges and holes."""
-LEAST_BEVEL = math.tan(math.radians(2.0))
-"""A side that leans by less is square: mills and saws are not better."""
-LEAST_MM = 0.02
-"""Heights that differ by less are one; a gap of less is none."""
-LEAST_FACE_MM = 1.0
-"""A shorter piece of an outline is no outer surface."""
-PARALLEL = math.cos(math.radians(3.0))
-"""Outer surfaces of two plates in one line are parallel within this."""
-FACING = 0.3
-"""The seam looks at the outer surface: least cosine between its z and the normal."""
-FAR_MM = 100.0
-"""Outlines are looked at so far from the seam, either way."""
+STATION = 0.43  #: Where along the seam the plates are cut: not in its middle, where models have edges and holes.
+LEAST_BEVEL = math.tan(math.radians(2.0))  #: A side that leans by less is square: mills and saws are not better.
+LEAST_MM = 0.02  #: Heights that differ by less are one; a gap of less is none.
+LEAST_FACE_MM = 1.0  #: A shorter piece of an outline is no outer surface.
+PARALLEL = math.cos(math.radians(3.0))  #: Outer surfaces of two plates in one line are parallel within this.
+FACING = 0.3  #: The seam looks at the outer surface: least cosine between its z and the normal.
+FAR_MM = 100.0  #: Outlines are looked at so far from the seam, either way.
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +84,6 @@ class _Layer:
 
 def measure_groove(seam: Seam, mesh: PartMesh, T_frame_part: RigidTransform) -> Groove | None:
     """Measure the groove at a seam between two plates.
-
-    Parameters
-    ----------
-    seam : With frames in the target frame of the transform.
-    mesh : With the solids of the seam, in `part`.
 
     Returns
     -------

@@ -21,7 +21,6 @@ def merge_stated(
     first, second : sequence of StatedWeld
         The second counts where both state a value; what only the first one states stays, unless the second gives the
         value back to the rules.
-    places : Of the seams, in `part`: each file is paired with them as `wpcal.weld.find` does.
 
     Returns
     -------

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 from wpcal.core.errors import InputError
 from wpcal.weld.section import Section
 
-WIDTH_TO_HEIGHT = 2.0
-"""A bead that is laid on others is about twice as wide as high."""
-MOST_PASSES = 200
-"""More beads than in any weld that a robot lays in one run."""
+WIDTH_TO_HEIGHT = 2.0  #: A bead that is laid on others is about twice as wide as high.
+MOST_PASSES = 200  #: More beads than in any weld that a robot lays in one run.
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +38,6 @@ def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple
 
     Parameters
     ----------
-    passes : Number of beads.
     first_side : int
         -1 or +1: each layer begins at the side of -y or of +y. In PB and PC this is the lower side.
 

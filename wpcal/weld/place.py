@@ -16,13 +16,11 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import Seam
 
-SAME_MM = 0.1
-"""Two places are one if start, middle and length agree within this, as for decisions about seams."""
+SAME_MM = 0.1  #: Two places are one if start, middle and length agree within this, as for decisions about seams.
 MOVED_SHARE = 0.1
 """A seam of the same name is the same one if its middle moved, and its length changed, by at most this share of the
 length: a part that was changed a little."""
-MOVED_LEAST_MM = 2.0
-"""The least of these limits, for short seams."""
+MOVED_LEAST_MM = 2.0  #: The least of these limits, for short seams.
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +60,7 @@ class Place:
 
 
 def place_of(seam: Seam, T_part_frame: RigidTransform) -> Place:
-    """Return the place of a seam.
-
-    Parameters
-    ----------
-    seam : With frames, in the source frame of the transform.
-    """
+    """Return the place of a seam."""
     s, p = seam.frames.s_mm, T_part_frame.apply(seam.frames.p)
     middle = [float(np.interp(seam.length_mm / 2.0, s, p[:, axis])) for axis in range(3)]
     return Place(_xyz(p[0].tolist()), _xyz(middle), seam.length_mm)
@@ -90,14 +83,7 @@ class Paired:
 def pair(
     old: Sequence[tuple[str, Place | None]], now: Sequence[tuple[str, Place]], *, worth_telling: Sequence[bool]
 ) -> Paired:
-    """Find the seam of every weld in a file: first by place, then by name.
-
-    Parameters
-    ----------
-    old : Of the welds; the place is None for a weld that was written by hand.
-    now : Of the seams.
-    worth_telling : For each weld, whether a person stated something in it: others are paired without a note.
-    """
+    """Find the seam of every weld in a file: first by place, then by name."""
     rows: dict[str, int] = {}
     notes: list[str] = []
     free = dict.fromkeys(range(len(old)))

@@ -20,8 +20,7 @@ from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import VALUE_NAMES, describe_weld, plain, refuse_unknown
 
 WELDS_SCHEMA = "wpcal/welds/1"
-OWN_RULES = "wpcal"
-"""In a file: the table of rules of wpcal."""
+OWN_RULES = "wpcal"  #: In a file: the table of rules of wpcal.
 OWN_FILES = (PART_FILE, SEAMS_FILE) = ("part.glb", "seams.json")
 """Files of a result folder that state values. These are found again at every run."""
 
@@ -39,12 +38,7 @@ class StatedWeld:
 
 
 def welds_record(welds: Sequence[SeamWeld], left: Sequence[StatedWeld], rules: RuleTable) -> dict[str, Any]:
-    """Return the record of ``welds.json``.
-
-    Parameters
-    ----------
-    left : Welds with values of the user whose seam is not there.
-    """
+    """Return the record of ``welds.json``."""
     return {
         "schema": WELDS_SCHEMA,
         "units": {"length": "mm", "angle": "deg", "time": "s"},
@@ -97,10 +91,6 @@ def _bead_record(bead: Bead) -> dict[str, Any]:
 
 def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
     """Read what a person stated in a ``welds.json``.
-
-    Parameters
-    ----------
-    rules : Which the values of rules will be taken from.
 
     Returns
     -------

@@ -35,10 +35,8 @@ class Tacks(Enum):
 class WeaveBy(Enum):
     """Who makes a weave."""
 
-    CONTROLLER = "controller"
-    """An instruction of the language, or data in the controller."""
-    POINTS = "points"
-    """Points of the program."""
+    CONTROLLER = "controller"  #: An instruction of the language, or data in the controller.
+    POINTS = "points"  #: Points of the program.
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +76,8 @@ def chosen_runs(
 ) -> list[WeldRun]:
     """Return the runs of all welds in the order of welding: all tack welds before the first weld.
 
-    Parameters
-    ----------
-    seams : shape (n,) or None). Each with n frames, its weld, and the 95 % error at its frames, mm.
-    speed_mm_s : Along a seam whose weld data states none.
-
-    Raises
-    ------
-    InputError : When only tack welds are wanted and there are none, or a weave cannot be made of points.
+    `seams`: shape (n,) or None). Each with n frames, its weld, and the 95 % error at its frames, mm.
+    Raises `InputError` when only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
     tacks = [run for each in seams for run in tack_runs(*each)] if choice.tacks is not Tacks.OFF else []
     if choice.tacks is Tacks.ONLY:
@@ -101,11 +93,7 @@ def chosen_runs(
 def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
     """Return the runs of a weld in the order of welding.
 
-    Parameters
-    ----------
-    seam : With n frames.
-    weld : Of this seam.
-    u95_mm : ndarray, shape (n,), optional
+    `u95_mm`: ndarray, shape (n,), optional.
     """
     beads: tuple[Bead | None, ...] = weld.beads or (None,)
     runs = []
@@ -127,11 +115,7 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
 def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
     """Return the tack welds of a seam in their order. They have the values of the weld, but no weave.
 
-    Parameters
-    ----------
-    seam : With n frames.
-    weld : Of this seam.
-    u95_mm : ndarray, shape (n,), optional
+    `u95_mm`: ndarray, shape (n,), optional.
     """
     plain = replace(weld, values=replace(weld.values, weave=None, weave_data=None))
     leaning = replace(seam, lean_rad=_leans(seam, weld, None))
@@ -144,10 +128,6 @@ def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
 
 def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
     """Return a run whose weave is made of points; a run without a weave is returned as it is.
-
-    Parameters
-    ----------
-    speed_mm_s : Of travel along the seam.
 
     Raises
     ------
@@ -205,16 +185,9 @@ def cut_seam(
 ) -> tuple[Seam, FloatArray | None]:
     """Cut a stretch out of a seam. Between two frames the position is on the chord, and the axes turn evenly.
 
-    Parameters
-    ----------
-    seam : With n frames.
-    start_mm, end_mm : Lengths from its start.
-    u95_mm : ndarray, shape (n,), optional
-
-    Returns
-    -------
-    seam : Seam. Open, with lengths from its own start.
-    u95_mm : ndarray or None. At its frames.
+    `u95_mm`: ndarray, shape (n,), optional.
+    Returns `seam`: Seam. Open, with lengths from its own start.
+    Returns `u95_mm`: ndarray or None. At its frames.
     """
     frames = seam.frames
     own = frames.s_mm

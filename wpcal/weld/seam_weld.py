@@ -24,12 +24,9 @@ from wpcal.weld.section import Section, section_of
 from wpcal.weld.stitch import stretches
 from wpcal.weld.values import WeldKind, WeldValues, require_one_size, values_from_record
 
-RECOVERY = 0.95
-"""Share of a solid wire that becomes weld: a few percent are lost as spatter and fume."""
-MODEL_FILE = "part.glb"
-"""Of a result folder: the triangles of the model."""
-BOTH_SIDES_MM = 5.0
-"""A thicker square butt is welded from both sides, so one side does not fill its whole depth."""
+RECOVERY = 0.95  #: Share of a solid wire that becomes weld: a few percent are lost as spatter and fume.
+MODEL_FILE = "part.glb"  #: Of a result folder: the triangles of the model.
+BOTH_SIDES_MM = 5.0  #: A thicker square butt is welded from both sides, so one side does not fill its whole depth.
 
 
 class Source(Enum):
@@ -101,14 +98,6 @@ def weld_for(
     groove: Groove | None = None,
 ) -> SeamWeld:
     """Find the values of the weld in a seam.
-
-    Parameters
-    ----------
-    seam : With frames, in any coordinates.
-    user : What a person stated: names of `WeldValues` and values as JSON holds them; null for none.
-    from_files : What files state: value and name of the file.
-    first_side : The side of y at which layers of beads begin.
-    groove : As the model has it. What a person or a file states counts before it.
 
     Raises
     ------

@@ -20,10 +20,8 @@ LEAST_FILLET_RAD, MOST_FILLET_RAD = math.radians(20.0), math.radians(160.0)
 """Between the plates of a fillet: outside this range no fillet is asked for by a throat or a leg."""
 BEVELS = (WeldKind.SINGLE_BEVEL, WeldKind.DOUBLE_BEVEL)
 GROOVES = (WeldKind.SINGLE_V, WeldKind.DOUBLE_V, *BEVELS)
-BUTT_WELDS = (WeldKind.SQUARE, *GROOVES)
-"""Kinds of welds with an angle at one side, with any angle, and in a butt."""
-USUAL_WIRE_MM = 1.2
-"""Diameter of a wire that is not stated."""
+BUTT_WELDS = (WeldKind.SQUARE, *GROOVES)  #: Kinds of welds with an angle at one side, with any angle, and in a butt.
+USUAL_WIRE_MM = 1.2  #: Diameter of a wire that is not stated.
 COPLANAR_RAD = math.radians(20.0)
 """Two faces whose normals differ by less are one surface: the seam is on the face of the groove, not at its root."""
 
@@ -32,9 +30,7 @@ COPLANAR_RAD = math.radians(20.0)
 class Section:
     """The cross-section of a weld in y and z of the seam frame.
 
-    Raises
-    ------
-    InputError : If the section has no area.
+    Raises `InputError` if the section has no area.
     """
 
     height_mm: float  #: From the root to the face: the throat of a fillet, the depth of a groove.
@@ -91,12 +87,6 @@ def section_of(
     values: WeldValues, *, joint: JointType, weld: WeldType, normals_rad: float, groove: Groove | None = None
 ) -> Section | None:
     """Return the section of a weld.
-
-    Parameters
-    ----------
-    joint, weld : Of the seam.
-    normals_rad : Angle between the outward normals of the two faces.
-    groove : As the model has it: where the groove is, and how its angle is divided between both sides.
 
     Returns
     -------

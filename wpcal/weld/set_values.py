@@ -20,11 +20,9 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
 
     Parameters
     ----------
-    stated : What was stated before.
     settings : sequence of str
         ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives the value
         back to the rules.
-    seams : The names of all seams.
 
     Raises
     ------

@@ -11,19 +11,12 @@ import math
 from wpcal.core.errors import InputError
 from wpcal.weld.values import Stitch
 
-ROUND_OFF = 1e-9
-"""Relative: a last stretch that ends at the end of the seam is not lost to it."""
-MOST_STRETCHES = 10_000
-"""More stretches on one seam are a mistake: a pitch in metres, for example."""
+ROUND_OFF = 1e-9  #: Relative: a last stretch that ends at the end of the seam is not lost to it.
+MOST_STRETCHES = 10_000  #: More stretches on one seam are a mistake: a pitch in metres, for example.
 
 
 def stretches(stitch: Stitch | None, length_mm: float, *, closed: bool = False) -> tuple[tuple[float, float], ...]:
     """Return where a seam is welded: lengths from its start, mm, in order.
-
-    Parameters
-    ----------
-    stitch : None: the whole seam.
-    length_mm : Of the seam.
 
     Raises
     ------

@@ -18,16 +18,11 @@ ABOVE_MM = 1.0
 """Height above the face at which a ray starts. A face that is nearer or farther than this by half is another face."""
 STATIONS = (0.25, 0.5, 0.75)
 """Where along the seam: the median is the answer, so a hole or a cut at one of them does not matter."""
-THICKEST_MM = 1000.0
-"""No plate is thicker; a ray ends there."""
+THICKEST_MM = 1000.0  #: No plate is thicker; a ray ends there.
 
 
 def plate_thicknesses(frames: SeamFrames, material: Material) -> tuple[float | None, float | None]:
     """Measure the two plates of a joint.
-
-    Parameters
-    ----------
-    frames : In the coordinates of `material`.
 
     Returns
     -------

@@ -125,16 +125,13 @@ class WeldValues:
     tacks: Stitch | None = None  #: None: no tack welds.
 
 
-VALUE_NAMES = tuple(field.name for field in fields(WeldValues))
-"""Every name of a value, in the order of files."""
+VALUE_NAMES = tuple(field.name for field in fields(WeldValues))  #: Every name of a value, in the order of files.
 
 
 def refuse_unknown(names: Mapping[str, Any], known: tuple[str, ...], *, what: str) -> None:
     """Refuse a mapping with a name that is not known: a misspelt value would be lost silently.
 
-    Raises
-    ------
-    InputError : With the nearest known name.
+    Raises `InputError` with the nearest known name.
     """
     for name in names:
         if name not in known:
@@ -145,14 +142,7 @@ def refuse_unknown(names: Mapping[str, Any], known: tuple[str, ...], *, what: st
 def values_from_record(record: Mapping[str, Any], *, what: str) -> WeldValues:
     """Return the values that a record holds, whose types and ranges were checked (`wpcal.core.record_check`).
 
-    Parameters
-    ----------
-    record : Names and values; null and a missing name are the same here.
-    what : Whose values, for messages: ``weld W1``.
-
-    Raises
-    ------
-    InputError : If a name is unknown, or a weave, crater or stitch lacks a value.
+    Raises `InputError` if a name is unknown, or a weave, crater or stitch lacks a value.
     """
     refuse_unknown(record, VALUE_NAMES, what=what)
     parts: Mapping[str, Callable[[Any], Any]] = {
@@ -231,9 +221,7 @@ def describe_weld(values: WeldValues) -> str:
 def require_one_size(values: WeldValues, *, what: str) -> None:
     """Refuse a fillet with a throat and a leg: one of them decides.
 
-    Raises
-    ------
-    InputError : If both are stated.
+    Raises `InputError` if both are stated.
     """
     if values.throat_mm is not None and values.leg_mm is not None:
         sizes = listed([f"throat_mm {values.throat_mm:g}", f"leg_mm {values.leg_mm:g}"])

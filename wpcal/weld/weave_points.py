@@ -18,28 +18,17 @@ from wpcal.seam.seam import SeamFrames
 from wpcal.weld.passes import Bead
 from wpcal.weld.values import Weave, WeaveShape
 
-LEAST_MM = 1.0
-"""Between two points: shorter moves cannot be rounded at both ends, and robots stop at each of them."""
-ROUND_OFF_MM = 1e-9
-"""Of a step that is just as long."""
+LEAST_MM = 1.0  #: Between two points: shorter moves cannot be rounded at both ends, and robots stop at each of them.
+ROUND_OFF_MM = 1e-9  #: Of a step that is just as long.
 SINE_POINTS = 8
 """Per swing of a sine, where they are not too close: between two of them the line is at most 4 % of the width off."""
-CORNER_RAD = float(np.radians(5.0))
-"""Where a seam turns by more, the wire goes through its point, too."""
+CORNER_RAD = float(np.radians(5.0))  #: Where a seam turns by more, the wire goes through its point, too.
 
 
 def woven_frames(
     frames: SeamFrames, weave: Weave, speed_mm_s: float, *, bead: Bead | None = None, between_plates: bool = True
 ) -> SeamFrames:
     """Return the frames of a seam with a weave. m frames with the axes of the seam; `s_mm` is the way of the wire.
-
-    Parameters
-    ----------
-    frames : n frames along the bead; x is the travel, y goes across.
-    weave : A zigzag or a sine.
-    speed_mm_s : Of travel along the seam: a dwell is a way along the side at this speed.
-    bead : Which is laid along the frames: its place in the section decides how far the plates are.
-    between_plates : Whether there are two plates at the angle of the frames, as at a fillet.
 
     Raises
     ------

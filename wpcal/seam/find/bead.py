@@ -30,19 +30,16 @@ from wpcal.seam.limits import LEAST_SEAM_MM
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
-WIDEST_MM = 30.0
-"""Largest width of the face of a bead: a fillet with 20 mm legs, laid in many runs, is 28 mm wide."""
+WIDEST_MM = 30.0  #: Largest width of the face of a bead: a fillet with 20 mm legs, laid in many runs, is 28 mm wide.
 LEAST_CORNER_COS = 0.87
 """Faces beside a strip at an angle of less than 30 degrees are one bent sheet, not two members."""
 STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
 BENDS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS)
-SAME_AXIS_MM = 1e-3
-"""The inside and the outside of a bend are about one axis within this."""
+SAME_AXIS_MM = 1e-3  #: The inside and the outside of a bend are about one axis within this.
 CURVE_POINTS = 513
 """Points of the spline. On an ellipse round a pipe of 60 mm it is then within 1e-7 mm of the curve, and its slope at an
 end within 1e-6."""
-ACROSS_SIN = 1e-6
-"""A plane is across a cylinder if the sine between its normal and the axis is below this."""
+ACROSS_SIN = 1e-6  #: A plane is across a cylinder if the sine between its normal and the axis is below this.
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +56,7 @@ def find_strips(
 ) -> list[Strip]:
     """Find the concave strips that run smoothly into two other faces of their solid at an angle. By face.
 
-    Parameters
-    ----------
-    solids : shape (S,). Only these solids are searched; by default all.
-    min_length_mm : A strip with a shorter side is left out.
+    `solids`: shape (S,). Only these solids are searched; by default all.
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
@@ -127,7 +121,6 @@ def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> 
 
     Parameters
     ----------
-    trimmed : Of the same graph.
     options : SeamOptions
         With `ConcaveEdges.AUTO`, only solids are searched that may be built up (`built_up.why_one_piece`) and are apart
         from others, or frames of tubes.

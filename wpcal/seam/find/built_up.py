@@ -26,41 +26,30 @@ from wpcal.seam.find.tubes import find_tubes
 LEAST_BUILT_UP = 0.9
 """A solid with a smaller share of its surface on plates, bars and tubes is one piece. Of 72 parts with known answers,
 weldments have 0.95 to 1.00, machined, cast and printed parts 0.00 to 0.88."""
-FLATTEST = 0.3
-"""A plate, bar or tube is thinner than this share of the square root of the area of its face."""
-OPPOSITE_COS = -0.999
-"""Cosine between the normals of two faces of one plate: 2.6 degrees from opposite."""
+FLATTEST = 0.3  #: A plate, bar or tube is thinner than this share of the square root of the area of its face.
+OPPOSITE_COS = -0.999  #: Cosine between the normals of two faces of one plate: 2.6 degrees from opposite.
 THICKNESSES = 3
 """A weldment is cut from this many thicknesses of plate at most; what has others does not count. Round tubes count
 whatever their walls: a bicycle frame has five."""
-SAME_THICKNESS = 0.02
-"""Relative difference of thicknesses that are one."""
-LINES, ROUNDS = 500, 40
-"""Random lines per round, and most rounds."""
+SAME_THICKNESS = 0.02  #: Relative difference of thicknesses that are one.
+LINES, ROUNDS = 500, 40  #: Random lines per round, and most rounds.
 LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
 """Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
 than 5 sigma); all of them are enough for 0.02."""
-MOST_TOLD = 3
-"""Most solids that are told of."""
+MOST_TOLD = 3  #: Most solids that are told of.
 RIM_WAYS = 6
 """Directions along the surface in which the other faces of a plate are looked for from its rim, over half a turn."""
-ON_SURFACE = 0.5
-"""A normal has the length 1; at the tip of a cone it has none."""
-SKIN_MM = 1e-3
-"""Rays into the material start this far below the surface."""
+ON_SURFACE = 0.5  #: A normal has the length 1; at the tip of a cone it has none.
+SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
 """Surfaces with an axis, about which a turned part may have them."""
-TURNED_SIN, TURNED_MM = 1e-6, 1e-3
-"""Faces are round about one axis if their axes agree within this."""
+TURNED_SIN, TURNED_MM = 1e-6, 1e-3  #: Faces are round about one axis if their axes agree within this.
 
 
 def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: BoolArray | None = None) -> str | None:
     """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    but : shape (F,). Faces that do not count: strips that may be beads.
+    `but`: shape (F,). Faces that do not count: strips that may be beads.
     """
     if is_turned(graph, solid):
         return "all its faces are round about one axis, as on a turned part"
@@ -72,10 +61,6 @@ def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: B
 
 def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
     """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
 
     Returns
     -------
@@ -94,13 +79,7 @@ def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
 def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int, str]]:
     """Find the solids with concave edges that look as if made as one piece, at most `MOST_TOLD`.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-
-    Returns
-    -------
-    list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
+    Returns list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
     """
     solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
     solids, counts = np.unique(solid_of, return_counts=True)
@@ -113,9 +92,7 @@ def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int
 def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> bool:
     """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones and tori about it.
 
-    Parameters
-    ----------
-    but : shape (F,). Faces that do not count, such as holes.
+    `but`: shape (F,). Faces that do not count, such as holes.
     """
     faces = np.flatnonzero(graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but)
     kinds = graph.face_kind[faces]
@@ -133,10 +110,7 @@ def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> 
 def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: BoolArray | None = None) -> float:
     """Return the share of the surface of a solid that is on plates, bars or tubes of at most `THICKNESSES`.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    but : shape (F,). Faces that do not count.
+    `but`: shape (F,). Faces that do not count.
     """
     share = 0.0
     looks = built_up_shares(graph, trimmed, solid, [hits for hits, _ in LOOKS], but=but)
@@ -151,11 +125,7 @@ def built_up_shares(
 ) -> Iterator[tuple[float, int]]:
     """Yield the share of `built_up_share` after each of some numbers of points on the surface, and the true number.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    counts : Ascending. More points take more time.
-    but : shape (F,). Faces that do not count.
+    `but`: shape (F,). Faces that do not count.
     """
     counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
     lines = _Lines.known(trimmed, solid)
@@ -168,15 +138,8 @@ def surface_points(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return random points that are spread evenly over the surface of a solid.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    count : Most points.
-
-    Returns
-    -------
-    p, normal : ndarray, shape (n, 3). Points `SKIN_MM` below the surface, mm, and outward normals.
-    thick : ndarray, shape (n,). How far it is straight through the material, mm.
+    Returns `p, normal`: ndarray, shape (n, 3). Points `SKIN_MM` below the surface, mm, and outward normals.
+    Returns `thick`: ndarray, shape (n,). How far it is straight through the material, mm.
     """
     lines = _Lines.known(trimmed, solid)
     lines.send(graph, trimmed, graph.face_solid == solid, count)
@@ -304,7 +267,6 @@ def way_out(
 
     Parameters
     ----------
-    graph, trimmed : The part.
     solid : int or ndarray of int, shape (m,)
     p, ray : shape (m, 3). Starts inside the solid (mm) and unit directions, in `part`.
 

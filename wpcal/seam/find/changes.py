@@ -27,10 +27,8 @@ SMOOTH_RAD = float(np.radians(30.0))
 """Contacts go on in each other if the direction turns by at most this: a square corner begins another run."""
 RUN_OUT_SHARE = 1 / 3
 """The base only runs out if the stretch without it is at most this share of what is beside the stretch."""
-NEAR_SHARE = 0.1
-"""Where the base runs out gradually, it is still there at this share of the stretch from its end …"""
-LEDGE_SHARE = 0.25
-"""… if this share of the usual ledge is asked for. At a notch in the base, nothing of it is there."""
+NEAR_SHARE = 0.1  #: Where the base runs out gradually, it is still there at this share of the stretch from its end …
+LEDGE_SHARE = 0.25  #: … if this share of the usual ledge is asked for. At a notch in the base, nothing of it is there.
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +45,8 @@ def without_small_changes(
 ) -> Stretches:
     """Give stretches the side of their neighbours where the change is not one; join equal neighbours on one contact.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    stretches : Of these contacts, in their order.
-    gap_mm : The gap with which they were found, mm.
-
-    Returns
-    -------
-    Stretches. A change of the side is at least `LEAST_CHANGE_MM` long, or another run begins there.
+    `gap_mm`: The gap with which they were found, mm.
+    Returns Stretches. A change of the side is at least `LEAST_CHANGE_MM` long, or another run begins there.
     """
     at = stretches.at
     edge, face = contacts.edge[at.contact], contacts.face[at.contact]

@@ -21,14 +21,8 @@ def find_concave_edges(
 ) -> JoinedPieces:
     """Find the concave edges between two faces of one solid.
 
-    Parameters
-    ----------
-    solids : shape (S,). Only these solids are searched; by default all.
-    min_length_mm : Shorter edges are left out.
-
-    Returns
-    -------
-    JoinedPieces. The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
+    `solids`: shape (S,). Only these solids are searched; by default all.
+    Returns JoinedPieces. The left face of an edge as wall, the right one as base, gap zero; joint unknown, weld fillet.
     """
     edges = np.flatnonzero((graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
@@ -53,10 +47,7 @@ def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> Bo
     Such an edge runs through the thickness of one member. The material behind both of its faces is deeper than the edge
     is long, and no other concave edge meets the edge.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    edges : shape (k,). Concave edges.
+    `edges`: shape (k,). Concave edges.
     """
     length = edge_lengths(graph)[edges]
     vertices, counts = np.unique(graph.edge_vertices[edges], return_counts=True)
@@ -69,11 +60,8 @@ def are_cut_outs(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> Bo
 def are_deeper(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, depth_mm: FloatArray) -> BoolArray:
     """Tell behind which concave edges the material of both faces is deeper than given, shape (k,).
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    edges : ndarray of int, shape (k,)
-    depth_mm : ndarray, shape (k,)
+    `edges`: ndarray of int, shape (k,).
+    `depth_mm`: ndarray, shape (k,).
     """
     p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
     normals = [project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1)]

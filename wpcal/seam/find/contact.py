@@ -17,16 +17,13 @@ from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM, LEAST_CANDIDATE_MM
 
 CONTACT_SAMPLES = 33
 """Points at which an edge is compared with a face, inside the box of the face: a contact over 1/32 of it is found."""
-BISECTIONS = 34
-"""Bisections of the end of a contact: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm."""
+BISECTIONS = 34  #: Bisections of the end of a contact: from the 31 mm between samples of an edge of 1000 mm to 2e-9 mm.
 INWARD = 3
 """A contact crosses the boundary of a face if one of this many samples behind its outermost one is well inside the
 face. On an arc of 16 mm, one sample may be beyond the boundary by less than the gap, and the next one on it. A contact
 along the boundary has many samples in a row that are not inside."""
-PARAMETER_ROUND_OFF = 1e-12
-"""Relative round-off of an interpolated parameter."""
-CHUNK = 100_000
-"""Points compared with faces in one array: about 50 MB."""
+PARAMETER_ROUND_OFF = 1e-12  #: Relative round-off of an interpolated parameter.
+CHUNK = 100_000  #: Points compared with faces in one array: about 50 MB.
 
 Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
 """Whether something is true at parameters of edges with respect to faces."""
@@ -57,7 +54,6 @@ def find_contacts(
 
     Parameters
     ----------
-    trimmed : Of the same graph.
     gap_mm : Largest distance between edge and face, mm.
     edges : shape (n,). Only these edges; all by default.
     pairs : shape (k,). Only these edges and faces, some of `candidate_pairs`; all by default.
@@ -142,15 +138,8 @@ def clipped_range(
 
     Clipping keeps the samples close, so that a short contact on a long edge is not missed.
 
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    edge, face : shape (k,). Pairs.
-    gap_mm : The box grows by this.
-
-    Returns
-    -------
-    low, high : ndarray, shape (k,). Parameters; low > high if the edge misses the box.
+    `edge`, `face`: shape (k,). Pairs.
+    Returns `low, high`: ndarray, shape (k,). Parameters; low > high if the edge misses the box.
     """
     low, high = graph.edge_range[edge].T.copy()
     rows = graph.edge_kind[edge] == CurveKind.LINE
@@ -185,10 +174,8 @@ class _Touching:
     def states(self, edge: IntArray, face: IntArray, t: FloatArray) -> tuple[BoolArray, BoolArray]:
         """Compare points of edges, at parameters t (k, n), with one face per edge.
 
-        Returns
-        -------
-        touching : ndarray of bool, shape (k, n). Within the gap of the trimmed face.
-        deep : ndarray of bool, shape (k, n). Within the gap, and the nearest point well inside the face.
+        Returns `touching`: ndarray of bool, shape (k, n). Within the gap of the trimmed face.
+        Returns `deep`: ndarray of bool, shape (k, n). Within the gap, and the nearest point well inside the face.
         """
         touching, deep = np.zeros(t.shape, dtype=bool), np.zeros(t.shape, dtype=bool)
         rows = max(1, CHUNK // t.shape[1])

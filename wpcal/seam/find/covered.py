@@ -21,20 +21,13 @@ from wpcal.seam.find.same_room import find_same_rooms
 LOOKS = ((8, 0.75), (200, 0.98))
 """Points inside a solid that are looked at, and the share of them that is at least inside the other one. A plug that
 stands out by a tenth is told from a covered one with 200 points; a few points may be judged wrong."""
-LINES = 4
-"""Random lines per point: most lines through the box of a thin solid miss it."""
-BOX_MM = 0.1
-"""A solid that stands out of another one by more is not inside it; boxes of round faces are not exact."""
-NAMED = 3
-"""So many solids are named in an issue."""
+LINES = 4  #: Random lines per point: most lines through the box of a thin solid miss it.
+BOX_MM = 0.1  #: A solid that stands out of another one by more is not inside it; boxes of round faces are not exact.
+NAMED = 3  #: So many solids are named in an issue.
 
 
 def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
     """Return for each solid the solid that fills its room and counts instead of it, or -1.
-
-    Parameters
-    ----------
-    trimmed : Of the same graph, or of one with fewer added edges.
 
     Returns
     -------
@@ -48,12 +41,7 @@ def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
 
 
 def covered_issues(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[Issue, ...]:
-    """Say which solids do not count because others fill their room.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    """
+    """Say which solids do not count because others fill their room."""
     by = covered_by(graph, trimmed)
     own = np.flatnonzero(by >= 0)
     if len(own) == 0:
@@ -137,12 +125,6 @@ def _chosen(graph: BrepGraph, pairs: set[tuple[int, int]]) -> IntArray:
 def count_solids(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray) -> BoolArray:
     """Tell which of some solids count; numbers below zero do.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-
-    Returns
-    -------
-    ndarray of bool, same shape
+    Returns ndarray of bool, same shape.
     """
     return np.asarray((solids < 0) | (covered_by(graph, trimmed)[np.maximum(solids, 0)] < 0), dtype=bool)

@@ -15,10 +15,6 @@ def are_crumbs(graph: BrepGraph, trimmed: TrimmedFaces) -> BoolArray:
     """Tell which solids are crumbs: the diagonal of their box is shorter than the shortest seam, shape (S,).
 
     A solid that touches crumbs only is searched for welds inside it, as if it stood alone.
-
-    Parameters
-    ----------
-    trimmed : Of the same graph.
     """
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
     return np.asarray(np.linalg.norm(np.maximum(high - low, 0.0), axis=1) < LEAST_SEAM_MM, dtype=bool)

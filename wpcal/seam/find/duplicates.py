@@ -21,8 +21,7 @@ from wpcal.seam.pieces import sample_pieces, solids_of
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
 Interval = tuple[float, float]
-SHARES = np.linspace(0.0, 1.0, CONTACT_SAMPLES)
-"""Places along a piece at which curves are compared."""
+SHARES = np.linspace(0.0, 1.0, CONTACT_SAMPLES)  #: Places along a piece at which curves are compared.
 COVER_SHARES = np.linspace(0.0, 1.0, 9)
 """Places along a piece at which it is compared with better ones: neither is shorter than the gap between two others."""
 CURVE_SAMPLES = 129
@@ -33,19 +32,15 @@ and flush groove are 45 degrees apart; the two fillets of a thin plate, and the 
 edges, 90 degrees or more."""
 MIDDLE_SHARES = (0.4, 0.6)
 """Places near the middle of a piece; one of them is not where two others meet, as at the start of a circle."""
-PARALLEL_COS = 0.85
-"""Pieces run along each other within 32 degrees."""
-SAME_MM = 1e-9
-"""A point is beyond the end of a piece if the end is the nearest point, within round-off."""
-OPPOSED_LENGTH = 1e-6
-"""The sum of two opposed normals is shorter than this: they say nothing about the side."""
+PARALLEL_COS = 0.85  #: Pieces run along each other within 32 degrees.
+SAME_MM = 1e-9  #: A point is beyond the end of a piece if the end is the nearest point, within round-off.
+OPPOSED_LENGTH = 1e-6  #: The sum of two opposed normals is shorter than this: they say nothing about the side.
 WORDS = (JointType.TEE, JointType.LAP, JointType.CORNER, JointType.BUTT, JointType.EDGE, JointType.UNKNOWN)
 """The joint words; where two descriptions of one weld differ, the earlier one is taken, so equal joints have equal
 words."""
 ROUND_DIGITS = 6
 """Gaps, mm, are compared after rounding to so many digits: otherwise round-off decides between equal ones."""
-CHUNK = 200_000
-"""Points compared with segments in one array: some 50 MB."""
+CHUNK = 200_000  #: Points compared with segments in one array: some 50 MB.
 
 
 def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) -> JoinedPieces:
@@ -53,7 +48,6 @@ def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float)
 
     Parameters
     ----------
-    joined : Of contacts, each piece along its edge (t0 < t1).
     gap_mm : Gap within which they were found, mm.
 
     Returns
@@ -163,9 +157,7 @@ def without_covered(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) ->
     Where the rim of a ring comes near the border of its plate, the border is in contact with the ring as well. It is
     the same weld.
 
-    Parameters
-    ----------
-    gap_mm : Gap within which they were found, mm.
+    `gap_mm`: Gap within which they were found, mm.
     """
     pieces, near = joined.pieces, NEAR_GAPS * gap_mm
     if len(pieces) == 0:
@@ -234,14 +226,8 @@ def _is_beside(graph: BrepGraph, pieces: SeamPieces, at: FloatArray, along: Seam
 def outward(graph: BrepGraph, pieces: SeamPieces, t: FloatArray) -> FloatArray:
     """Return the direction out of the joint at a place of each piece.
 
-    Parameters
-    ----------
-    pieces : k pieces.
-    t : shape (k,). Edge parameters.
-
-    Returns
-    -------
-    ndarray, shape (k, 3). Unit vectors; zero where the two normals are opposed.
+    `t`: shape (k,). Edge parameters.
+    Returns ndarray, shape (k, 3). Unit vectors; zero where the two normals are opposed.
     """
     p = evaluate_edges(graph, pieces.edge, t)[0]
     sides = sum(project_to_faces(graph, face, p).normal for face in (pieces.wall, pieces.base))

@@ -18,8 +18,7 @@ a gap by 0.1 mm over 70 mm."""
 INSET = 0.02
 """Points of a boundary are moved inwards by this share before they are compared with another face: two plates of one
 thickness end on the same line."""
-LEAST_SHARE = 0.25
-"""Share of the boundary of one of two planes that lies opposite the other one."""
+LEAST_SHARE = 0.25  #: Share of the boundary of one of two planes that lies opposite the other one.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,13 +41,7 @@ class FacingFaces:
 def find_facing(graph: BrepGraph, trimmed: TrimmedFaces, *, most_mm: float) -> FacingFaces:
     """Find the planes and cylinders that face another solid at a constant distance of at most `most_mm`.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-
-    Returns
-    -------
-    FacingFaces. Gaps below `FLUSH_MM` are left out: those faces touch.
+    Returns FacingFaces. Gaps below `FLUSH_MM` are left out: those faces touch.
     """
     low, high = trimmed.face_box
     even = np.flatnonzero(np.isin(graph.face_kind, (SurfaceKind.PLANE, SurfaceKind.CYLINDER)))
@@ -110,9 +103,7 @@ def widths_mm(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
 
     A rectangle of t by w gives t w / (t + w), a flat ring the width of the ring.
 
-    Parameters
-    ----------
-    faces : ndarray of int, shape (k,)
+    `faces`: ndarray of int, shape (k,).
     """
     count = trimmed.graph.face_count
     of_face = np.repeat(np.arange(count), np.diff(trimmed.start))

@@ -33,21 +33,16 @@ LEAST_SHARE = 0.5
 that falls into a tube still lies in the corners of the tube."""
 MOST_BALL_MM = 3.0
 """Where a nozzle has no room, the wire ends farther out, in a ball of at most this radius: a bead bridges 6 mm."""
-THIN_STEPS = 8
-"""Balls thinner than the wire are tried in so many steps: 0.525 mm, 0.45 mm, …."""
+THIN_STEPS = 8  #: Balls thinner than the wire are tried in so many steps: 0.525 mm, 0.45 mm, ….
 INSIDE_SHARE = 0.99
 """A ball that just fits between two faces is made smaller by 1 %, so that it stays inside their borders."""
 TILT_SIN = 0.02
 """The other face runs along the rounded one if the sine between the two is below this (1.1 degrees). Two bars that
 cross touch at a point; there the sine is small over less than 1 mm."""
-SAMPLES = 33
-"""Places along a rounded face at which it is compared with another one, inside the box of the other face."""
-TURN_SAMPLES = 129
-"""The same round a whole torus."""
-BISECTIONS = 40
-"""Bisections of an end: from 31 mm between samples to 3e-11 mm."""
-CHUNK = 20_000
-"""Points compared in one array: about 20 MB."""
+SAMPLES = 33  #: Places along a rounded face at which it is compared with another one, inside the box of the other face.
+TURN_SAMPLES = 129  #: The same round a whole torus.
+BISECTIONS = 40  #: Bisections of an end: from 31 mm between samples to 3e-11 mm.
+CHUNK = 20_000  #: Points compared in one array: about 20 MB.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,11 +147,8 @@ class FlareSearch:
     def with_room(self, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> FloatArray:
         """Return the balls (n,), made larger where a nozzle has no room: it touches both faces before the wire does.
 
-        Parameters
-        ----------
-        pairs : n pairs.
-        s : shape (n,). A place on each groove.
-        ball_mm : shape (n,). Radii of balls that touch both faces there.
+        `s`: shape (n,). A place on each groove.
+        `ball_mm`: shape (n,). Radii of balls that touch both faces there.
         """
         roots = find_roots(self.graph, pairs, s)
         nozzle = ball_centres(self.graph, pairs, roots, np.full(len(pairs), USUAL_TORCH.nozzle_radius_mm))
@@ -181,10 +173,7 @@ class FlareSearch:
         In a shallow groove, or one beside a small radius, the wire stays in the mouth. A mouth that is not wider than
         the gap is a contact, which others find.
 
-        Parameters
-        ----------
-        pairs : n pairs.
-        s : shape (n,). A place on each groove.
+        `s`: shape (n,). A place on each groove.
         """
         low = np.zeros(len(pairs))
         for share in np.arange(THIN_STEPS, 0, -1) / THIN_STEPS:

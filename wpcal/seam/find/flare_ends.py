@@ -13,10 +13,8 @@ from wpcal.seam.find.flare import FlareSearch
 from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_roots
 from wpcal.seam.limits import FLUSH_MM
 
-SECANTS = 12
-"""Steps of the secant method from 0.01 mm beside the edge to round-off; 6 were enough."""
-FIRST_STEP_MM = 1e-3
-"""First step along the groove, from which the first slope is computed."""
+SECANTS = 12  #: Steps of the secant method from 0.01 mm beside the edge to round-off; 6 were enough.
+FIRST_STEP_MM = 1e-3  #: First step along the groove, from which the first slope is computed.
 FARTHEST_MM = 0.5
 """An end moves less than this: polylines are within 0.01 mm of their edges, and the ball may reach one at 1 degree."""
 
@@ -24,15 +22,9 @@ FARTHEST_MM = 0.5
 def exact_ends(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> FloatArray:
     """Move ends of grooves onto the edges where a foot of the ball leaves its face.
 
-    Parameters
-    ----------
-    pairs : n pairs.
-    s : shape (n,). Ends, as found on the polylines of the boundaries.
-    ball_mm : ndarray, shape (n,)
-
-    Returns
-    -------
-    ndarray, shape (n,). An end at which no foot is on a boundary (the gap is too wide there) stays.
+    `s`: shape (n,). Ends, as found on the polylines of the boundaries.
+    `ball_mm`: ndarray, shape (n,).
+    Returns ndarray, shape (n,). An end at which no foot is on a boundary (the gap is too wide there) stays.
     """
     graph = search.graph
     feet = _feet(search, pairs, s, ball_mm)

@@ -22,10 +22,8 @@ from wpcal.seam.seam import Groove, JointType, Seam, SeamPieces, WeldType
 
 EXACT_MM = 1e-8
 """A path this near to a line or a circle at all its points is one: ten times the round-off on a part of one metre."""
-ROUGH_POINTS = 5
-"""Points of a path by which its length and its gap are estimated, and whether it is straight."""
-CURVE_POINTS = 129
-"""Points of the spline through any other path: within 1e-7 mm of it on a quarter turn of 100 mm."""
+ROUGH_POINTS = 5  #: Points of a path by which its length and its gap are estimated, and whether it is straight.
+CURVE_POINTS = 129  #: Points of the spline through any other path: within 1e-7 mm of it on a quarter turn of 100 mm.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,12 +44,7 @@ NONE_FOUND = FlareGrooves(JoinedPieces(_NO_PIECES, (), ()), {})
 
 
 def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> tuple[BrepGraph, FlareGrooves]:
-    """Add the paths of balls in the flare grooves between solids, as edges without faces of their own.
-
-    Parameters
-    ----------
-    trimmed : Of the same graph, or of one with fewer added edges.
-    """
+    """Add the paths of balls in the flare grooves between solids, as edges without faces of their own."""
     search = FlareSearch(graph, trimmed, options.gap_for(graph))
     found = search.find()
     if len(found.s0) == 0:

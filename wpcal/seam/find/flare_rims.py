@@ -27,11 +27,7 @@ RIM_MM = 0.1
 def along_rims(search: FlareSearch, found: Grooves, joined: JoinedPieces, shapes: GrooveShapes) -> JoinedPieces:
     """Return pieces of grooves, those with a mouth narrower than a wire moved to the rim of the other face.
 
-    Parameters
-    ----------
-    found : n grooves.
-    joined : The piece of each.
-    shapes : Their cross-sections.
+    `shapes`: Their cross-sections.
     """
     graph, (rows, edge, t) = search.graph, _rims(search, found, shapes.opening_mm)
     if len(rows) == 0:

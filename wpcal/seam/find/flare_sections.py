@@ -12,8 +12,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-LEAST_SIN = 1e-3
-"""Two faces nearer to parallel than this sine under the ball have no groove."""
+LEAST_SIN = 1e-3  #: Two faces nearer to parallel than this sine under the ball have no groove.
 WIDE_HOLE = 2.0
 """A rounded face lies in a hollow one with a groove beside it if the radius of the hollow is this many times its own. A
 pin in its hole is nearer."""
@@ -62,10 +61,7 @@ class Roots:
 def find_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
     """Return cross-sections of grooves.
 
-    Parameters
-    ----------
-    pairs : n pairs.
-    s : shape (n,). A place along each rounded face (`pipe_ranges`).
+    `s`: shape (n,). A place along each rounded face (`pipe_ranges`).
     """
     frame, param = graph.face_frame[pairs.pipe], graph.face_param[pairs.pipe]
     o, ex, ey, ez = np.moveaxis(frame, 1, 0)
@@ -148,11 +144,7 @@ def _in_section(graph: BrepGraph, pairs: FacePairs, roots: Roots, ball_mm: Float
 def ball_centres(graph: BrepGraph, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> FloatArray:
     """Return the centres of balls that touch both faces of pairs, shape (n, 3). In `part`, mm; NaN where there is none.
 
-    Parameters
-    ----------
-    pairs : n pairs.
-    roots : A cross-section of each.
-    ball_mm : ndarray, shape (n,)
+    `ball_mm`: ndarray, shape (n,).
     """
     up, out = _in_section(graph, pairs, roots, ball_mm)
     p0 = roots.centre + up[:, None] * roots.m + out[:, None] * roots.t

@@ -14,12 +14,9 @@ from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.find.flare import FlareSearch
 from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, other_radii
 
-BISECTIONS = 30
-"""Bisections of a depth or a radius: from 20 mm to 2e-8 mm."""
-ON_FACE_MM = 1e-7
-"""A point nearer to the surface of a face is on it: the accuracy of vertices in kernels."""
-RAY_ROUNDS = 8
-"""Steps of Newton's method from a point beside a surface onto it along a line."""
+BISECTIONS = 30  #: Bisections of a depth or a radius: from 20 mm to 2e-8 mm.
+ON_FACE_MM = 1e-7  #: A point nearer to the surface of a face is on it: the accuracy of vertices in kernels.
+RAY_ROUNDS = 8  #: Steps of Newton's method from a point beside a surface onto it along a line.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,11 +37,7 @@ class GrooveShapes:
 def measure_grooves(search: FlareSearch, pairs: FacePairs, roots: Roots, ball_mm: FloatArray) -> GrooveShapes:
     """Measure grooves at one cross-section each.
 
-    Parameters
-    ----------
-    pairs : n pairs.
-    roots : Their cross-sections.
-    ball_mm : shape (n,). Radii of balls that touch both faces.
+    `ball_mm`: shape (n,). Radii of balls that touch both faces.
     """
     sections = _Sections(search, pairs, roots)
     largest = sections.least_radius

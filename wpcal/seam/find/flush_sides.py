@@ -27,22 +27,14 @@ MOST_INSIDE = 0.5
 the other one; of the end of a bar in a post, all of it is but for the flush side."""
 BESIDE_MM = 10.0
 """Members run into each other by less; two lines that are nearer are the two ends of one overlap, and one is welded."""
-SQUARE_COS = 0.5
-"""The face that ends at the seam is across the flush one within 30 degrees."""
+SQUARE_COS = 0.5  #: The face that ends at the seam is across the flush one within 30 degrees.
 
 
 def find_flush_sides(graph: BrepGraph, trimmed: TrimmedFaces, sections: SeamPieces, *, gap_mm: float) -> JoinedPieces:
     """Find the flush sides of members that run into each other.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    sections : The curves in which members run into each other.
-    gap_mm : Two faces are flush within this, mm.
-
-    Returns
-    -------
-    JoinedPieces. Butt joints, grooves; the wall is the flush face of the member that ends there.
+    `gap_mm`: Two faces are flush within this, mm.
+    Returns JoinedPieces. Butt joints, grooves; the wall is the flush face of the member that ends there.
     """
     count = len(graph.solid_names)
     edge, face = candidate_pairs(graph, trimmed, gap_mm)

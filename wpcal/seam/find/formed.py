@@ -16,17 +16,14 @@ from wpcal.seam.find.concave import find_concave_edges
 
 THICKEST_BEND_MM = 6.0
 """Thicker sheets are rarely bent to a sharp corner; two plates of one thickness that meet there may be welded."""
-BEND_STEP_MM = 0.5
-"""Distance from an edge, and beyond an outer corner, at which the material is felt."""
+BEND_STEP_MM = 0.5  #: Distance from an edge, and beyond an outer corner, at which the material is felt.
 BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 """Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
 BEND_KINDS = (CurveKind.LINE, CurveKind.CIRCLE)
 """Along such curves sheets are bent, and collars drawn. Where a tube opens into another one of the same thickness, its
 wall goes over into the other one as that of a bent sheet does, but along neither."""
-ALONG_SIN, ACROSS_COS = 1e-6, 1e-6
-"""Directions are parallel, or at a right angle, within this."""
-WHOLE = 0.8
-"""The root of a profile runs along at least this share of its solid; the ends may be mitred."""
+ALONG_SIN, ACROSS_COS = 1e-6, 1e-6  #: Directions are parallel, or at a right angle, within this.
+WHOLE = 0.8  #: The root of a profile runs along at least this share of its solid; the ends may be mitred.
 
 
 def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:
@@ -36,10 +33,7 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
     thickness t of at most `THICKEST_BEND_MM`. Beyond the outer corner, where the two outer faces meet, there is
     nothing: not at the middle, and not at the ends, where a tube would have its sides.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    edges : shape (k,). Concave edges between two faces of one solid.
+    `edges`: shape (k,). Concave edges between two faces of one solid.
     """
     low, high = graph.edge_range[edges].T
     p, slope = evaluate_edges(graph, edges, (low + high) / 2)
@@ -80,10 +74,6 @@ def is_profile(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     An angle has one root. In a channel or an I section, roots share the web; in a Z section, the web is between them.
     The two roots of a T section share no face: plates of one length are welded to it as often as it is rolled, so it
     does not count.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
     """
     edges, pairs = _roots(graph, np.arange(len(graph.solid_names)) == solid)
     if len(edges) == 0 or (graph.edge_kind[edges] != CurveKind.LINE).any():

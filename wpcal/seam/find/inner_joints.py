@@ -23,8 +23,7 @@ from wpcal.seam.seam import JointType
 
 SKIN_MM = 0.05
 """How far inside a member, and above or below the other one, it is measured: less than the thinnest sheet."""
-BEYOND = 0.1
-"""How far behind a member the other one goes on, as a share of the thickness of the member."""
+BEYOND = 0.1  #: How far behind a member the other one goes on, as a share of the thickness of the member.
 RANK = (JointType.TEE, JointType.LAP, JointType.CORNER, JointType.UNKNOWN)
 """Seen from the other member, a tee and a lap are corners: the earlier word is right."""
 
@@ -32,14 +31,7 @@ RANK = (JointType.TEE, JointType.LAP, JointType.CORNER, JointType.UNKNOWN)
 def with_inner_joints(graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces) -> JoinedPieces:
     """Return pieces between faces of one solid with the words for their joints.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    joined : Concave edges, and roots of beads.
-
-    Returns
-    -------
-    JoinedPieces. Where no thickness can be measured, the word stays as it is.
+    Returns JoinedPieces. Where no thickness can be measured, the word stays as it is.
     """
     pieces = joined.pieces
     if len(pieces) == 0:

@@ -21,13 +21,7 @@ DEEP_MM = 0.5
 def interpenetrating_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
     """Find pairs of solids where an edge of one pierces a face of the other.
 
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-
-    Returns
-    -------
-    ndarray of int, shape (k, 2). Numbers of solids, the smaller first, sorted.
+    Returns ndarray of int, shape (k, 2). Numbers of solids, the smaller first, sorted.
 
     Notes
     -----

@@ -14,10 +14,8 @@ from wpcal.seam.find.contact import Contacts
 from wpcal.seam.find.sides import Sides, Stretches, divide_contacts, find_sides, inward, is_on, step_mm
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
-OTHER_PLACES = (0.19, 0.81)
-"""Where else than in its middle a curved piece is looked at, as shares of its parameter."""
-EXTENT_BISECTIONS = 16
-"""Bisections of an extent: from a quarter of it to a few hundred-thousandths."""
+OTHER_PLACES = (0.19, 0.81)  #: Where else than in its middle a curved piece is looked at, as shares of its parameter.
+EXTENT_BISECTIONS = 16  #: Bisections of an extent: from a quarter of it to a few hundred-thousandths.
 EXTENT_SAMPLES = 40
 """Distances at which the extent of a face is tested, in a geometric series: neighbours differ by a factor of 1.25."""
 
@@ -66,10 +64,7 @@ class JointView:
 def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> JoinedPieces:
     """Find wall, base and joint of every contact; contacts inside a contact area are left out.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    gap_mm : The gap with which they were found, mm.
+    `gap_mm`: The gap with which they were found, mm.
     """
     stretches = divide_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
     stretches = without_small_changes(graph, trimmed, contacts, stretches, gap_mm=gap_mm)

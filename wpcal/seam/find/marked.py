@@ -51,8 +51,6 @@ def take_marked(
 
     Parameters
     ----------
-    graph, trimmed : The part.
-    joined : The contacts.
     gap_mm : The gap with which the contacts were found, mm.
 
     Returns

@@ -21,10 +21,8 @@ from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
-SAMPLES = 9
-"""Places along an edge at which it is compared with the plane between two tubes."""
-SAME_RADIUS = 1e-3
-"""Relative difference of the radii of two tubes of one diameter."""
+SAMPLES = 9  #: Places along an edge at which it is compared with the plane between two tubes.
+SAME_RADIUS = 1e-3  #: Relative difference of the radii of two tubes of one diameter.
 OFF_PLANE = 2e-3
 """How far an edge may be from the plane between the tubes, as a share of their radius: kernels place it within 1e-4."""
 BUTT_COS = float(np.cos(np.radians(45.0)))
@@ -34,10 +32,7 @@ BUTT_COS = float(np.cos(np.radians(45.0)))
 def find_mitres(graph: BrepGraph, trimmed: TrimmedFaces, solids: BoolArray) -> JoinedPieces:
     """Find the edges in which tubes of one diameter are mitred. Whole edges: butt or corner joints, grooves.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    solids : shape (S,). Which solids are searched.
+    `solids`: shape (S,). Which solids are searched.
     """
     edges = _between_cylinders(graph, solids)
     tube = np.full(graph.face_count, -1)

@@ -26,20 +26,14 @@ MOST_ROOT_SHARE = 0.5
 """Largest root gap as a share of the width of the ends (ISO 9692-1: about t / 2 for square butts)."""
 MOST_END_MM = 40.0
 """Ends are narrower: thicker plates are rarely welded by robots, and blocks beside each other are not ends."""
-LEAST_OPPOSITE = 0.9
-"""Share of the boundary of one end that lies opposite the other one."""
-SAME_WIDTH = 1.5
-"""Largest ratio of the widths of two ends."""
+LEAST_OPPOSITE = 0.9  #: Share of the boundary of one end that lies opposite the other one.
+SAME_WIDTH = 1.5  #: Largest ratio of the widths of two ends.
 
 
 def find_root_gaps(graph: BrepGraph, trimmed: TrimmedFaces, found: SeamPieces, *, gap_mm: float) -> JoinedPieces:
     """Find butt joints with a gap above `WIDE_GAPS` times the usual one, up to `MOST_ROOT_MM`.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    found : All other candidates between two solids. No piece runs beside one of them.
-    gap_mm : The gap with which contacts were found, mm.
+    `gap_mm`: The gap with which contacts were found, mm.
     """
     ends = _facing_ends(graph, trimmed, WIDE_GAPS * gap_mm)
     parts = [_at_gap(graph, trimmed, ends.select(ends.gap_mm == gap), float(gap)) for gap in np.unique(ends.gap_mm)]

@@ -16,24 +16,17 @@ from wpcal.core.arrays import FloatArray
 
 SAME_BOX = 0.02
 """The boxes of two such solids agree within this share of their diagonal: a chamfer, a hole or a thread may differ."""
-SAME_ROOM = 0.8
-"""Share of the room that both fill of the room that one of them fills."""
+SAME_ROOM = 0.8  #: Share of the room that both fill of the room that one of them fills.
 POINTS, FEWEST = 2000, 20
 """Points in the box at which is looked what solids are there, and how many of them must be in a solid."""
 ON_FACES = 0.05
 """Share of the points on the boundary of one solid that may lie off the surface of the other one, if too few points of
 the box are inside: thin plates that lie askew."""
-NEAR_MM = 0.01
-"""A point is on a face if it is this near."""
+NEAR_MM = 0.01  #: A point is on a face if it is this near.
 
 
 def find_same_rooms(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int]]:
-    """Find the pairs of solids that fill the same room. The first solid in a room, and another one.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    """
+    """Find the pairs of solids that fill the same room. The first solid in a room, and another one."""
     count = len(graph.solid_names)
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
     has_faces = np.flatnonzero(np.bincount(graph.face_solid, minlength=count) > 0)

@@ -21,21 +21,17 @@ from wpcal.seam.limits import OPPOSED_COS
 
 ALONG_COS = 0.5
 """A face along an edge has its normal across the edge; above this cosine between them, the file is damaged."""
-SAME_PLANE = 0.99
-"""Cosine between normals of faces that continue each other (8 degrees)."""
+SAME_PLANE = 0.99  #: Cosine between normals of faces that continue each other (8 degrees).
 FLAT_COS = 0.7
 """Wall and base are side by side (butt or edge joint) if the cosine between their normals is above this (45
 degrees)."""
 STATION_MM = 8.0
 """Distance between the places of a contact at which its side is decided: a shorter change is not a change."""
-LEAST_STATIONS, MOST_STATIONS = 5, 129
-"""Places per contact, odd numbers: the middle is one of them."""
-LENGTH_SAMPLES = 9
-"""Points of a curve by whose polyline its length is estimated, to choose the number of places."""
+LEAST_STATIONS, MOST_STATIONS = 5, 129  #: Places per contact, odd numbers: the middle is one of them.
+LENGTH_SAMPLES = 9  #: Points of a curve by whose polyline its length is estimated, to choose the number of places.
 INSET_MM, MOST_INSET = 1.0, 0.125
 """How far the outermost places are from the ends of a contact: mm, and as a share of its length."""
-BISECTIONS = 28
-"""Bisections of the place where the side changes: from 8 mm to 3e-8 mm."""
+BISECTIONS = 28  #: Bisections of the place where the side changes: from 8 mm to 3e-8 mm.
 
 
 CONTINUES = 1
@@ -100,9 +96,7 @@ def _is_along(normal: FloatArray, slope: FloatArray) -> BoolArray:
 def inward(normal: FloatArray, slope: FloatArray, sign: float) -> FloatArray:
     """Return sign times the part of `normal` across the edge, of unit length. Zero where there is none.
 
-    Parameters
-    ----------
-    normal, slope : shape (m, 3). Normals of a face, and directions of the edge.
+    `normal`, `slope`: shape (m, 3). Normals of a face, and directions of the edge.
     """
     x = _unit(slope)
     across = normal - np.einsum("ki,ki->k", normal, x)[:, None] * x
@@ -119,10 +113,8 @@ def stations_of(graph: BrepGraph, contacts: Contacts) -> tuple[IntArray, FloatAr
 
     The outermost places are `INSET_MM` from the ends: there, at the corners of faces, the side is round-off.
 
-    Returns
-    -------
-    contact : ndarray of int, shape (m,). Rising.
-    t : ndarray, shape (m,). Parameters on the edges.
+    Returns `contact`: ndarray of int, shape (m,). Rising.
+    Returns `t`: ndarray, shape (m,). Parameters on the edges.
     """
     t = contacts.t0[:, None] + (contacts.t1 - contacts.t0)[:, None] * np.linspace(0.0, 1.0, LENGTH_SAMPLES)
     p = evaluate_edges(graph, np.repeat(contacts.edge, LENGTH_SAMPLES), t.ravel())[0].reshape(*t.shape, 3)
@@ -140,12 +132,9 @@ def find_sides(
 ) -> Sides:
     """Decide wall and base at places on contacts.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    contact : shape (m,). Rows of `contacts`.
-    t : shape (m,). Parameters on their edges.
-    ledge_mm : How far the base must go on in front of the wall, mm.
+    `contact`: shape (m,). Rows of `contacts`.
+    `t`: shape (m,). Parameters on their edges.
+    `ledge_mm`: How far the base must go on in front of the wall, mm.
     """
     edge, face = contacts.edge[contact], contacts.face[contact]
     p, slope = evaluate_edges(graph, edge, t)
@@ -200,11 +189,8 @@ def _faces_around_corner(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray
 def is_on(graph: BrepGraph, trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> BoolArray:
     """Tell whether the nearest points of surfaces lie inside the trimmed faces, shape (m,).
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    face : ndarray of int, shape (m,)
-    points : shape (m, 3). In `part`, mm.
+    `face`: ndarray of int, shape (m,).
+    `points`: shape (m, 3). In `part`, mm.
     """
     on = np.zeros(len(face), dtype=bool)
     for first in range(0, len(face), CHUNK):
@@ -232,14 +218,8 @@ class Stretches:
 def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> Stretches:
     """Divide contacts where the side of the weld, or its base, changes.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    gap_mm : The gap with which they were found, mm.
-
-    Returns
-    -------
-    Stretches. In the order of the contacts, and along each of them.
+    `gap_mm`: The gap with which they were found, mm.
+    Returns Stretches. In the order of the contacts, and along each of them.
     """
     contact, t = stations_of(graph, contacts)
     sides = find_sides(graph, trimmed, contacts, contact, t, ledge_mm=step_mm(gap_mm))

@@ -17,18 +17,13 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import SKIN_MM, surface_points, why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
 
-POINTS = 120
-"""Places on the surface from which the hollows are felt: the share of tubes is then known within 0.05."""
-LEAST_TUBES = 0.5
-"""The share of the surface of a frame that is on its tubes: less is a housing with a few necks."""
+POINTS = 120  #: Places on the surface from which the hollows are felt: the share of tubes is then known within 0.05.
+LEAST_TUBES = 0.5  #: The share of the surface of a frame that is on its tubes: less is a housing with a few necks.
 LEAST_SECOND = 0.1
 """The share of these places that is on tubes across the others: one tube with plates at its ends is not a frame."""
-SLENDER = 3.0
-"""A tube is this many times longer than it is wide."""
-WAYS = 16
-"""Directions in which a hollow is felt, over a whole turn."""
-ACROSS = 2
-"""From so many directions beside the axis (45 degrees) on, there must be a wall."""
+SLENDER = 3.0  #: A tube is this many times longer than it is wide.
+WAYS = 16  #: Directions in which a hollow is felt, over a whole turn.
+ACROSS = 2  #: From so many directions beside the axis (45 degrees) on, there must be a wall.
 FARTHEST = 4.0
 """A wall across a hollow is nearer than this many times the width that was felt first: tubes of 80 x 20 count."""
 PARALLEL_SIN = 0.35
@@ -38,10 +33,7 @@ PARALLEL_SIN = 0.35
 def are_tube_frames(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray) -> BoolArray:
     """Tell which solids are frames of tubes in one piece, shape (n,).
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    solids : ndarray of int, shape (n,)
+    `solids`: ndarray of int, shape (n,).
     """
     found = np.zeros(len(solids), dtype=bool)
     may = np.isin(solids, _with_joints(graph))

@@ -10,8 +10,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-THIN_WALL = 0.6
-"""The bore of a tube has this share of its diameter or more: bushes and rollers have thicker walls."""
+THIN_WALL = 0.6  #: The bore of a tube has this share of its diameter or more: bushes and rollers have thicker walls.
 SAME_SIN, SAME_MM = 1e-4, 1e-2
 """Two cylinders are about one axis within this: the sine of the angle, and the distance."""
 
@@ -29,13 +28,7 @@ class Tubes:
 def find_tubes(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Tubes:
     """Find the round tubes in a solid.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-
-    Returns
-    -------
-    Tubes. Cylinders of one radius about one axis are one tube, also where something is between them.
+    Returns Tubes. Cylinders of one radius about one axis are one tube, also where something is between them.
     """
     faces = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER))
     axis, low, high = _axes(graph, trimmed, faces)

@@ -23,18 +23,15 @@ from wpcal.seam.options import Play
 from wpcal.seam.pieces import sample_pieces, solids_of
 from wpcal.seam.seam import SeamPieces
 
-EVEN_SHARE = 0.1
-"""A gap is constant if it differs along the edge by at most this share of itself."""
+EVEN_SHARE = 0.1  #: A gap is constant if it differs along the edge by at most this share of itself.
 PLACES = np.linspace(0.1, 0.9, 5)
 """Where along an edge its gap is measured first, and where a piece is compared with what has been found: not at its
 ends, where others begin."""
 SAMPLES = np.linspace(0.0, 1.0, 65)
 """Points of what has been found: on a circle of 500 mm radius it is 0.6 mm from its chords."""
 
-SAME_WAY_COS = 0.9
-"""Cosine between the directions of one gap (26 degrees)."""
-DEPTHS = (1.0, 2.0, 4.0)
-"""How many gaps deep another solid is looked for in a gap."""
+SAME_WAY_COS = 0.9  #: Cosine between the directions of one gap (26 degrees).
+DEPTHS = (1.0, 2.0, 4.0)  #: How many gaps deep another solid is looked for in a gap.
 
 
 def find_wide_gaps(
@@ -42,12 +39,7 @@ def find_wide_gaps(
 ) -> JoinedPieces:
     """Find joints at a constant gap between the usual one and `WIDE_GAPS` times as much, or the play of the assembly.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    found : All other candidates between two solids. No piece runs beside one of them.
-    gap_mm : The gap with which contacts were found, mm.
-    play : Gaps that several joints have. They are meant, also on faces of several directions.
+    `gap_mm`: The gap with which contacts were found, mm.
     """
     wide_mm = max(WIDE_GAPS * gap_mm, *(one.most_mm for one in play), 0.0)
     pairs = candidate_pairs(graph, trimmed, wide_mm)

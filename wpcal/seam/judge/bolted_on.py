@@ -21,26 +21,16 @@ from wpcal.seam.seam import Seam
 
 CLAMPED = frozenset({Rule.BOLTED.key, Rule.LINED_UP.key})
 """Findings that say that two members are bolted to each other."""
-CLEARLY_SHORTER = 0.5
-"""Of two welds the shorter one is doubted if its share of the other is below this."""
-NEAR = 0.5
-"""A weld is near the bolts if it is nearer than this share of the size of the solid that is bolted on."""
+CLEARLY_SHORTER = 0.5  #: Of two welds the shorter one is doubted if its share of the other is below this.
+NEAR = 0.5  #: A weld is near the bolts if it is nearer than this share of the size of the solid that is bolted on.
 
-Lengths = dict[str, dict[str, float]]
-"""Length of the accepted seams between two solids, mm, by both names."""
+Lengths = dict[str, dict[str, float]]  #: Length of the accepted seams between two solids, mm, by both names.
 Doubted = dict[tuple[str, str], list[str]]
 """To which solids bolts hold the first solid of a pair, the weld of which would fix them."""
 
 
 def doubt_what_fixes_bolts(judge: Judge, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> list[Seam]:
-    """Return the seams of a part, those that would fix what bolts hold with a finding.
-
-    Parameters
-    ----------
-    judge : What is known about the part.
-    trimmed : Of its graph.
-    seams : All of the part, judged.
-    """
+    """Return the seams of a part, those that would fix what bolts hold with a finding."""
     bolted = {pair for seam in seams if any(one.rule in CLAMPED for one in seam.findings) for pair in [_pair(seam)]}
     lengths: Lengths = defaultdict(lambda: defaultdict(float))
     for seam in seams:

@@ -22,18 +22,12 @@ OPPOSED = -0.99
 """Faces are in contact if the cosine between their outward normals is below this: within 8 degrees of opposite."""
 INSET_MM = 0.3
 """Points of the boundary of a face are moved into the face by this much before they are felt: grooves are deeper."""
-MOST_POINTS = 36
-"""Points on the boundary of a face: every 10 degrees of a circle."""
-DIGITS = 3
-"""Normals that agree to so many digits are one."""
-MOST_NORMALS = 80
-"""Of more different normals (a sphere in a bowl) only so many are compared, spread evenly."""
-INTO = -0.02
-"""A move is forbidden if it runs into a contact by more than this cosine: one degree."""
-FLAT = 1e-3
-"""Normals in one plane, or on one line, leave a direction free: their least singular value is below this."""
-MOST_SAMPLES = 200_000
-"""Pairs of a sample and a face handled in one array: some 20 MB."""
+MOST_POINTS = 36  #: Points on the boundary of a face: every 10 degrees of a circle.
+DIGITS = 3  #: Normals that agree to so many digits are one.
+MOST_NORMALS = 80  #: Of more different normals (a sphere in a bowl) only so many are compared, spread evenly.
+INTO = -0.02  #: A move is forbidden if it runs into a contact by more than this cosine: one degree.
+FLAT = 1e-3  #: Normals in one plane, or on one line, leave a direction free: their least singular value is below this.
+MOST_SAMPLES = 200_000  #: Pairs of a sample and a face handled in one array: some 20 MB.
 
 
 class _Contacts(NamedTuple):
@@ -46,11 +40,7 @@ class _Contacts(NamedTuple):
 def find_held(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
     """Tell for pairs of solids whether no straight move takes one of the two away from the other, shape (n,).
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    solids : shape (n, 2). Numbers of the solids of each pair; no pair is there twice.
-    gap_mm : Faces nearer than this touch.
+    `solids`: shape (n, 2). Numbers of the solids of each pair; no pair is there twice.
 
     Notes
     -----

@@ -12,20 +12,13 @@ from wpcal.seam.member.note import plain_name
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
-MOST_GROUPS = 3
-"""Pairs of members that are named."""
+MOST_GROUPS = 3  #: Pairs of members that are named.
 
 
 def why_none_is_taken(seams: Sequence[Seam]) -> list[Issue]:
     """Tell what `--generous` would take on a part on which no candidate is taken, and why it is doubted.
 
-    Parameters
-    ----------
-    seams : All of the part, judged.
-
-    Returns
-    -------
-    list of Issue. Empty if a seam is taken, or if nothing more would be taken.
+    Returns list of Issue. Empty if a seam is taken, or if nothing more would be taken.
     """
     doubted = would_be_taken(seams)
     if not doubted or any(seam.accepted for seam in seams):
@@ -53,8 +46,6 @@ def why_nothing_is_found(seams: Sequence[Seam], solids: int, gap_mm: float) -> l
 
     Parameters
     ----------
-    seams : All of the part, judged.
-    solids : How many solids the part has.
     gap_mm : Largest gap with which they were found, mm.
 
     Returns

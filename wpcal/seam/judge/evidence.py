@@ -34,18 +34,13 @@ from wpcal.seam.seam import Finding, Seam, SeamSource
 
 OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
-BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})
-"""Candidates that join two solids."""
-FELT_GAP = 0.1
-"""Gaps below this fraction of the allowed gap do not lower the confidence."""
-AROUND = 0.1
-"""A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees)."""
+BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.
+FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the confidence.
+AROUND = 0.1  #: A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees).
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
-WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"
-"""How the reason about a longer wire goes on."""
-ASSUMED_MARK = " (assumed: "
-"""How the words about the assumed torch begin, at the end of a finding."""
+WIRE_WORDS = "mm of wire are needed from its tip to the nozzle"  #: How the reason about a longer wire goes on.
+ASSUMED_MARK = " (assumed: "  #: How the words about the assumed torch begin, at the end of a finding.
 
 
 def judge_seams(
@@ -57,15 +52,7 @@ def judge_seams(
 ) -> tuple[Seam, ...]:
     """Compute the confidence of every candidate, with the reasons.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : With frames in `part`; where a torch was felt, with its leans or with the solids in its way.
-    judge : Of the same part.
-
-    Returns
-    -------
-    tuple of Seam. With `reachable`, `confidence`, `accepted`, `reasons` and `findings`.
+    Returns tuple of Seam. With `reachable`, `confidence`, `accepted`, `reasons` and `findings`.
     """
     if not seams:
         return ()
@@ -163,8 +150,6 @@ class Judge:
 
         Parameters
         ----------
-        graph, trimmed, options : The part, and how it is judged.
-        has_marks : Whether edges of the part are marked as seams.
         like : ndarray of int, shape (S,), optional
             For each of the S solids, the one that is looked at in its place (`ShapeLooks.like`); by default itself.
         """

@@ -16,12 +16,9 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.built_up import ROUND_KINDS, is_turned
 
-SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3
-"""Axes nearer and more parallel than this are one."""
-SHOULDER_MM = 0.5
-"""A shoulder stands out by more than this: a thread or a press fit is less."""
-SAME_WIDTH = 0.05
-"""Rings end together if their ends are this near, in widths: the shield of a bearing is set back."""
+SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3  #: Axes nearer and more parallel than this are one.
+SHOULDER_MM = 0.5  #: A shoulder stands out by more than this: a thread or a press fit is less.
+SAME_WIDTH = 0.05  #: Rings end together if their ends are this near, in widths: the shield of a bearing is set back.
 
 
 class _RoundFace(NamedTuple):
@@ -37,11 +34,7 @@ class _RoundFace(NamedTuple):
 def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
     """Tell whether one of two solids is a ring that fills the bore of the other one, and both end on both sides.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    a, b : Numbers of two solids.
-    gap_mm : Largest play between the two, mm.
+    `gap_mm`: Largest play between the two, mm.
     """
     if not (is_turned(graph, a) and is_turned(graph, b)):
         return False
@@ -65,11 +58,7 @@ def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap
 def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
     """Tell whether one of two solids is a ring that the other one holds between two shoulders.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    a, b : Numbers of two solids that touch or overlap.
-    gap_mm : Largest play between a ring and its seat, mm.
+    `gap_mm`: Largest play between a ring and its seat, mm.
     """
     return any(_holds(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
 

@@ -15,22 +15,14 @@ from wpcal.seam.seam import Hiding, Seam
 
 MOST_ASKED, MOST_SOLIDS = 10, 3
 """So many stretches are asked for, the longest ones, and so many solids at each: most parts have one or two such."""
-LOOSE_MM = 1.0
-"""A solid with no other solid within this, by the boxes of faces, touches nothing."""
-LEAST_FREED_MM = 1.0
-"""Less is not worth telling."""
+LOOSE_MM = 1.0  #: A solid with no other solid within this, by the boxes of faces, touches nothing.
+LEAST_FREED_MM = 1.0  #: Less is not worth telling.
 
 
 def with_hiding(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], reach: Reach) -> list[Seam]:
     """Return seams of which the longest blocked ones name the solids without which a torch would reach them.
 
     Only solids that the seam does not join are asked: a joint without its members is none.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : Some of them with `Seam.blocked_by` or `Seam.inside`.
-    reach : With the torch that does not reach them.
     """
     found = list(seams)
     number = {name: solid for solid, name in enumerate(graph.solid_names)}

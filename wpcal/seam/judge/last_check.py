@@ -22,20 +22,13 @@ from wpcal.seam.options import SeamOptions
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
-OFF_END_MM = 0.01
-"""The ends are asked this far from the end: a seam may end on the face of a solid."""
+OFF_END_MM = 0.01  #: The ends are asked this far from the end: a seam may end on the face of a solid.
 
 
 def refuse_frames_in_material(
     graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions
 ) -> tuple[Seam, ...]:
-    """Return seams of which no accepted one points into material: those that do are refused, with the place.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : With frames in `part`; accepted ones with the torch's leans.
-    """
+    """Return seams of which no accepted one points into material: those that do are refused, with the place."""
     rows = [row for row, seam in enumerate(seams) if seam.accepted and len(seam.frames) > 1]
     if not rows:
         return tuple(seams)

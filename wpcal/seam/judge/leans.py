@@ -32,34 +32,28 @@ WORK_STEP_DEG, TRAVEL_STEP_DEG = 15.0, 20.0
 """Across the seam welders tilt the torch by about 15 degrees before they call a joint unreachable; along it 20 degrees
 are usual. A wider range is tried in such steps. At the end of a seam against a wall the torch leans more: with a nozzle
 of 22 mm and a stick-out of 20 mm only 29 degrees reach into the corner, and 35 degrees with a nozzle of 28 mm."""
-SPIN_STEP_DEG = 45.0
-"""Step of the turn about the wire that is tried with a bent neck."""
+SPIN_STEP_DEG = 45.0  #: Step of the turn about the wire that is tried with a bent neck.
 SPIN_SHARE = 0.1
 """A turn about the wire costs this share of a lean: robots turn the torch readily, and welders look past it."""
-STEP_MM = 1.0
-"""Step of dense stations: where a free stretch begins or ends is known to this."""
+STEP_MM = 1.0  #: Step of dense stations: where a free stretch begins or ends is known to this.
 BETWEEN_MM = 2.0
 """Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
-TO_OTHER_SIDE_DEG = 36.0
-"""A lean that changes by more goes from one side to the other, past whatever stands between."""
+TO_OTHER_SIDE_DEG = 36.0  #: A lean that changes by more goes from one side to the other, past whatever stands between.
 QUICK_TURN_DEG = 10.0
 """Between frames of a run the torch is felt too where its direction turns by more: at corners the nozzle swings."""
-TURN_STEP_DEG = 2.5
-"""Where the torch turns so much, it is felt at this step, however near the stations are."""
+TURN_STEP_DEG = 2.5  #: Where the torch turns so much, it is felt at this step, however near the stations are.
 
 
 class FeltAt(Enum):
     """What the stations are at which seams are felt."""
 
-    FRAMES = "frames"
-    """Frames of the seams: the torch comes and goes at both ends, and is felt between them."""
+    FRAMES = "frames"  #: Frames of the seams: the torch comes and goes at both ends, and is felt between them.
     RUN = "run"
     """Frames of runs round corners: the same, and the torch is felt between them wherever it turns quickly."""
     DENSE = "dense"
     """So near to each other that each may become the end of a seam: the torch is felt on its approach everywhere, and
     between stations only where its lean goes to the other side."""
-    SOME = "some"
-    """A few of the frames: the torch is felt there and nowhere else."""
+    SOME = "some"  #: A few of the frames: the torch is felt there and nowhere else.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,10 +141,8 @@ class Felt:
 def back_directions(R: FloatArray, lean_rad: FloatArray) -> FloatArray:
     """Return the directions from the tip along the wire to a torch that leans, shape (n, 3). In the frame of `R`.
 
-    Parameters
-    ----------
-    R : shape (n, 3, 3). Seam frames.
-    lean_rad : shape (n, 2) or (2,). Work and travel angle.
+    `R`: shape (n, 3, 3). Seam frames.
+    `lean_rad`: shape (n, 2) or (2,). Work and travel angle.
     """
     work, travel = np.moveaxis(np.asarray(lean_rad), -1, 0)
     back = np.stack([-np.sin(travel), -np.cos(travel) * np.sin(work), np.cos(travel) * np.cos(work)], axis=-1)
@@ -165,11 +157,6 @@ def feel_seams(
     stations: FeltAt = FeltAt.FRAMES,
 ) -> list[Felt]:
     """Find how a torch leans at every station of seams, and where it meets a solid whatever its lean.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : With frames in `part`. Each is felt with the torch's usual wire and `Seam.more_wire_mm`.
 
     Returns
     -------

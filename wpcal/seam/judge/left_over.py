@@ -12,18 +12,11 @@ from wpcal.seam.judge.evidence import BETWEEN_TWO, Judge, weighed
 from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
-MOST = 0.8
-"""Share of the length of all joints that has a solid made in one piece, from which on the rest is doubted."""
+MOST = 0.8  #: Share of the length of all joints that has a solid made in one piece, from which on the rest is doubted.
 
 
 def doubt_what_is_left(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
-    """Return the seams of a part; if most joints are between solids made in one piece, the others with a finding.
-
-    Parameters
-    ----------
-    judge : What is known about the part.
-    seams : All of the part, judged.
-    """
+    """Return the seams of a part; if most joints are between solids made in one piece, the others with a finding."""
     left = [row for row, seam in enumerate(seams) if seam.accepted and seam.source in BETWEEN_TWO]
     left_mm = sum(seams[row].length_mm for row in left)
     whole_mm = sum(seam.length_mm for seam in seams if _is_refused_as_whole(judge, seam))

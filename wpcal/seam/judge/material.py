@@ -25,8 +25,7 @@ NEAR_ROOT_MM = 4.0
 edge, a wire touches the faces that it joins. At 4 mm a wire 7 degrees beside a face is free of it."""
 NECK_STEP_MM = 10.0
 """While the torch comes and goes along the wire, neck and body are felt at this step: less than their radius."""
-TOUCH_MM = 1e-3
-"""A nozzle that touches a face along a line is free: it is felt this much nearer to its axis."""
+TOUCH_MM = 1e-3  #: A nozzle that touches a face along a line is free: it is felt this much nearer to its axis.
 
 
 class TorchPart(Enum):
@@ -35,8 +34,7 @@ class TorchPart(Enum):
     TIP = "tip"
     WIRE = "wire"
     NOZZLE = "nozzle"
-    NECK = "neck"
-    """Neck or body."""
+    NECK = "neck"  #: Neck or body.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +63,6 @@ def find_poses_in_material(
 
     Parameters
     ----------
-    material : `ExactMaterial` of a graph, or `TriangleMaterial` of a ``part.glb``.
     p : shape (n, 3). Tips of the wire in the frame of the material, mm.
     back : ndarray, shape (n, 3)
         Unit directions from the tip along the wire to the torch: z of a seam frame if the torch is not tilted.

@@ -29,15 +29,7 @@ for a part, not one for each of 500 stretches inside a box. `--explain` asks for
 def with_other_torches(
     graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Sequence[Seam]], reach: Reach, *, least_mm: float
 ) -> list[list[Seam]]:
-    """Return seams of which the longest that the torch does not reach name a shipped torch that reaches all of them.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : Free stretches, and stretches with `Seam.blocked_by`.
-    reach : With the torch that does not reach them.
-    least_mm : No torch is advised for what is shorter than a seam has to be.
-    """
+    """Return seams of which the longest that the torch does not reach name a shipped torch that reaches all of them."""
     found = [list(pieces) for pieces in seams]
     todo = [
         (row, at)

@@ -19,28 +19,16 @@ from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.find.flare import TILT_SIN
 from wpcal.seam.find.flare_sections import face_pairs, find_roots, pipe_ranges
 
-EQUAL = 3
-"""Fewer equal bodies are members: a handrail has two bars."""
-SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3
-"""Axes nearer and more parallel than this are one."""
-OPPOSITE_COS = -0.87
-"""A body is held between two others if they touch it on opposite sides, within 30 degrees."""
-SHAFT_RATIO = 0.75
-"""A shaft fills at least this share of a bore."""
-BULGE_MM = 0.5
-"""The tread of a wheel bulges by more than this beyond its sides: the round of an edge does not."""
-LENGTH_MM = 0.1
-"""Bodies whose radius, and whose length, differ by less are equal."""
+EQUAL = 3  #: Fewer equal bodies are members: a handrail has two bars.
+SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3  #: Axes nearer and more parallel than this are one.
+OPPOSITE_COS = -0.87  #: A body is held between two others if they touch it on opposite sides, within 30 degrees.
+SHAFT_RATIO = 0.75  #: A shaft fills at least this share of a bore.
+BULGE_MM = 0.5  #: The tread of a wheel bulges by more than this beyond its sides: the round of an edge does not.
+LENGTH_MM = 0.1  #: Bodies whose radius, and whose length, differ by less are equal.
 
 
 def find_rolling(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dict[int, str]:
-    """Find the solids that roll or lie loose. What each of them is taken for, in words, by number of the solid.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    gap_mm : Solids nearer than this touch.
-    """
+    """Find the solids that roll or lie loose. What each of them is taken for, in words, by number of the solid."""
     touches = _line_touches(graph, trimmed, gap_mm)
     round_ = {solid: axis for solid in touches if (axis := _axis(graph, solid)) is not None}
     found = {solid: "turns on a shaft" for solid in round_ if _has_shaft(graph, trimmed, solid, round_[solid])}
@@ -55,12 +43,7 @@ def find_rolling(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dict
 
 
 def has_round_tread(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
-    """Tell whether a solid is a wheel by its shape: turned, with a bore, flat sides, and a tread that bulges.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    """
+    """Tell whether a solid is a wheel by its shape: turned, with a bore, flat sides, and a tread that bulges."""
     faces = np.flatnonzero(graph.face_solid == solid)
     kind, out = graph.face_kind[faces], graph.face_outward[faces]
     tread = faces[(kind == SurfaceKind.TORUS) & (out > 0)]

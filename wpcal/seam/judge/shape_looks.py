@@ -29,8 +29,7 @@ from wpcal.seam.seam import Finding
 SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
-THINNEST_MM = 0.5
-"""The thinnest sheet that is welded with an arc is about as thick."""
+THINNEST_MM = 0.5  #: The thinnest sheet that is welded with an arc is about as thick.
 
 
 @dataclass(slots=True, eq=False)

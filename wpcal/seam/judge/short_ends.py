@@ -34,8 +34,7 @@ MOST_END_SHARE = 0.5
 ACROSS_COS = 0.7
 """The run goes along the thickness of the plate if the cosine between the two is above this (45 degrees): plates lean,
 and are cut at an angle."""
-PLACES = (1.0, 2.0)
-"""Where along the long seam the thickness is felt: from its end, in lengths of the run."""
+PLACES = (1.0, 2.0)  #: Where along the long seam the thickness is felt: from its end, in lengths of the run.
 INSIDE, OUTSIDE = 0.5, 1.25
 """How deep behind the long seam there is material, and none any more, in lengths of the run."""
 LEAST_TURN = 0.35
@@ -46,11 +45,6 @@ LOW, HIGH = 0.15, 1.0
 
 def find_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> IntArray:
     """Find the seams that go across the end of a plate beside a longer one.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : n judged seams with frames in `part`.
 
     Returns
     -------

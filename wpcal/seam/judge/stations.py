@@ -22,8 +22,7 @@ from wpcal.seam.seam import Seam, SeamFrames, SeamSource
 
 BEAD_MM = 15.0
 """Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
-SAME_PLACE_MM = 1e-3
-"""Places along a seam nearer than this are one. No stretch is shorter."""
+SAME_PLACE_MM = 1e-3  #: Places along a seam nearer than this are one. No stretch is shorter.
 CUT_MM = 1e-8
 """The end of a stretch at which the wire touches a solid is found within this, on straight seams: round-off."""
 SLANT = 2.0
@@ -34,10 +33,8 @@ RAILS = 4
 SEARCH_MM, SEARCH_PLACES = 16.0, 32
 """How far beside a place where a point of the wire meets a solid a free place is looked for, and at how many places at
 a time."""
-STRAIGHT_MM = 1e-9
-"""A seam is straight, and its frame does not turn, within this: round-off."""
-HALVINGS = 50
-"""Bisections of a parameter interval: to the last bit."""
+STRAIGHT_MM = 1e-9  #: A seam is straight, and its frame does not turn, within this: round-off.
+HALVINGS = 50  #: Bisections of a parameter interval: to the last bit.
 
 
 def start_mm(seam: Seam) -> float:
@@ -65,11 +62,6 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
 
     The paths of points of the wire are sent through the part as rays from station to station, so no solid is too thin
     to be met. Between two crossings a point is inside the same solids throughout.
-
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    seams : n seams with frames in `part`.
 
     Returns
     -------

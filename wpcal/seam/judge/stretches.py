@@ -25,11 +25,6 @@ FELT_CHORD_MM = 0.1
 def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions) -> list[Seam]:
     """Cut seams at the solids that they go through.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : With frames in `part`.
-
     Returns
     -------
     list of Seam
@@ -79,12 +74,7 @@ class Cut:
 def cut_at(
     graph: BrepGraph, trimmed: TrimmedFaces, cuts: Sequence[Cut], options: SeamOptions
 ) -> list[list[tuple[Seam, Stretch]]]:
-    """Make stretches of n seams seams of their own, all at once, length n.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    """
+    """Make stretches of n seams seams of their own, all at once, length n."""
     parts = [_parts(graph, cut) for cut in cuts]
     framed = with_frames(graph, [part for own in parts for part, _ in own], options)
     faced = iter([face_free_space(graph, trimmed, seam) for seam in framed])

@@ -13,8 +13,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape, Tube
 
-AROUND = 16
-"""Lines on the surface of a piece: 8 mm apart on a body of 44 mm."""
+AROUND = 16  #: Lines on the surface of a piece: 8 mm apart on a body of 44 mm.
 APPROACH_STEPS = 2
 """Where the torch comes and goes, neck and body are felt at so many places on their way back along the wire."""
 
@@ -22,11 +21,9 @@ APPROACH_STEPS = 2
 def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> FloatArray:
     """Return the directions towards which the neck bends, shape (n, 3). Unit vectors in `part`, normal to `back`.
 
-    Parameters
-    ----------
-    back : shape (n, 3). Unit directions in `part` from the tip of the wire along it.
-    R : shape (n, 3, 3). Frames of the seam in `part`.
-    spin_rad : shape (n,). Turn about `back`, right-handed. At 0 the neck bends against the travel.
+    `back`: shape (n, 3). Unit directions in `part` from the tip of the wire along it.
+    `R`: shape (n, 3, 3). Frames of the seam in `part`.
+    `spin_rad`: shape (n,). Turn about `back`, right-handed. At 0 the neck bends against the travel.
     """
     behind = -R[:, :, 0]
     u = behind - np.einsum("ni,ni->n", behind, back)[:, None] * back
@@ -51,12 +48,10 @@ def neck_faces(
 
     Parameters
     ----------
-    graph, trimmed : The part.
     owner : shape (n,). Ascending: neighbours of one owner are searched together.
     mouth : shape (n, 3). Middles of the mouths of the nozzles in `part`, mm.
     back, bend : shape (n, 3). Unit directions in `part`: along the wire to the torch, and towards which the neck bends.
     more_mm : shape (n,). How far the torch goes back along the wire.
-    wider_mm : The torch is felt wider by this.
     """
     found = np.full(len(mouth), -1)
     frames = np.stack([bend, np.cross(back, bend), back], axis=2)
@@ -104,12 +99,8 @@ def are_necks_clear(
 ) -> BoolArray:
     """Tell which groups of poses have no face near neck and body; no line is sent, shape (g,).
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    mouth, back, bend : shape (n, 3). As in `neck_faces`, sorted by group.
-    begin : shape (g,). The first pose of each group.
-    within_mm : How far beside the torch faces are near.
+    `mouth`, `back`, `bend`: shape (n, 3). As in `neck_faces`, sorted by group.
+    `begin`: shape (g,). The first pose of each group.
     """
     clear = np.ones(len(begin), dtype=bool)
     frames = np.stack([bend, np.cross(back, bend), back], axis=2)

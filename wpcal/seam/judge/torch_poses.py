@@ -25,13 +25,11 @@ MOST_WIDER_MM = 0.15
 """The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
 AROUND = 16
 """Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
-CHUNK = 4000
-"""Poses handled in one array: some 50 MB."""
+CHUNK = 4000  #: Poses handled in one array: some 50 MB.
 SMALL_TURN_RAD = 0.2
 """Between two poses that differ by less, the end of the torch stays within 1.5 mm of the straight way."""
 BULGE_MM = 2.0
-POCKET_WIDTHS = 4
-"""Directions across the wire in which a pocket is measured: every 45 degrees around it."""
+POCKET_WIDTHS = 4  #: Directions across the wire in which a pocket is measured: every 45 degrees around it.
 POCKET_STEP_MM = 2.0
 """Lines at which the width of a pocket is measured are so far apart: a wall around the wire is rarely thinner."""
 
@@ -83,13 +81,7 @@ def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
 def find_solids_met(
     graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool = False
 ) -> IntArray:
-    """Return the solid that wire and nozzle meet at each pose, or -1; shape (n,). A straight torch is all nozzle.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    is_between : Whether the poses are between others that were felt: the axis and the outermost circle are then enough.
-    """
+    """Return the solid that wire and nozzle meet at each pose, or -1; shape (n,). A straight torch is all nozzle."""
     found = [
         _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK)), is_between=is_between)
         for first in range(0, len(poses), CHUNK)
@@ -120,12 +112,7 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, i
 
 
 def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
-    """Return the solid that neck or body of the torch meets at each pose, or -1; shape (n,).
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    """
+    """Return the solid that neck or body of the torch meets at each pose, or -1; shape (n,)."""
     if poses.torch.neck is None:
         return np.full(len(poses), -1)
     found = [np.zeros(0, dtype=np.int64)]
@@ -262,10 +249,6 @@ def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) 
     """Tell for each pose whether nothing is near the torch on its way to the next pose; shape (n,).
 
     No line is sent: the answer is quick, and a step that is not clear may still be free.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
     """
     n = len(poses)
     first = first_rows(poses.owner, poses.back)

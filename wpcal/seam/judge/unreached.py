@@ -22,10 +22,8 @@ from wpcal.seam.path.build import with_frames
 from wpcal.seam.path.turning import face_free_space
 from wpcal.seam.seam import NamedSolids, Seam
 
-LEAST_REACHED = 0.5
-"""Share of its length that a torch must reach of a seam at which it always leans."""
-FEW = 5
-"""Stations at which a longer wire is tried first."""
+LEAST_REACHED = 0.5  #: Share of its length that a torch must reach of a seam at which it always leans.
+FEW = 5  #: Stations at which a longer wire is tried first.
 ROUNDS = 3
 """A stretch gets frames of its own, which differ a little from those at which it was felt, so it is felt again. What is
 still not free after so many rounds is refused."""
@@ -35,11 +33,6 @@ def cut_where_unreached(
     graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions
 ) -> list[list[Seam]]:
     """Cut seams where no torch gets to them, whatever its lean.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : n seams with frames in `part`.
 
     Returns
     -------
@@ -139,13 +132,7 @@ def _or_nothing(graph: BrepGraph, seam: Seam, pieces: list[Seam]) -> list[Seam]:
 
 
 def with_reach(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], reach: Reach) -> list[Seam]:
-    """Return whole seams with the torch's leans; one that the torch reaches nowhere names the solids in its way.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : With frames in `part`.
-    """
+    """Return whole seams with the torch's leans; one that the torch reaches nowhere names the solids in its way."""
     found = []
     for seam, felt in zip(seams, feel_seams(graph, trimmed, seams, reach), strict=True):
         leant = felt.lay_on(seam)

@@ -36,10 +36,8 @@ from wpcal.seam.seam import Seam, SeamPieces, WeldType
 
 MOST_TURN_RAD = float(np.radians(150.0))
 """Largest turn at one corner: a sharper one leads back beside the seam, on the other side of a thin plate."""
-SAME_PLANE_COS = 0.99
-"""Cosine between the torch axes of grooves in one plane (8 degrees)."""
-ROUNDS = 4
-"""Corners that the torch does not get round are left open, and the rest is tried again, so many times."""
+SAME_PLANE_COS = 0.99  #: Cosine between the torch axes of grooves in one plane (8 degrees).
+ROUNDS = 4  #: Corners that the torch does not get round are left open, and the rest is tried again, so many times.
 
 Link = tuple[int, int]
 """Two ends that meet: 2 i is the start of the seam in row i, 2 i + 1 its end. The smaller number first."""
@@ -50,15 +48,7 @@ def weld_round_corners(
 ) -> list[Seam]:
     """Join accepted seams round the corners of members, with the short ends between them.
 
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seams : Judged, with frames in `part`.
-    judge : Of the same part.
-
-    Returns
-    -------
-    list of Seam. Joined seams replace those that they are made of.
+    Returns list of Seam. Joined seams replace those that they are made of.
     """
     if options.wrap:
         links = _links(seams, _eligible(graph, trimmed, seams, judge))

@@ -20,10 +20,8 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import linked_groups, near_pairs, near_tree
 from wpcal.seam.member.fasteners import BORE_RATIO, COAXIAL_MM, COAXIAL_SIN, LARGEST_RADIUS_MM, Fastener
 
-LARGEST_HOLE_MM = LARGEST_RADIUS_MM * BORE_RATIO[1]
-"""Radius of the largest hole for a bolt: clearance for M40."""
-SECTORS = 12
-"""A face goes round an axis as far as its boundary passes through sectors of 30 degrees."""
+LARGEST_HOLE_MM = LARGEST_RADIUS_MM * BORE_RATIO[1]  #: Radius of the largest hole for a bolt: clearance for M40.
+SECTORS = 12  #: A face goes round an axis as far as its boundary passes through sectors of 30 degrees.
 WHOLE, HALF = 11, (5, 8)
 """Sectors of a whole hole, and of one end of a slot. Rounds in the corner of a pocket pass through three or four."""
 WIDEST_RATIO = 2.0
@@ -31,16 +29,11 @@ WIDEST_RATIO = 2.0
 MEETING_MM = 2.0
 """Holes meet if the end of one is this near to the begin of the other: rims may be chamfered, and a gasket or a washer
 may be between."""
-BESIDE_MM = 1.0
-"""A seam is in a plane if it is this near to it: exporters round, and edges of plates are broken."""
-MOST_OF_SEAM = 0.9
-"""Share of the stations of a seam that must be in the plane."""
-LONGEST_SLOT_MM = 100.0
-"""Between the axes of the two ends of a slot for a bolt; a longer one is an opening."""
-APART = 0.9
-"""The ends of a slot bulge along it, away from each other: cosine."""
-PIECES_OF_ARC = 4
-"""Points on each piece of boundary that are sorted into sectors."""
+BESIDE_MM = 1.0  #: A seam is in a plane if it is this near to it: exporters round, and edges of plates are broken.
+MOST_OF_SEAM = 0.9  #: Share of the stations of a seam that must be in the plane.
+LONGEST_SLOT_MM = 100.0  #: Between the axes of the two ends of a slot for a bolt; a longer one is an opening.
+APART = 0.9  #: The ends of a slot bulge along it, away from each other: cosine.
+PIECES_OF_ARC = 4  #: Points on each piece of boundary that are sorted into sectors.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,12 +83,7 @@ class Clamp:
 
 
 def find_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
-    """Find the round holes and the slots for bolts in all solids.
-
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    """
+    """Find the round holes and the slots for bolts in all solids."""
     round_ = graph.face_kind == SurfaceKind.CYLINDER
     faces = np.flatnonzero(round_ & (graph.face_outward < 0) & (graph.face_param[:, 0] <= LARGEST_HOLE_MM))
     z, foot = _axes(graph, faces)
@@ -211,10 +199,6 @@ def _are_bosses(graph: BrepGraph, faces: IntArray, z: FloatArray, foot: FloatArr
 
 def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp, ...]:
     """Find the places at which bolts, or holes for them, hold two members together.
-
-    Parameters
-    ----------
-    fasteners : Fasteners by number of the solid; they and their holes are no members.
 
     Returns
     -------

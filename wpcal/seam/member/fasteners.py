@@ -18,10 +18,8 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-SEAT_MM = 0.5
-"""A head, a nut or a washer lies on a face that is this near: some are modelled a little in or above it."""
-LARGEST_RADIUS_MM = 20.0
-"""Bolts of steelwork go up to M36; a thicker round bar in a hole is a member."""
+SEAT_MM = 0.5  #: A head, a nut or a washer lies on a face that is this near: some are modelled a little in or above it.
+LARGEST_RADIUS_MM = 20.0  #: Bolts of steelwork go up to M36; a thicker round bar in a hole is a member.
 COAXIAL_MM, COAXIAL_SIN = 0.2, 2e-3
 """Axes nearer and more parallel than this are one: holes are modelled in place, and exporters round."""
 BORE_RATIO = (0.75, 1.3)
@@ -66,12 +64,7 @@ class _Turned:
 
 
 def find_fasteners(graph: BrepGraph, trimmed: TrimmedFaces) -> dict[int, Fastener]:
-    """Find the solids that are fasteners, by shape and seat. The fasteners, by number of the solid.
-
-    Parameters
-    ----------
-    trimmed : Of the same graph.
-    """
+    """Find the solids that are fasteners, by shape and seat. The fasteners, by number of the solid."""
     turned = {}
     faces = np.argsort(graph.face_solid, kind="stable")
     starts = np.searchsorted(graph.face_solid[faces], np.arange(len(graph.solid_names) + 1))

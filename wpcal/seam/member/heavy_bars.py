@@ -18,29 +18,19 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.built_up import OPPOSITE_COS, SKIN_MM, way_out
 
-STEEL_KG_M_MM2 = 7.85e-3
-"""Weight of a steel bar, kg per metre of length and mm² of section."""
-HEAVY_KG_M = 10.0
-"""A solid bar that would weigh as much as a tube of 80 x 80 x 4: from 36 x 36 mm on."""
-PLUMP = 4.0
-"""Thickness and width of a bar are less than this apart; a plate is wider."""
-SLENDER = 6.0
-"""A bar is longer than this, in widths."""
-THIN_MM = 9.0
-"""Steel parts with heavy bars have tubes, profiles, gussets or foot plates that are thinner."""
-FEWEST = 2
-"""One solid bar may be a shaft or a rail, one frame may be fused."""
-SPREAD = 3.0
-"""A body is a frame if its box is wider than this, in widths of its bar, across its longest side, too."""
+STEEL_KG_M_MM2 = 7.85e-3  #: Weight of a steel bar, kg per metre of length and mm² of section.
+HEAVY_KG_M = 10.0  #: A solid bar that would weigh as much as a tube of 80 x 80 x 4: from 36 x 36 mm on.
+PLUMP = 4.0  #: Thickness and width of a bar are less than this apart; a plate is wider.
+SLENDER = 6.0  #: A bar is longer than this, in widths.
+THIN_MM = 9.0  #: Steel parts with heavy bars have tubes, profiles, gussets or foot plates that are thinner.
+FEWEST = 2  #: One solid bar may be a shaft or a rail, one frame may be fused.
+SPREAD = 3.0  #: A body is a frame if its box is wider than this, in widths of its bar, across its longest side, too.
 SLAB_MM, SLAB_MM2 = 25.0, 0.25e6
 """A slab is thicker and larger than this: as steel it would weigh 49 kg. Foot plates and table tops of steel are
 thinner or smaller."""
-LARGEST_FACES, POINTS = 12, 12
-"""Planes of a solid that are looked at, the largest first, and points on each of them."""
-LEAST_SHARE = 0.1
-"""A thickness counts if so much of the plane surface has it or less: not a notch or a chamfer."""
-ACROSS_COS = 0.3
-"""Faces are across to each other within 17 degrees of square."""
+LARGEST_FACES, POINTS = 12, 12  #: Planes of a solid that are looked at, the largest first, and points on each of them.
+LEAST_SHARE = 0.1  #: A thickness counts if so much of the plane surface has it or less: not a notch or a chamfer.
+ACROSS_COS = 0.3  #: Faces are across to each other within 17 degrees of square.
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,13 +67,7 @@ class Bar:
 
 
 def why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solids: Iterable[int]) -> str | None:
-    """Tell why solids that touch each other are rather a frame of timber than a weldment; None if they may be one.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    solids : Those against which nothing speaks.
-    """
+    """Tell why solids that touch each other are rather a frame of timber than a weldment; None if they may be one."""
     heavy, slabs = dict[int, Bar](), 0
     for solid in solids:
         bar = find_bar(graph, trimmed, solid)
@@ -105,10 +89,6 @@ def why_timber(graph: BrepGraph, trimmed: TrimmedFaces, solids: Iterable[int]) -
 
 def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
     """Return the section of a solid whose surface is mostly plane; None for another one.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
 
     Notes
     -----

@@ -23,12 +23,9 @@ from wpcal.seam.seam import Finding, Seam
 
 LIGHTEST_METAL_KG_M3 = 1600.0
 """Magnesium, the lightest metal that is welded, has 1740; glass-filled plastic may have 1600."""
-NO_MATERIAL_KG_M3 = 1000.0
-"""What programs write if nobody chose a material."""
-NEAREST_NAMES = 3
-"""Names shown for a pattern that fits no solid."""
-ONE_PIECE_WORDS = "made in one piece"
-"""What a solid is taken for that is cast, moulded, printed or milled."""
+NO_MATERIAL_KG_M3 = 1000.0  #: What programs write if nobody chose a material.
+NEAREST_NAMES = 3  #: Names shown for a pattern that fits no solid.
+ONE_PIECE_WORDS = "made in one piece"  #: What a solid is taken for that is cast, moulded, printed or milled.
 _NUMBER = re.compile(r"#\d+$")
 
 
@@ -121,15 +118,7 @@ class Members:
 def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> Members:
     """Say of every solid what it is taken for.
 
-    Parameters
-    ----------
-    graph : With `solid_facts`, if a file says more than names.
-    trimmed : Of the same graph.
-    judging : What a person says about solids.
-
-    Raises
-    ------
-    InputError : If a pattern of `judging` fits no solid.
+    Raises `InputError` if a pattern of `judging` fits no solid.
     """
     facts = [facts_of(graph.solid_facts, solid) for solid in range(len(graph.solid_names))]
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]

@@ -18,20 +18,16 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import built_up_shares, is_turned
 
-STRAIGHT = (SurfaceKind.PLANE, SurfaceKind.CYLINDER)
-"""Surfaces of a bar."""
+STRAIGHT = (SurfaceKind.PLANE, SurfaceKind.CYLINDER)  #: Surfaces of a bar.
 LEAST_MEMBER = 0.8
 """A solid with less of its surface on plates, bars and tubes was made as one piece. Members of 40 parts with lists have
 0.88 or more, apart from those with one section and those that are round; castings, mouldings and milled bodies have
 0.00 to 0.81."""
 LOOKS = ((100, 0.12), (400, 0.0))
 """Points on the surface that are looked at, and how far from `LEAST_MEMBER` a share of so many is sure (3 sigma)."""
-FEWEST_POINTS = 50
-"""Of fewer points nothing is said: the box around a thin bent solid holds too little of it."""
-ALONG_COS = 1e-6
-"""A face is along a bar within this."""
-END_SHARE = 0.4
-"""Each end of a bar, with mitre and cope, takes less than this share of its length."""
+FEWEST_POINTS = 50  #: Of fewer points nothing is said: the box around a thin bent solid holds too little of it.
+ALONG_COS = 1e-6  #: A face is along a bar within this.
+END_SHARE = 0.4  #: Each end of a bar, with mitre and cope, takes less than this share of its length.
 LARGEST_ROUND = 0.35
 """Rounds of edges have a radius of at most this share of the thickness; what is rounder is an end of another shape."""
 SAME_LENGTH_MM = 0.01
@@ -95,10 +91,6 @@ def has_one_section(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
 
     All faces run along one direction, apart from holes and ends. Ends may be mitred, coped, chamfered or rounded; their
     planes look outward, and they leave the middle of the solid alone. The end of a pocket looks inward.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
     """
     faces = np.flatnonzero(graph.face_solid == solid)
     kind, hole = graph.face_kind[faces], are_holes(graph)[faces]

@@ -43,8 +43,7 @@ class Kind(Enum):
 
 NOT_METAL = frozenset({Kind.WOOD, Kind.PLASTIC, Kind.RUBBER, Kind.GLASS, Kind.SOFT, Kind.STONE})
 METALS = frozenset({Kind.STAINLESS, Kind.STEEL, Kind.NICKEL, Kind.ALUMINIUM, Kind.TITANIUM, Kind.COPPER})
-IRON = frozenset({Kind.STAINLESS, Kind.STEEL, Kind.NICKEL})
-"""Metals that are welded to each other."""
+IRON = frozenset({Kind.STAINLESS, Kind.STEEL, Kind.NICKEL})  #: Metals that are welded to each other.
 
 _DATA = tomllib.loads(files(__package__).joinpath("words.toml").read_text(encoding="utf-8"))
 
@@ -56,10 +55,8 @@ STRUCTURE: str = _DATA["structure"]["last"]
 STRUCTURE_FIRST: str = _DATA["structure"]["first"]
 STRUCTURE_ENDS: tuple[str, ...] = tuple(_DATA["structure"]["ends"].split())
 """Nouns of steelwork; in languages in which the noun comes first; at the end of Chinese and Japanese names."""
-FOR_MATERIAL = frozenset(_DATA["for_material"]["en"].split())
-"""After a word for a material these say what it is for."""
-SIDES = frozenset(_DATA["sides"]["en"].split())
-"""Words that follow the noun of a name."""
+FOR_MATERIAL = frozenset(_DATA["for_material"]["en"].split())  #: After a word for a material these say what it is for.
+SIDES = frozenset(_DATA["sides"]["en"].split())  #: Words that follow the noun of a name.
 STANDARDS: dict[Kind, dict[str, str]] = {Kind[name]: bodies for name, bodies in _DATA["standards"].items()}
 """Numbers of standards by kind and by the body that issued them."""
 CODES: tuple[tuple[Kind, str], ...] = (

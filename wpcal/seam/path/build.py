@@ -24,16 +24,11 @@ from wpcal.seam.path.turning import limit_turn
 from wpcal.seam.pieces import solids_of
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, SeamSource
 
-CLOSED_MM = 1e-6
-"""A run whose end is this near to its start is closed."""
+CLOSED_MM = 1e-6  #: A run whose end is this near to its start is closed.
 
 
 def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, source: SeamSource) -> list[Seam]:
     """Chain pieces between the same solids with the same weld into seams of at least `LEAST_CANDIDATE_MM`.
-
-    Parameters
-    ----------
-    source : How the pieces were found.
 
     Returns
     -------
@@ -97,7 +92,6 @@ def measured(
 
     Parameters
     ----------
-    runs : n runs.
     closed : shape (n,). Runs that are known to be closed; those whose ends meet without a corner are closed as well.
 
     Returns

@@ -25,15 +25,12 @@ from wpcal.seam.seam import SeamFrames, SeamPieces
 CORNER_MM = 5.0
 """Length before and after a corner on which the torch turns: at 10 mm/s a turn of 90 degrees then takes a second, which
 robots do without slowing down."""
-CORNER_SHARE = 0.5
-"""Largest share of the way to the next corner, or to the end of the run, that is used for it."""
+CORNER_SHARE = 0.5  #: Largest share of the way to the next corner, or to the end of the run, that is used for it.
 SHARP_RAD = float(np.radians(30.0))
 """The direction of travel turns by more at a corner. A seam ends where it turns by more, unless a person says otherwise
 (`SeamOptions.split_rad`). Smaller turns stay as they are."""
-NEAR_MM = 0.01
-"""A station nearer than this to one at a corner is the same."""
-CORNER_STEP_RAD = float(np.radians(15.0))
-"""Largest turn from one station to the next at a corner."""
+NEAR_MM = 0.01  #: A station nearer than this to one at a corner is the same.
+CORNER_STEP_RAD = float(np.radians(15.0))  #: Largest turn from one station to the next at a corner.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,13 +62,8 @@ def find_corners(graph: BrepGraph, run: SeamPieces) -> Corners:
 def turns(graph: BrepGraph, pieces: SeamPieces, before: IntArray, after: IntArray) -> FloatArray:
     """Return the angles by which the direction of travel turns from the ends of pieces to the starts of others.
 
-    Parameters
-    ----------
-    before, after : shape (n,). Rows of `pieces`.
-
-    Returns
-    -------
-    ndarray, shape (n,). rad.
+    `before`, `after`: shape (n,). Rows of `pieces`.
+    Returns ndarray, shape (n,). rad.
     """
     end, begin = (
         evaluate_edges(graph, pieces.edge[rows], t[rows])[1] * np.sign(pieces.t1 - pieces.t0)[rows, None]
@@ -83,11 +75,6 @@ def turns(graph: BrepGraph, pieces: SeamPieces, before: IntArray, after: IntArra
 
 def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamFrames) -> tuple[Stations, SeamFrames]:
     """Let frames turn smoothly round the corners of runs.
-
-    Parameters
-    ----------
-    stations : Along these runs.
-    frames : At these stations.
 
     Returns
     -------

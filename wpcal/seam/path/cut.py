@@ -37,10 +37,8 @@ def parameter_at(graph: BrepGraph, run: SeamPieces, row: int, s_mm: float) -> fl
 def parameters_at(graph: BrepGraph, run: SeamPieces, row: IntArray, s_mm: FloatArray) -> FloatArray:
     """Return the parameters of edges of pieces at lengths from the starts of these pieces, shape (n,).
 
-    Parameters
-    ----------
-    row : shape (n,). The piece of each length.
-    s_mm : ndarray, shape (n,)
+    `row`: shape (n,). The piece of each length.
+    `s_mm`: ndarray, shape (n,).
     """
     t = np.empty(len(row))
     even = is_even(graph, run.edge[row])
@@ -57,9 +55,7 @@ def parameters_at(graph: BrepGraph, run: SeamPieces, row: IntArray, s_mm: FloatA
 def points_at(graph: BrepGraph, run: SeamPieces, s_mm: FloatArray) -> FloatArray:
     """Return the points of a run at lengths from its start, shape (n, 3). In `part`, mm.
 
-    Parameters
-    ----------
-    s_mm : ndarray, shape (n,)
+    `s_mm`: ndarray, shape (n,).
     """
     starts, ends = spans_of(graph, run)
     row = np.minimum(np.searchsorted(ends, s_mm), len(ends) - 1)

@@ -17,16 +17,12 @@ from wpcal.seam.chain import ROUND_MM, Chain
 from wpcal.seam.pieces import sample_pieces
 from wpcal.seam.seam import SeamPieces
 
-CHUNK = 1000
-"""Chains sampled in one array: some 50 MB at eight pieces per chain."""
+CHUNK = 1000  #: Chains sampled in one array: some 50 MB at eight pieces per chain.
 LOOP_SAMPLES = 65
 """Points per piece for finding the start of a loop, which is then refined: a piece is at most one turn."""
-AREA_SAMPLES = 32
-"""Points per piece for the area vector of a loop, of which only the signs are used."""
-UPRIGHT = 1e-6
-"""A component of the area vector below this share of the largest one is round-off: the loop is upright."""
-BISECTIONS = 60
-"""Bisections of a parameter interval: to the last bit."""
+AREA_SAMPLES = 32  #: Points per piece for the area vector of a loop, of which only the signs are used.
+UPRIGHT = 1e-6  #: A component of the area vector below this share of the largest one is round-off: the loop is upright.
+BISECTIONS = 60  #: Bisections of a parameter interval: to the last bit.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,10 +56,6 @@ def directed_runs(graph: BrepGraph, pieces: SeamPieces, chains: list[Chain]) -> 
 
     An open seam starts at its end with the smaller (x, y, z); a closed one at its point with the smallest (x, y, z),
     and runs so that its area vector has a positive z (then y, then x) component.
-
-    Parameters
-    ----------
-    chains : Rows of `pieces` in order, one or more each.
     """
     parts = [_directed(graph, pieces, chains[first : first + CHUNK]) for first in range(0, len(chains), CHUNK)]
     start = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(part.start) for part in parts]))])
@@ -87,9 +79,7 @@ def _rounded(p: FloatArray) -> FloatArray:
 def precedes(p: FloatArray, q: FloatArray) -> BoolArray:
     """Tell which rows of p come before those of q, compared by x, then y, then z after rounding, shape (n,).
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Points in one frame, mm.
+    `p`, `q`: shape (n, 3). Points in one frame, mm.
     """
     a, b = _rounded(p), _rounded(q)
     before = a[:, 2] < b[:, 2]

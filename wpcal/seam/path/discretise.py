@@ -21,14 +21,11 @@ from wpcal.seam.options import StepOptions
 from wpcal.seam.path.direction import Runs
 from wpcal.seam.seam import SeamPieces
 
-CHORD_SAMPLES = 7
-"""Points inside a step at which its distance from the chord is measured."""
-BASE_STEPS = 64
-"""Steps of a curved piece at which its curvature is measured before points are placed."""
+CHORD_SAMPLES = 7  #: Points inside a step at which its distance from the chord is measured.
+BASE_STEPS = 64  #: Steps of a curved piece at which its curvature is measured before points are placed.
 CHORD_MARGIN = 0.98
 """Points are placed for this share of the chord tolerance, so that the measured chord error stays within it."""
-MOST_POINTS = 1_000_000
-"""More points on one piece are a mistake in the options."""
+MOST_POINTS = 1_000_000  #: More points on one piece are a mistake in the options.
 EXACT_STEPS = 1e-9
 """Step counts within this above an integer are rounded down to it: 100 mm in steps of 10 mm are ten steps."""
 
@@ -193,10 +190,8 @@ def _split_until_bound(graph: BrepGraph, edge: int, t: FloatArray, chord_mm: flo
 def chord_errors(graph: BrepGraph, edge: IntArray, t0: FloatArray, t1: FloatArray) -> FloatArray:
     """Return the largest distance of each piece of an edge from the chord between its ends, shape (m,), mm.
 
-    Parameters
-    ----------
-    edge : ndarray of int, shape (m,)
-    t0, t1 : shape (m,). Parameters of the ends.
+    `edge`: ndarray of int, shape (m,).
+    `t0`, `t1`: shape (m,). Parameters of the ends.
     """
     if (graph.edge_kind[edge] == CurveKind.LINE).all():
         return np.zeros(len(edge))

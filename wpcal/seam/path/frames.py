@@ -12,20 +12,14 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.path.discretise import Stations
 from wpcal.seam.seam import SeamFrames, SeamPieces
 
-UPRIGHT_COS = 0.99
-"""A seam without faces counts as vertical within 8 degrees; then z cannot point up."""
+UPRIGHT_COS = 0.99  #: A seam without faces counts as vertical within 8 degrees; then z cannot point up.
 MOUTH_STEPS = 5
 """Steps in which the ball of a wire (0.6 mm) grows to one in the mouth of a groove (20 mm): it doubles in each."""
-OPPOSED_LENGTH = 1e-6
-"""Two normals are opposed, and have no bisector, if their sum is shorter than this."""
+OPPOSED_LENGTH = 1e-6  #: Two normals are opposed, and have no bisector, if their sum is shorter than this.
 
 
 def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> SeamFrames:
     """Build the frames of runs at their stations, all in one.
-
-    Parameters
-    ----------
-    pieces : Of all runs, in order and direction.
 
     Returns
     -------
@@ -85,13 +79,8 @@ def _normals(
 def frames_from_normals(x: FloatArray, n_wall: FloatArray, n_base: FloatArray) -> FloatArray:
     """Return frames with x as given and z the bisector of two normals, made normal to x.
 
-    Parameters
-    ----------
-    x, n_wall, n_base : shape (n, 3). Unit vectors in one frame.
-
-    Returns
-    -------
-    ndarray, shape (n, 3, 3). Columns x, y, z.
+    `x`, `n_wall`, `n_base`: shape (n, 3). Unit vectors in one frame.
+    Returns ndarray, shape (n, 3, 3). Columns x, y, z.
     """
     n1, n2 = (_across(n, x) for n in (n_wall, n_base))
     z = n1 + n2

@@ -21,8 +21,7 @@ from wpcal.seam.seam import Seam, SeamFrames, SeamPieces
 
 LEAST_SIN = 0.02
 """Faces nearer to parallel than 1 degree do not fix the place where they meet; the seam then goes with both bodies."""
-MOST_PAIRS = 200_000
-"""Frames and pieces that are compared at once: 50 MB."""
+MOST_PAIRS = 200_000  #: Frames and pieces that are compared at once: 50 MB.
 
 
 class BodyMoves(Protocol):
@@ -131,10 +130,7 @@ def moved_seams(graph: BrepGraph, seams: Sequence[Seam], face_body: IntArray, mo
     the seam follow the ends of the plate. In this plane it lies where the moved wall and the moved base meet: by
     Newton's method on the surfaces, exact for all that the part has.
 
-    Parameters
-    ----------
-    seams : In `part`.
-    face_body : shape (F,). The body of every face; -1: it does not move.
+    `face_body`: shape (F,). The body of every face; -1: it does not move.
 
     Notes
     -----

@@ -21,10 +21,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.same_bits import arc_tangent, product
 from wpcal.seam.seam import WeldType
 
-UP = (0.0, 0.0, 1.0)
-"""Against gravity in `base`, unless the caller says otherwise."""
-VERTICAL_RAD = float(np.radians(1.0))
-"""Nearer than this to vertical travel the rotation is not defined."""
+UP = (0.0, 0.0, 1.0)  #: Against gravity in `base`, unless the caller says otherwise.
+VERTICAL_RAD = float(np.radians(1.0))  #: Nearer than this to vertical travel the rotation is not defined.
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +68,8 @@ class WeldPositions:
 def weld_slope(tangent: ArrayLike, up: ArrayLike = UP) -> FloatArray:
     """Angle of the weld axis above the horizontal plane, rad, positive uphill, shape (...).
 
-    Parameters
-    ----------
-    tangent : shape (..., 3). Unit directions of travel.
-    up : shape (3,). Unit vector against gravity, in the same frame.
+    `tangent`: shape (..., 3). Unit directions of travel.
+    `up`: shape (3,). Unit vector against gravity, in the same frame.
 
     Examples
     --------
@@ -89,14 +85,9 @@ def weld_slope(tangent: ArrayLike, up: ArrayLike = UP) -> FloatArray:
 def weld_rotation(tangent: ArrayLike, outward: ArrayLike, up: ArrayLike = UP) -> FloatArray:
     """Angle of the joint about the weld axis, rad: 0 facing up, ±π/2 sideways, π down; NaN for vertical travel.
 
-    Parameters
-    ----------
-    tangent, outward : shape (..., 3). The x and z axes of seam frames, unit vectors.
-    up : shape (3,). Unit vector against gravity, in the same frame.
-
-    Returns
-    -------
-    ndarray, shape (...)
+    `tangent`, `outward`: shape (..., 3). The x and z axes of seam frames, unit vectors.
+    `up`: shape (3,). Unit vector against gravity, in the same frame.
+    Returns ndarray, shape (...).
 
     Examples
     --------
@@ -120,15 +111,9 @@ def weld_positions(
 ) -> WeldPositions:
     """Name the weld position of every frame.
 
-    Parameters
-    ----------
-    R : shape (n, 3, 3). Seam frames (columns x, y, z) in a frame in which `up` is known, `base` as a rule.
-    up : shape (3,). Against gravity; scaled to unit length.
-    rules : The first one that matches names the frame. A frame without a match is called ``-``.
-
-    Raises
-    ------
-    InputError : If `up` has no length.
+    `R`: shape (n, 3, 3). Seam frames (columns x, y, z) in a frame in which `up` is known, `base` as a rule.
+    `up`: shape (3,). Against gravity; scaled to unit length.
+    Raises `InputError` if `up` has no length.
     """
     frames, u = np.asarray(R, dtype=np.float64), np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(u))

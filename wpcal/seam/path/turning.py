@@ -18,8 +18,7 @@ MOST_ROUNDS = 8
 """Bisections of a step: a frame that still turns too far over 1/256 of it turns at a point, not along the seam."""
 OPPOSED_RAD = np.pi - np.radians(0.1)
 """Two normals at a larger angle are opposed: their sum is shorter than 1/500, and its direction is round-off."""
-OPPOSED_REASON = "the faces are opposed"
-"""How a reason about opposed normals begins."""
+OPPOSED_REASON = "the faces are opposed"  #: How a reason about opposed normals begins.
 
 
 def limit_turn(
@@ -27,14 +26,8 @@ def limit_turn(
 ) -> tuple[Stations, SeamFrames]:
     """Add points where the frame turns by more than a limit between neighbours.
 
-    Parameters
-    ----------
-    pieces : Of all runs.
-    turn_rad : Largest angle of the rotation between neighbouring frames, rad.
-
-    Returns
-    -------
-    frames : SeamFrames. At these stations.
+    `turn_rad`: Largest angle of the rotation between neighbouring frames, rad.
+    Returns `frames`: SeamFrames. At these stations.
 
     Notes
     -----
@@ -61,9 +54,7 @@ def rotation_angles(R0: FloatArray, R1: FloatArray) -> FloatArray:
     They follow from the chord, ``|R1 - R0|_F = 2 sqrt(2) sin(angle / 2)``, which is exact for small angles; the trace
     is not.
 
-    Parameters
-    ----------
-    R0, R1 : ndarray, shape (n, 3, 3)
+    `R0`, `R1`: ndarray, shape (n, 3, 3).
     """
     chord = np.linalg.norm(R1 - R0, axis=(1, 2)) / (2.0 * np.sqrt(2.0))
     return np.asarray(2.0 * np.arcsin(np.clip(chord, 0.0, 1.0)), dtype=np.float64)
@@ -108,11 +99,6 @@ def face_free_space(graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam) -> Seam
 
     There is no bisector then, but there are two directions normal to x and to the normals. The direction in which more
     rays leave the part is taken for the whole seam, so the frame does not flip. If both are equal, z points up.
-
-    Parameters
-    ----------
-    graph, trimmed : The part.
-    seam : With frames in `part`.
     """
     frames = seam.frames
     opposed = frames.angle_rad > OPPOSED_RAD

@@ -50,14 +50,7 @@ class XmcfMatch:
 def match_xmcf(
     seams: Sequence[Seam], welds: Sequence[XmcfSeam], T_part_frame: RigidTransform, *, file: str
 ) -> XmcfMatch:
-    """Find the weld of a file at every seam, and take its values.
-
-    Parameters
-    ----------
-    seams : With frames in the source frame of the transform.
-    welds : In the coordinates of the part.
-    file : Its name, which the values get as their origin.
-    """
+    """Find the weld of a file at every seam, and take its values."""
     stated, notes, used = [], list[str](), set[int]()
     for seam in seams:
         points = T_part_frame.apply(seam.frames.p)

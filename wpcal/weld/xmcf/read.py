@@ -37,8 +37,7 @@ TYPES = (
     "flared_joint",
 )
 """The types of seams in a file."""
-EVEN_MM = 1e-3
-"""Segments of a list whose lengths and distances differ by less are stitches."""
+EVEN_MM = 1e-3  #: Segments of a list whose lengths and distances differ by less are stitches.
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +85,7 @@ def read_xmcf(path: Path) -> tuple[XmcfSeam, ...]:
 def parse_xmcf(raw: bytes, *, path: str) -> tuple[XmcfSeam, ...]:
     """Return the weld seams that the bytes of a file hold.
 
-    Raises
-    ------
-    FormatError : As `read_xmcf` does.
+    Raises `FormatError` as `read_xmcf` does.
     """
     try:
         root = ET.fromstring(raw)
@@ -109,9 +106,7 @@ def parse_xmcf(raw: bytes, *, path: str) -> tuple[XmcfSeam, ...]:
 def places_of(seams: Sequence[XmcfSeam], *, file: str) -> tuple[str, ...]:
     """Return a place on every segment of welds, as a person picks edges: ``x,y,z``, mm.
 
-    Raises
-    ------
-    InputError : If there is no weld seam.
+    Raises `InputError` if there is no weld seam.
     """
     if not seams:
         raise InputError(f"{file}: has no weld seam")

@@ -22,19 +22,12 @@ TYPES = {
     JointType.EDGE: "edge_weld",
 }
 """The type of seam of a joint. A joint without a word has none."""
-FILLETS = ("y_joint", "overlap_weld", "corner_weld")
-"""Types whose weld has a throat; that of the others has a width."""
+FILLETS = ("y_joint", "overlap_weld", "corner_weld")  #: Types whose weld has a throat; that of the others has a width.
 FLARED = "flared_joint"
 
 
 def xmcf_text(seams: Sequence[Seam], T_part_frame: RigidTransform, welds: Mapping[str, SeamWeld]) -> str:
-    """Return the text of a file.
-
-    Parameters
-    ----------
-    seams : With frames in the source frame of the transform.
-    welds : By the name of a seam, where weld data is known.
-    """
+    """Return the text of a file."""
     root = ET.Element("xmcf")
     ET.SubElement(root, "version").text = VERSION
     ET.SubElement(root, "units", length="mm", angle="deg", mass="kg", force="N", time="s")

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import FreeCAD
 
-CONTEXT = "WpCal"
-"""The context of these texts in the translation files."""
+CONTEXT = "WpCal"  #: The context of these texts in the translation files.
 
 
 def translate(text: str) -> str:

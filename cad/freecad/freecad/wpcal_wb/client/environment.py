@@ -37,8 +37,7 @@ FREECADS_OWN = (
 """Variables that FreeCAD's bundles set for themselves."""
 FREECADS_PREFIXES = ("CSF_", "CASROOT", "APPIMAGE", "APPDIR", "CONDA_")
 """Variables of FreeCAD's CAD kernel and of its bundle begin with these."""
-SAVED = ("_ORIG", "_BEFORE_APPIMAGE")
-"""Some bundles keep what the user had in a variable with one of these endings."""
+SAVED = ("_ORIG", "_BEFORE_APPIMAGE")  #: Some bundles keep what the user had in a variable with one of these endings.
 
 
 def clean_environment(environment: Mapping[str, str]) -> dict[str, str]:

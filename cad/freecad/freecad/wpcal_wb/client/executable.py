@@ -14,8 +14,7 @@ import FreeCAD
 from .. import PREFERENCES
 from ..words import translate
 
-PREFERENCE = "Executable"
-"""The name of the preference: a path, or a command line such as `python3 -m wpcal`."""
+PREFERENCE = "Executable"  #: The name of the preference: a path, or a command line such as `python3 -m wpcal`.
 NAME = "wpcal.exe" if os.name == "nt" else "wpcal"
 FOLDER = "Scripts" if os.name == "nt" else "bin"
 

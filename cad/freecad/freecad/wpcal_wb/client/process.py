@@ -18,12 +18,9 @@ from .environment import clean_environment
 from .executable import Executable, find_executable, how_to_install
 from .failure import Failure
 
-PROTOCOL = 1
-"""The version of the protocol that this workbench speaks."""
-STOP_MS = 2000
-"""A process that was asked to end and still runs after this time is killed."""
-LAST_WORDS = 2000
-"""Characters of the child's error output that are kept for the message when it ends."""
+PROTOCOL = 1  #: The version of the protocol that this workbench speaks.
+STOP_MS = 2000  #: A process that was asked to end and still runs after this time is killed.
+LAST_WORDS = 2000  #: Characters of the child's error output that are kept for the message when it ends.
 
 Result = Callable[[Any], None]
 Failed = Callable[[Failure], None]
@@ -59,9 +56,7 @@ class Request:
     def wait(self, seconds: float = 600.0) -> Any:
         """Wait for the answer and return the result. For scripts and tests; a window would freeze.
 
-        Raises
-        ------
-        RuntimeError : When the request failed, or was not answered in time.
+        Raises `RuntimeError` when the request failed, or was not answered in time.
         """
         wait_until(lambda: self.is_done, seconds)
         if not self.is_done:
@@ -126,15 +121,7 @@ class Client:
         on_failure: Failed | None = None,
         on_progress: Progress | None = None,
     ) -> Request:
-        """Send a request. The callbacks are called later, by Qt's event loop.
-
-        Parameters
-        ----------
-        params : Plain values.
-        on_result : Takes the result.
-        on_failure : Takes the `Failure`.
-        on_progress : Takes a text and the fraction done, or None.
-        """
+        """Send a request. The callbacks are called later, by Qt's event loop."""
         self._count += 1
         message = {"id": self._count, "method": method, "params": params or {}}
         request = Request(self, self._count, message, on_result, on_failure, on_progress)

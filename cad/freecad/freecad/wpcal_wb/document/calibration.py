@@ -21,13 +21,7 @@ FRAME_CHOICES = {"": None, "ends": True, "all": False}
 def fit_params(document: Any, options: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return what `calibrate` and `save` are asked: taught points, options, decisions about seams.
 
-    Parameters
-    ----------
-    options : Of the fit, instead of those that the document keeps.
-
-    Raises
-    ------
-    ValueError : If the document has no taught points.
+    Raises `ValueError` if the document has no taught points.
     """
     taught = object_of(document, Kind.TAUGHT)
     table = data_of(taught, "Table") if taught is not None else None
@@ -76,9 +70,7 @@ def shown_of(obj: Any) -> Shown:
 def keep_fit(session: Session, fit: dict[str, Any], shown: Shown) -> Any:
     """Keep a fit in its document, and show the part where it is. Call it inside a `transaction`.
 
-    Raises
-    ------
-    ValueError : If more seam frames are wanted as coordinate systems than FreeCAD can show.
+    Raises `ValueError` if more seam frames are wanted as coordinate systems than FreeCAD can show.
     """
     document = session.document
     obj = ensure_object(document, Kind.CALIBRATION)

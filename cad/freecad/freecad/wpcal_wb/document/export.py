@@ -21,12 +21,9 @@ _COUNTER = re.compile(rb"Open CASCADE STEP translator [\d.]+( [\d.]+)*|NEXT_ASSE
 _PRODUCT = re.compile(rb"PRODUCT\('(?:[^']|'')*','(?:[^']|'')*'")
 SAME_PLACEMENT = 1e-9
 """Largest difference of two entries of the matrices of equal placements, mm: round-off of products of a few of them."""
-SHAPED = ("Part::Feature", "App::Part", "App::Link")
-"""Objects that can have a solid."""
-CONTAINERS = ("App::DocumentObjectGroup", "App::DocumentObjectGroupPython")
-"""Groups without a place of their own."""
-GEOMETRIC = (*SHAPED, CONTAINERS[0])
-"""Objects whose change can change the part."""
+SHAPED = ("Part::Feature", "App::Part", "App::Link")  #: Objects that can have a solid.
+CONTAINERS = ("App::DocumentObjectGroup", "App::DocumentObjectGroupPython")  #: Groups without a place of their own.
+GEOMETRIC = (*SHAPED, CONTAINERS[0])  #: Objects whose change can change the part.
 
 
 class NothingToExportError(ValueError):
@@ -52,13 +49,7 @@ class ExportedPart(NamedTuple):
 def part_objects(document: Any, chosen: Sequence[Any] = ()) -> list[Any]:
     """Return the objects of the part: those chosen, or every visible one that is not part of another.
 
-    Parameters
-    ----------
-    chosen : What the user selected. What has no solid (a sketch, an object of this workbench) is left out.
-
-    Raises
-    ------
-    NothingToExportError : When nothing has a solid.
+    Raises `NothingToExportError` when nothing has a solid.
     """
     candidates = list(chosen) if chosen else [obj for obj in _spread(roots(document)) if obj.Visibility]
     objects = [obj for obj in candidates if not is_ours(obj) and has_solid(obj)]
@@ -89,9 +80,7 @@ def frame_of(objects: Sequence[Any]) -> Any:
     FreeCAD writes an object at its place in its container. A single object, or several of one container, therefore come
     in the coordinates of that container.
 
-    Raises
-    ------
-    NothingToExportError : When the objects are in containers at different places.
+    Raises `NothingToExportError` when the objects are in containers at different places.
     """
     frames = [_container_frame(obj) for obj in objects]
     if any(not is_same_placement(frames[0], frame) for frame in frames):

@@ -17,17 +17,12 @@ import FreeCAD
 
 from ..words import translate
 
-KIND = "WpCalKind"
-"""The property that says which kind of object it is."""
-GROUP = "wpcal"
-"""The group of the properties in the property editor."""
-HIDDEN = 2
-"""Property mode: not shown. Records of thousands of characters are no use in the property editor."""
-READ_ONLY = 1
-"""Property mode: shown, not edited there."""
+KIND = "WpCalKind"  #: The property that says which kind of object it is.
+GROUP = "wpcal"  #: The group of the properties in the property editor.
+HIDDEN = 2  #: Property mode: not shown. Records of thousands of characters are no use in the property editor.
+READ_ONLY = 1  #: Property mode: shown, not edited there.
 
-_Property = Tuple[str, str, str, int]
-"""Type, name, description, mode."""
+_Property = Tuple[str, str, str, int]  #: Type, name, description, mode.
 _COMMON: tuple[_Property, ...] = (("App::PropertyString", KIND, "What this object is", HIDDEN),)
 
 

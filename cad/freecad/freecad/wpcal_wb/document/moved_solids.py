@@ -12,8 +12,7 @@ from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 import FreeCAD
 import Part
 
-SAME_MM = 1e-3
-"""Corners this near are one: both come from the same STEP file, with about 13 digits."""
+SAME_MM = 1e-3  #: Corners this near are one: both come from the same STEP file, with about 13 digits.
 
 
 class MovedSolid(NamedTuple):
@@ -34,15 +33,7 @@ def moved_solids(
 ) -> dict[str, list[MovedSolid] | None]:
     """Return how the solids of each object moved.
 
-    Parameters
-    ----------
-    objects : The objects of the exported part.
-    features : Those of the part, as `open` answers.
-    bodies : With `solids` and `T_part_moved`, as in the record of a calibration.
-
-    Returns
-    -------
-    dict. By the name of the object. None if a solid of the object is not found, or was cut into several bodies.
+    Returns dict. By the name of the object. None if a solid of the object is not found, or was cut into several bodies.
     """
     moves = {name: body["T_part_moved"] for body in bodies for name in body["solids"]}
     solids = [(obj.Name, solid) for obj in objects for solid in Part.getShape(obj).Solids]

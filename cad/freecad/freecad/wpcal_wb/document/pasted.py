@@ -8,11 +8,9 @@ import re
 _NUMBER = r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 _LABELLED = re.compile(rf"\b([XYZ])\s*[:=]?\s*({_NUMBER})", re.IGNORECASE)
 """As robots show a position: `X 812.29 Y -240.62 Z 165.80`, `X=812.29`."""
-_PLAIN = re.compile(rf"(?<![\w.])({_NUMBER})")
-"""A number that is not part of a name such as `P12`."""
+_PLAIN = re.compile(rf"(?<![\w.])({_NUMBER})")  #: A number that is not part of a name such as `P12`.
 _DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
-_THOUSANDS = re.compile(r"(?<![\d.,])\d{1,3}[ \u00a0\u202f]\d{3}[.,]\d")
-"""A space between thousands, as in `1 234,5`."""
+_THOUSANDS = re.compile(r"(?<![\d.,])\d{1,3}[ \u00a0\u202f]\d{3}[.,]\d")  #: A space between thousands, as in `1 234,5`.
 
 
 def pasted_points(text: str) -> list[tuple[str, str, str]]:

@@ -10,12 +10,9 @@ import FreeCAD
 
 from .kinds import is_ours
 
-AROUND = 0.02
-"""Points beside a picked one on an edge, as a share of the edge: near enough to be on the same seam."""
-MARKER_PX = 6
-"""A click so near to the middle of a marker is meant for it: a marker has 7 pixels."""
-MOST_NEAR = 8
-"""So many features around a click are looked at. One far behind it can be at the same pixel."""
+AROUND = 0.02  #: Points beside a picked one on an edge, as a share of the edge: near enough to be on the same seam.
+MARKER_PX = 6  #: A click so near to the middle of a marker is meant for it: a marker has 7 pixels.
+MOST_NEAR = 8  #: So many features around a click are looked at. One far behind it can be at the same pixel.
 
 
 class Pick(NamedTuple):
@@ -58,14 +55,7 @@ def picks_of(selection: Sequence[Any]) -> list[Pick]:
 
 
 def edge_points(edge: Any, near: Any, frame: Any) -> list[tuple[float, float, float]]:
-    """Return the point of an edge that is nearest to another, and one on each side of it, in the part.
-
-    Parameters
-    ----------
-    edge : In the coordinates of the document.
-    near : Where it was clicked; None means its middle.
-    frame : Where the part lies in the document.
-    """
+    """Return the point of an edge that is nearest to another, and one on each side of it, in the part."""
     first, last = edge.ParameterRange
     at = 0.5 * (first + last) if near is None else min(max(edge.Curve.parameter(near), first), last)
     aside = AROUND * (last - first)
@@ -82,14 +72,7 @@ def in_part(point: Any, frame: Any) -> tuple[float, float, float]:
 def feature_under(
     point: Any, features: Iterable[dict[str, Any]], frame: Any, on_screen: Callable[[Any], Sequence[float]]
 ) -> str | None:
-    """Return the feature whose marker was clicked although FreeCAD took the face or edge before it.
-
-    Parameters
-    ----------
-    point : Where the model was clicked, in the document.
-    frame : Where the part lies in the document.
-    on_screen : Takes a place of the document and returns its pixel.
-    """
+    """Return the feature whose marker was clicked although FreeCAD took the face or edge before it."""
     place = in_part(point, frame)
     near = sorted(features, key=lambda one: math.dist(one["p_mm"], place))[:MOST_NEAR]
     pixel = on_screen(point)

@@ -21,8 +21,7 @@ FRAME_TYPES = (("PartDesign::CoordinateSystem", "PartDesign"), ("Part::LocalCoor
 """Datum coordinate systems: the first type that this FreeCAD makes, and the module that must be loaded for it."""
 MOST_FRAMES = 500
 """Each is an object of the tree, and thousands make FreeCAD slow. All frames can be drawn as one object instead."""
-PLACED = "placed"
-"""The kind of the `App::Part`: it is not exported with the model."""
+PLACED = "placed"  #: The kind of the `App::Part`: it is not exported with the model.
 
 
 class NamedFrame(NamedTuple):
@@ -43,15 +42,7 @@ def place_part(
 ) -> Any:
     """Show the part at its pose. Call it inside a `transaction`.
 
-    Parameters
-    ----------
-    objects : The objects of the exported part.
-    pose : T_base_part.
-    moved : How the solids of each object moved, as of `moved_solids`.
-
-    Returns
-    -------
-    App::Part. With one link or copy per object. What it had of an earlier calibration is replaced.
+    Returns App::Part. With one link or copy per object. What it had of an earlier calibration is replaced.
     """
     part = placed_part(document)
     if part is None:
@@ -121,13 +112,7 @@ def remove_placed(document: Any) -> None:
 
 
 def seam_frames(seams: Iterable[Any], T_part_base: Any, *, ends_only: bool) -> list[NamedFrame]:
-    """Return the frames of the accepted seams in the part.
-
-    Parameters
-    ----------
-    seams : With frames in the base, as `calibrate` answers.
-    ends_only : Whether only the first and the last frame of every seam are wanted.
-    """
+    """Return the frames of the accepted seams in the part."""
     found = []
     for seam in seams:
         if not seam["accepted"]:
@@ -143,9 +128,7 @@ def seam_frames(seams: Iterable[Any], T_part_base: Any, *, ends_only: bool) -> l
 def add_frames(document: Any, part: Any, frames: Sequence[NamedFrame]) -> Any:
     """Add frames as datum coordinate systems to the placed part; those of an earlier call are replaced.
 
-    Raises
-    ------
-    ValueError : If there are more than `MOST_FRAMES`, or this FreeCAD has no datum coordinate systems.
+    Raises `ValueError` if there are more than `MOST_FRAMES`, or this FreeCAD has no datum coordinate systems.
     """
     if len(frames) > MOST_FRAMES:
         message = translate("{count} seam frames are too many for coordinate systems; at most {most}")

@@ -20,16 +20,12 @@ from .session import Session
 Seam = Dict[str, Any]
 Vector = Tuple[float, float, float]
 
-SAME_EDGE_MM = 0.05
-"""An edge is where a seam was found if its points around the picked one are this near to the seam."""
-SAME_CANDIDATE_MM = 0.1
-"""As wpcal recognises a candidate (`SAME_PLACE_MM` of its seam edits)."""
+SAME_EDGE_MM = 0.05  #: An edge is where a seam was found if its points around the picked one are this near to the seam.
+SAME_CANDIDATE_MM = 0.1  #: As wpcal recognises a candidate (`SAME_PLACE_MM` of its seam edits).
 NEAR_SHARE = 0.015
 """A click on a face is meant for a seam within this share of the size of all seams: some pixels of the view."""
-ADDED_EDGES = "add_edge"
-"""The option of the search with the edges that the user added."""
-LARGEST_TURN = math.radians(40)
-"""Frames stand so close that a curve turns less than this between two of them."""
+ADDED_EDGES = "add_edge"  #: The option of the search with the edges that the user added.
+LARGEST_TURN = math.radians(40)  #: Frames stand so close that a curve turns less than this between two of them.
 
 
 class SeamModel:
@@ -125,12 +121,7 @@ class SeamModel:
         self._options = {name: value for name, value in options.items() if value not in (None, "", [], False)}
 
     def drop_unfitting(self, candidates: Sequence[Seam]) -> list[str]:
-        """Forget decisions about seams that the part does not have any more, and return their names.
-
-        Parameters
-        ----------
-        candidates : The seams as wpcal finds them without decisions.
-        """
+        """Forget decisions about seams that the part does not have any more, and return their names."""
         fitting = [one for one in self.decisions if any(_is_same(one, seam) for seam in candidates)]
         dropped = [one["candidate"]["name"] for one in self.decisions if one not in fitting]
         self._decisions = fitting

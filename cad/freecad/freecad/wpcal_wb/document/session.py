@@ -44,9 +44,7 @@ class Ask:
     def wait(self, seconds: float = 600.0) -> Any:
         """Wait for the answer and return it. For scripts and tests; a window would freeze.
 
-        Raises
-        ------
-        RuntimeError : When there is no answer.
+        Raises `RuntimeError` when there is no answer.
         """
         if not wait_until(lambda: self.is_done, seconds):
             raise RuntimeError(f"wpcal did not answer in {seconds:g} s")
@@ -106,9 +104,7 @@ class Session:
     def write_part(self) -> export.ExportedPart:
         """Return the part as a STEP file; it is written again only after a change.
 
-        Raises
-        ------
-        NothingToExportError : When there is no solid.
+        Raises `NothingToExportError` when there is no solid.
         """
         objects = export.part_objects(self.document, self.chosen())
         names = [obj.Name for obj in objects]

@@ -16,12 +16,10 @@ from .session import Session
 COORDINATES = ("x_mm", "y_mm", "z_mm")
 MODEL = ("model_x_mm", "model_y_mm", "model_z_mm")
 FIRST_COLUMNS = ("name", *COORDINATES, "feature", "use")
-USES = ("yes", "check", "no")
-"""Fitted; not fitted, but tests the fit; left out."""
+USES = ("yes", "check", "no")  #: Fitted; not fitted, but tests the fit; left out.
 SAME_PLACE_MM = 0.01
 """A vertex or the centre of a circle is a feature if they are this near: both come from the same STEP file."""
-MODEL_DIGITS = 4
-"""Decimals of mm of a place on the model."""
+MODEL_DIGITS = 4  #: Decimals of mm of a place on the model.
 
 Vector = Sequence[float]
 

@@ -14,10 +14,8 @@ from ..document.session import Ask, session_of
 from ..qt import QtCore, number_of, widgets
 from ..words import translate
 
-PROGRESS_AFTER_MS = 400
-"""A question that is answered sooner shows no progress bar: it would only flicker."""
-FORCE = "--force"
-"""What wpcal advises if a folder has a result; a panel has a box for it."""
+PROGRESS_AFTER_MS = 400  #: A question that is answered sooner shows no progress bar: it would only flicker.
+FORCE = "--force"  #: What wpcal advises if a folder has a result; a panel has a box for it.
 
 
 class TaskPanel:
@@ -61,14 +59,7 @@ class TaskPanel:
     # -- questions --------------------------------------------------------------------------------------------------
 
     def ask(self, method: str, params: dict[str, Any] | None, on_result: Result, *, quiet: bool = False) -> Ask:
-        """Ask wpcal about the part, with progress and Cancel below the widgets; a failure is shown as a message.
-
-        Parameters
-        ----------
-        params : Without `handle`.
-        on_result : Takes the result. Not called once the panel was closed.
-        quiet : Whether no progress is shown, as for the fit while the user types.
-        """
+        """Ask wpcal about the part, with progress and Cancel below the widgets; a failure is shown as a message."""
         on_progress = None if quiet else self._show_progress
         return self._follow(
             lambda done, failed: self.session.ask(

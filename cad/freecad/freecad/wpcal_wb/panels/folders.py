@@ -30,9 +30,7 @@ class FolderLine:
     def path(self) -> str:
         """Return the folder.
 
-        Raises
-        ------
-        ValueError : If none is named.
+        Raises `ValueError` if none is named.
         """
         text = self.edit.text().strip()
         if not text:

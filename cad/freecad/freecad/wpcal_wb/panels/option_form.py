@@ -13,8 +13,7 @@ from ..qt import QtCore, widgets
 from ..words import translate
 
 _FLAG = re.compile(r"(['\"]?)--([a-z][a-z0-9-]*[a-z0-9])\1")
-DEFAULT = ""
-"""The first choice of a list: wpcal decides."""
+DEFAULT = ""  #: The first choice of a list: wpcal decides.
 
 
 class OptionForm:
@@ -26,14 +25,7 @@ class OptionForm:
     """
 
     def __init__(self, *, first: Mapping[str, str], left_out: Sequence[str] = (), switches: Sequence[str] = ()) -> None:
-        """Make an empty form.
-
-        Parameters
-        ----------
-        first : Options that are shown at once, in this order, with their labels. The others are below "More options".
-        left_out : Options that the panel asks for in its own way.
-        switches : Options with a value that may be left out: here they are on or off.
-        """
+        """Make an empty form."""
         self._first, self._left_out, self._switches = first, left_out, switches
         self.is_filled = False
         self._fields: dict[str, _Field] = {}
@@ -74,9 +66,7 @@ class OptionForm:
     def values(self) -> dict[str, Any]:
         """Return the options that the user gave.
 
-        Raises
-        ------
-        ValueError : If a field is not a number and should be one; the message names it.
+        Raises `ValueError` if a field is not a number and should be one; the message names it.
         """
         found = {name: field.value() for name, field in self._fields.items()}
         return {name: value for name, value in found.items() if value is not None}

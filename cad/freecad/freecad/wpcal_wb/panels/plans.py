@@ -146,9 +146,7 @@ class WeldPlanPanel(PlanPanel):
     def inputs(self, options: dict[str, Any]) -> dict[str, Any]:
         """Return cell, result folder and options.
 
-        Raises
-        ------
-        ValueError : If no cell is named.
+        Raises `ValueError` if no cell is named.
         """
         cell = self.cell.text().strip()
         if not cell:

@@ -22,8 +22,7 @@ from .taught_table import TaughtTable
 from .watching import DocumentWatch, SelectionWatch
 from .widgets import button, view_of
 
-REFIT_AFTER_MS = 30
-"""Changes within this time are fitted together. A cell changes once, when it is left."""
+REFIT_AFTER_MS = 30  #: Changes within this time are fitted together. A cell changes once, when it is left.
 FILES = "Tables and robot programs (*.csv *.tsv *.txt *.xlsx *.mod *.dat *.src *.ls *.jbi *.as *.urp *.script);;* (*)"
 
 

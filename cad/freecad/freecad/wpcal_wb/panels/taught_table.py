@@ -19,14 +19,7 @@ UNUSED = "#8a94a0"
 
 
 class TaughtTable:
-    """Rows of a `TaughtModel` as cells.
-
-    Parameters
-    ----------
-    typed : Takes row, name of the column and text of a cell that was typed.
-    chose : Called when other rows are chosen.
-    paste : Called for Ctrl+V.
-    """
+    """Rows of a `TaughtModel` as cells."""
 
     def __init__(
         self,

@@ -18,18 +18,11 @@ from .lines import NEAREST, Path, arrows_node, fitting_factor, not_clickable, pa
 
 SEAM_WIDTH = 6.0
 REFUSED_WIDTH = 2.0
-TRIAD_PART = 0.035
-"""Length of the axes of a seam frame, as a part of the radius of everything."""
+TRIAD_PART = 0.035  #: Length of the axes of a seam frame, as a part of the radius of everything.
 
 
 def calibration_node(fit: dict[str, Any], frame: Any, shown: Shown) -> coin.SoSeparator:
-    """Return what is drawn of a fit.
-
-    Parameters
-    ----------
-    fit : The answer of `calibrate` with the frames of the seams.
-    frame : Where the coordinates of the part lie in the document.
-    """
+    """Return what is drawn of a fit."""
     drawn = _in_base(fit, shown)
     root = coin.SoSeparator()
     if shown.at_pose:

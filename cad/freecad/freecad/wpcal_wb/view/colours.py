@@ -6,8 +6,7 @@ from __future__ import annotations
 import math
 from typing import Tuple
 
-Colour = Tuple[float, float, float]
-"""Red, green, blue from 0 to 1."""
+Colour = Tuple[float, float, float]  #: Red, green, blue from 0 to 1.
 
 STOPS = (
     (0.0, (17, 122, 139)),
@@ -17,14 +16,10 @@ STOPS = (
     (1.0, (190, 30, 45)),
 )
 """From zero to the tolerance: teal, yellow, red. The order remains visible in grey and for colour-blind people."""
-BEYOND = (122, 31, 162)
-"""Violet: above the tolerance. No colour of the scale."""
-UNKNOWN = (138, 148, 160)
-"""Grey: without a predicted error, and refused seams."""
-RESIDUAL = (214, 36, 110)
-"""No colour scale has the colour of the residuals."""
-ROUND_OFF = 1e-9
-"""An error of exactly the tolerance is on the scale, whatever the last digit."""
+BEYOND = (122, 31, 162)  #: Violet: above the tolerance. No colour of the scale.
+UNKNOWN = (138, 148, 160)  #: Grey: without a predicted error, and refused seams.
+RESIDUAL = (214, 36, 110)  #: No colour scale has the colour of the residuals.
+ROUND_OFF = 1e-9  #: An error of exactly the tolerance is on the scale, whatever the last digit.
 
 
 def colour_of(share: float | None) -> Colour:

@@ -14,24 +14,19 @@ from pivy import coin
 from .colours import Colour
 
 Place = Sequence[float]
-Path = Tuple[Sequence[Place], Sequence[Colour]]
-"""A polyline: its places, and the colour at each of them."""
+Path = Tuple[Sequence[Place], Sequence[Colour]]  #: A polyline: its places, and the colour at each of them.
 
 AXIS_COLOURS: tuple[Colour, ...] = ((0.80, 0.10, 0.10), (0.10, 0.60, 0.15), (0.10, 0.25, 0.85))
 """x, y and z, as FreeCAD draws axes."""
-BARB_PART = 0.18
-"""Length of the head of an arrow, as a part of the arrow."""
+BARB_PART = 0.18  #: Length of the head of an arrow, as a part of the arrow.
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 """Residuals are drawn longer than they are, by one of these."""
-LONGEST_PART = 0.2
-"""No residual is drawn longer than this part of the radius of everything."""
+LONGEST_PART = 0.2  #: No residual is drawn longer than this part of the radius of everything.
 NEARER = 0.996
 """Lines and marks are drawn in this share of the depth of the view. A wide line in a corner of faces would sink into
 them to half its width."""
-NEAREST = 0.994
-"""What covers other lines on the same place, such as the errors along a seam."""
-ZERO_MM = 1e-9
-"""A shorter vector has no direction."""
+NEAREST = 0.994  #: What covers other lines on the same place, such as the errors along a seam.
+ZERO_MM = 1e-9  #: A shorter vector has no direction.
 
 
 def paths_node(paths: Sequence[Path], *, width: float, depth: float = NEARER) -> coin.SoSeparator:
@@ -52,10 +47,7 @@ def paths_node(paths: Sequence[Path], *, width: float, depth: float = NEARER) ->
 def triads_node(poses: Sequence[tuple[Place, Sequence[Place]]], *, length: float) -> coin.SoSeparator:
     """Return one node that draws frames as three short lines each.
 
-    Parameters
-    ----------
-    poses : R is a 3 × 3 matrix, row by row; its columns are the axes x, y and z.
-    length : Of an axis, mm.
+    `length`: Of an axis, mm.
     """
     places: list[Place] = []
     index: list[int] = []

@@ -12,26 +12,19 @@ from .colours import UNKNOWN, Colour, unit
 
 Point = Sequence[float]
 
-ARROW_SHARE = 0.03
-"""Length of an arrow, as a share of the size of all seams together."""
-ARROWS_APART = 8
-"""Arrows along a long seam are this many arrow lengths apart."""
+ARROW_SHARE = 0.03  #: Length of an arrow, as a share of the size of all seams together.
+ARROWS_APART = 8  #: Arrows along a long seam are this many arrow lengths apart.
 ACCEPTED = unit((194, 65, 12))
 REFUSED = unit(UNKNOWN)
 CHOSEN = unit((29, 95, 168))
-EASY = unit((47, 123, 217))
-"""A feature with a sharp corner or rim."""
-HARD = unit((125, 138, 152))
-"""The colours of wpcal's pages."""
+EASY = unit((47, 123, 217))  #: A feature with a sharp corner or rim.
+HARD = unit((125, 138, 152))  #: The colours of wpcal's pages.
 
 
 def arrows(seams: Sequence[tuple[dict[str, Any], Colour]], length_mm: float) -> tuple[Any, list[int]]:
     """Return arrowheads along seams as one set of triangles, and to which seam each triangle belongs.
 
-    Parameters
-    ----------
-    seams : sequence of (frames, colour)
-    length_mm : Of an arrow.
+    `seams`: sequence of (frames, colour).
     """
     points: list[Point] = []
     owners: list[int] = []

@@ -57,12 +57,7 @@ class TaughtView(RecordView):
             self._draw()
 
     def show_residuals(self, points: Sequence[dict[str, Any]]) -> None:
-        """Draw residuals, enlarged so that the largest is well seen; an empty list takes them away.
-
-        Parameters
-        ----------
-        points : As `calibrate` answers them: `p_part_mm`, `residual_part_mm`, `distance_mm`.
-        """
+        """Draw residuals, enlarged so that the largest is well seen; an empty list takes them away."""
         self._arrows.removeAllChildren()
         known = [one for one in points if one.get("p_part_mm") and one.get("residual_part_mm")]
         if not known:
