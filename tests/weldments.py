@@ -19,24 +19,14 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weldment:
-    """Bodies that may move, and where they are touched.
+    """Bodies that may move, and where they are touched."""
 
-    Parameters
-    ----------
-    bodies : Bodies
-        The base first.
-    p, n : ndarray, shape (m, 3)
-        Touched points and outward normals, in the model, mm.
-    body : ndarray of int, shape (m,)
-    targets : TouchTargets
-        One row for each touch.
-    """
-
-    bodies: Bodies
+    bodies: Bodies  #: The base first.
+    #: `p`, `n`: shape (m, 3). Touched points and outward normals, in the model, mm.
     p: FloatArray
     n: FloatArray
-    body: IntArray
-    targets: TouchTargets
+    body: IntArray  #: shape (m,).
+    targets: TouchTargets  #: One row for each touch.
 
     def drawn(self, rng: np.random.Generator, *, scale: float = 1.0) -> Motions:
         """Draw where a real part stands, and how its bodies moved: within their tolerances times `scale`."""
@@ -66,12 +56,8 @@ class Weldment:
 def uprights(touches_each: int, *, on_base: int = 6) -> Weldment:
     """Build the weldment with so many touches on every upright: on its large face, its end and its top.
 
-    Parameters
-    ----------
-    touches_each : int
-        At most 6.
-    on_base : int
-        At most 6: three on the top, two on a long side, one on a short one.
+    `touches_each`: At most 6.
+    `on_base`: At most 6: three on the top, two on a long side, one on a short one.
     """
     base = [
         ((-280, -180, 0), (0, 0, 1)), ((280, -180, 0), (0, 0, 1)), ((0, 180, 0), (0, 0, 1)),

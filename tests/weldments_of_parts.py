@@ -40,16 +40,9 @@ MOST_SEAMS = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartWeldment:
-    """A part with several bodies, its seams, and touches on it.
+    """A part with several bodies, its seams, and touches on it."""
 
-    Parameters
-    ----------
-    seams : StillSeams
-        Accepted ones, each with a few of its frames.
-    weldment : Weldment
-    """
-
-    seams: StillSeams
+    seams: StillSeams  #: Accepted ones, each with a few of its frames.
     weldment: Weldment
 
     def met(self, motions: Motions) -> list[MovedSeam]:
@@ -59,20 +52,10 @@ class PartWeldment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
-    """One simulated weldment: all points of all seams, n.
+    """One simulated weldment: all points of all seams, n."""
 
-    Parameters
-    ----------
-    off_mm : ndarray, shape (n,)
-        Distance of the fitted from the true point.
-    across_mm : ndarray, shape (n,)
-        The same across the seam.
-    errors : MeetingErrors
-    fit : BodiesFit
-    """
-
-    off_mm: FloatArray
-    across_mm: FloatArray
+    off_mm: FloatArray  #: shape (n,). Distance of the fitted from the true point.
+    across_mm: FloatArray  #: shape (n,). The same across the seam.
     errors: MeetingErrors
     fit: BodiesFit
 
@@ -85,13 +68,8 @@ class Simulated:
 def part_weldment(path: Path, *, each: int, on_base: int = 6, frames: int = 3) -> PartWeldment:
     """Open a part, find its seams, and choose touches that say most about its bodies.
 
-    Parameters
-    ----------
-    path : Path
-    each, on_base : int
-        Touches on each body, and on the largest one.
-    frames : int
-        At most so many of each seam.
+    `each`, `on_base`: Touches on each body, and on the largest one.
+    `frames`: At most so many of each seam.
     """
     trimmed, seams = _opened(path, frames)
     graph = trimmed.graph

@@ -7,11 +7,11 @@ import sys
 import numpy as np
 from rich.table import Table
 
+from tests.benchmarks.verdict_study import VerdictStudy, run_verdict_study
 from tests.saved_graphs import saved_graph
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import detect_seams
-from wpcal.study.verdict_study import VerdictStudy, run_verdict_study
 from wpcal.taught.features import find_features
 
 PARTS = ("tee", "lap", "saddle", "frame")
