@@ -23,13 +23,12 @@ from wpcal.seam.seam import Seam
 from wpcal.taught.features import Ease, ReferenceFeature, Touchable
 from wpcal.touch.advice import fills_a_plane, require_seams, where_it_is
 from wpcal.touch.design import farthest_rows
-from wpcal.touch.moved_advice import MovedAdvice, TouchChoices, advise_moved
+from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved
 from wpcal.touch.weldment import MovedModel, SeamPoints, Tacked
 
 PER_BODY = 12  #: Features of a body that are judged, far from one another, if there are many bodies.
 MOST_CHOICES = 400  #: Features that are judged together.
 TOUCHES_PER_BODY = 2  #: How many are advised if nothing is said.
-MOST_TAUGHT = 60  #: A person teaches no more to reach a tolerance.
 
 
 def tacked_bodies(
@@ -98,10 +97,7 @@ def advise_bodies(
             model,
             _choices(workpiece, tacked, model, free, sigma_mm, is_easy=is_easy),
             tacked.seams,
-            count=count,
-            tolerance_mm=tolerance_mm,
-            most=MOST_TAUGHT,
-            usual=usual,
+            HowMany(count, tolerance_mm, usual),
             have=np.concatenate(rows),
         )
         if not advice.why_not:

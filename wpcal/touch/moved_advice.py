@@ -14,7 +14,7 @@ from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
 from wpcal.core.arrays import FloatArray, IntArray, as_points
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.wording import counted, listed
-from wpcal.touch.searches.plan import SeamPrediction, Served
+from wpcal.touch.searches.plan import MOST_TOUCHES, SeamPrediction, Served
 from wpcal.touch.weldment import (
     OFTEN,
     UNKNOWN_MM,
@@ -111,43 +111,50 @@ class MovedAdvice(SeamPrediction):
         }
 
 
+@dataclass(frozen=True, slots=True)
+class HowMany:
+    """How many touches are asked for: a number, as many as a tolerance needs, or both.
+
+    Raises `InputError` when neither a positive count nor a positive tolerance is given.
+    """
+
+    count: int | None = None  #: How many to add. With a tolerance, how many at least.
+    tolerance_mm: float | None = None  #: Add as many as the worst seam needs.
+    usual: int = 1  #: How many to add at least if no number reaches the tolerance.
+    most: int = MOST_TOUCHES
+
+    def __post_init__(self) -> None:
+        if self.count is None and self.tolerance_mm is None:
+            raise InputError("say how many touches, or to which tolerance")
+        if self.count is not None and self.count < 1:
+            raise InputError(f"expected 1 touch or more, got {self.count}")
+        if self.tolerance_mm is not None and not 0.0 < self.tolerance_mm < np.inf:
+            raise InputError(f"the tolerance must be a positive length, got {self.tolerance_mm:g} mm")
+
+
 def advise_moved(
-    model: MovedModel,
-    choices: TouchChoices,
-    seams: SeamPoints,
-    *,
-    count: int | None = None,
-    tolerance_mm: float | None = None,
-    most: int = 60,
-    usual: int = 1,
-    have: FloatArray | None = None,
+    model: MovedModel, choices: TouchChoices, seams: SeamPoints, asked: HowMany, *, have: FloatArray | None = None
 ) -> MovedAdvice:
     """Choose touches that lower the largest error of the seams of a weldment most.
 
-    Parameters
-    ----------
-    have : shape (r, q, m). Rows of touches that were made already; on some bodies there may be none.
-
-    Returns
-    -------
-    MovedAdvice. With `why` where the tolerance is not reached.
-
-    Raises
-    ------
-    InputError : When neither a positive count nor a positive tolerance is given.
-    GeometryError : When there is no seam point, nothing to choose from, or all touches together leave the part free.
+    `have`: shape (r, q, m). Rows of touches that were made already; on some bodies there may be none.
+    Raises `GeometryError` when there is no seam point, nothing to choose from, or all touches leave the part free.
     """
-    _require_asked(count, tolerance_mm, choices, seams)
+    if len(seams.seams) == 0:
+        raise GeometryError("there is no seam where the error counts", code=ErrorCode.NO_SEAM)
+    if len(choices.names) == 0:
+        raise GeometryError("there is nothing to touch")
     start = model.prior() + (0.0 if have is None else _information(have))
     deciding = model.seam_rows(seams.points.select(deciding_points(seams.points)))
     search = MovedSearch.with_floor(choices.rows, deciding, start)
-    least, why = count or 1, ""
+    least, why, tolerance_mm = asked.count or 1, "", asked.tolerance_mm
     if tolerance_mm is None:
         chosen = search.chosen(start, least)
     else:
-        chosen, error = search.fewest(start, tolerance_mm, least, max(most, least), usual)
+        chosen, error = search.fewest(start, tolerance_mm, least, max(asked.most, least), asked.usual)
         if error > tolerance_mm:
-            why = _why_not(search, model, choices, start, len(chosen), error, tolerance_mm, seams)
+            head = f"{tolerance_mm:g} mm is not reached: {counted(len(chosen), 'touch')} leave {error:.2f} mm"
+            why = f"{head}, {_why_not(search, start, (model, choices, seams), tolerance_mm, len(chosen))}"
     order = search.in_order(start, chosen)
     every = MovedSearch(choices.rows, model.seam_rows(seams.points))
     C = inverse(start + every.information(order))
@@ -170,19 +177,6 @@ def advise_moved(
         model=model,
         tolerance_mm=tolerance_mm,
     )
-
-
-def _require_asked(count: int | None, tolerance_mm: float | None, choices: TouchChoices, seams: SeamPoints) -> None:
-    if count is None and tolerance_mm is None:
-        raise InputError("say how many touches, or to which tolerance")
-    if count is not None and count < 1:
-        raise InputError(f"expected 1 touch or more, got {count}")
-    if tolerance_mm is not None and not 0.0 < tolerance_mm < np.inf:
-        raise InputError(f"the tolerance must be a positive length, got {tolerance_mm:g} mm")
-    if len(seams.seams) == 0:
-        raise GeometryError("there is no seam where the error counts", code=ErrorCode.NO_SEAM)
-    if len(choices.names) == 0:
-        raise GeometryError("there is nothing to touch")
 
 
 def _information(rows: FloatArray) -> FloatArray:
@@ -230,48 +224,45 @@ def _told(
     return touches
 
 
-def shared_error_words(head: str, common_mm: float) -> str:
+def shared_error_words(common_mm: float) -> str:
     """Say that an error that all touches share keeps the error above the tolerance."""
     return (
-        f"{head}, of which {common_mm:.2f} mm come from an error that all touches share: a touch on a --post, or a "
+        f"of which {common_mm:.2f} mm come from an error that all touches share: a touch on a --post, or a "
         "smaller stick_out_sigma_mm in the --setup, would help"
     )
 
 
 def _why_not(
     search: MovedSearch,
-    model: MovedModel,
-    choices: TouchChoices,
     start: FloatArray,
-    count: int,
-    reached_mm: float,
+    weldment: tuple[MovedModel, TouchChoices, SeamPoints],
     tolerance_mm: float,
-    seams: SeamPoints,
+    count: int,
 ) -> str:
     """Say what keeps the error above the tolerance: motions that no touch sees, shared errors, or too few touches."""
-    head = f"{tolerance_mm:g} mm is not reached: {counted(count, 'touch')} leave {reached_mm:.2f} mm"
-    every = OFTEN * search.information(range(len(choices.names)))
+    model, choices, seams = weldment
+    once = search.information(range(len(choices.names)))
     known = np.zeros_like(start)
     if model.shared:
         known[-model.shared :, -model.shared :] = OFTEN * np.eye(model.shared)
-    unseen = inverse(start + every + known)
+    unseen = inverse(start + OFTEN * once + known)
     if search.joint_error(unseen) > tolerance_mm:
         points = seams.points.select(deciding_points(seams.points))
         worst = int(np.argmax(search.errors(unseen)))
-        pair = dict.fromkeys([int(points.wall_body[worst]), int(points.base_body[worst])])
-        names = [model.bodies.names[b] for b in pair if b >= 0]
-        bare = [model.bodies.names[b] for b in pair if b >= 0 and not (choices.body == b).any()]
+        pair = [b for b in dict.fromkeys([int(points.wall_body[worst]), int(points.base_body[worst])]) if b >= 0]
+        bare = [model.bodies.names[b] for b in pair if not (choices.body == b).any()]
         least = f"of which {search.joint_error(unseen):.2f} mm come from motions that no possible touch sees"
+        names = [model.bodies.names[b] for b in pair]
         what = f"nothing on {listed(bare)} can be touched" if bare else f"of {listed(names)}"
-        return f"{head}, {least}: {what}; tighter tacks (--tack-mm) or another way to reach these faces would help"
-    common = search.joint_error(inverse(start + every))
+        return f"{least}: {what}; tighter tacks (--tack-mm) or another way to reach these faces would help"
+    common = search.joint_error(inverse(start + OFTEN * once))
     if common > tolerance_mm:
-        return shared_error_words(head, common)
-    best = search.joint_error(inverse(start + search.information(range(len(choices.names)))))
+        return shared_error_words(common)
+    best = search.joint_error(inverse(start + once))
+    rest = f"more than {counted(count, 'touch')} are not planned"
     if best > tolerance_mm:
-        every_place = f"all {len(choices.names)} places that can be touched"
-        return f"{head}, and {every_place} {best:.2f} mm; a better repeatability would help"
-    return f"{head}, and more than {counted(count, 'touch')} are not planned; a better repeatability would help"
+        rest = f"all {len(choices.names)} places that can be touched {best:.2f} mm"
+    return f"and {rest}; a better repeatability would help"
 
 
 def advise_touches(
@@ -330,4 +321,4 @@ def advise_touches(
     rows = model.rows(p, unit[:, None, :] / sigma_mm, own)
     words = tuple(f"({' '.join(f'{v:g}' for v in place)}) on {name}" for place, name in zip(p, body, strict=True))
     choices = TouchChoices(tuple(f"P{k + 1}" for k in range(len(p))), words, own, rows)
-    return advise_moved(model, choices, seams, count=count, tolerance_mm=tolerance_mm)
+    return advise_moved(model, choices, seams, HowMany(count, tolerance_mm))

@@ -14,7 +14,7 @@ from wpcal.calibrate.observe.bodies import Contacts, TackTolerance
 from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.touch.moved_advice import MovedAdvice, TouchChoices, advise_moved
+from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved
 from wpcal.touch.weldment import MovedModel, MovedSearch, SeamPoints, Tacked
 
 SIGMA_MM = 0.2
@@ -51,7 +51,7 @@ def choices(part: Weldment, model: MovedModel, some: list[int] | None = None) ->
 
 def advised(part: Weldment, some: list[int] | None = None, **options: float) -> MovedAdvice:
     own = tacked(part)
-    return advise_moved(own.model(), choices(part, own.model(), some), own.seams, **options)  # type: ignore[arg-type]
+    return advise_moved(own.model(), choices(part, own.model(), some), own.seams, HowMany(**options))  # type: ignore[arg-type]
 
 
 def test_the_predicted_error_is_the_one_after_the_fit() -> None:
@@ -113,7 +113,7 @@ def test_a_body_without_a_touch_is_touched_next() -> None:
         model,
         choices(PART, model),
         own.seams,
-        count=1,
+        HowMany(1),
         have=choices(PART, model, made.tolist()).rows,
     )
     (touch,) = advice.touches
@@ -145,7 +145,7 @@ def test_what_cannot_be_reached_says_why() -> None:
     long_wire = -2.0 / SIGMA_MM * PART.n[:, 2:][:, None, :]  # all see 2 mm of the wire that points down
     rows = model.rows(PART.p, PART.n[:, None, :] / SIGMA_MM, PART.body, long_wire)
     some = TouchChoices(tuple(f"T{i}" for i in k), ("",) * len(k), PART.body, rows)
-    advice = advise_moved(model, some, own.seams, tolerance_mm=1.5)
+    advice = advise_moved(model, some, own.seams, HowMany(tolerance_mm=1.5))
     assert "--post" in advice.why_not
 
 
@@ -182,9 +182,9 @@ def test_a_part_without_seams_or_places_is_refused() -> None:
     own = tacked(PART)
     none = SeamPoints(own.seams.points.select(np.zeros(0, dtype=np.int64)), ())
     with pytest.raises(GeometryError, match="no seam"):
-        advise_moved(own.model(), choices(PART, own.model()), none, count=1)
+        advise_moved(own.model(), choices(PART, own.model()), none, HowMany(1))
     with pytest.raises(GeometryError, match="nothing to touch"):
-        advise_moved(own.model(), choices(PART, own.model(), []), own.seams, count=1)
+        advise_moved(own.model(), choices(PART, own.model(), []), own.seams, HowMany(1))
 
 
 def test_tight_tacks_are_the_rigid_part() -> None:

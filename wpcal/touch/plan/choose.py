@@ -23,10 +23,11 @@ from wpcal.core.errors import InputError
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.wording import counted
 from wpcal.touch.design import FREEDOMS, QUANTILES, SetSearch, farthest_rows
-from wpcal.touch.moved_advice import MovedAdvice, TouchChoices, advise_moved, shared_error_words
+from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved, shared_error_words
 from wpcal.touch.plan.contacts import face_words
 from wpcal.touch.plan.free import Strokes
-from wpcal.touch.plan.options import MOST_TOUCHES, Pattern, TouchOptions
+from wpcal.touch.plan.options import Pattern, TouchOptions
+from wpcal.touch.searches.plan import MOST_TOUCHES
 from wpcal.touch.searches.setup import TouchSetup
 from wpcal.touch.weldment import MovedModel, MovedSearch, Tacked
 
@@ -203,15 +204,9 @@ def advise_searches(
     rows = model.rows(contacts.p, ways[:, None, :], body, common[:, None, :])
     words = [face_words(graph, contacts.select(np.array([k])), int(face)) for k, face in enumerate(contacts.face)]
     choices = TouchChoices(tuple(f"S{k + 1}" for k in range(len(strokes))), tuple(words), body, rows)
-    return advise_moved(
-        model,
-        choices,
-        tacked.seams,
-        count=options.count(len(tacked.bodies)),
-        tolerance_mm=options.tolerance_mm,
-        most=MOST_TOUCHES,
-        usual=options.usual(len(tacked.bodies)),
-    )
+    bodies = len(tacked.bodies)
+    asked = HowMany(options.count(bodies), options.tolerance_mm, options.usual(bodies))
+    return advise_moved(model, choices, tacked.seams, asked)
 
 
 def fewest_set(
@@ -277,5 +272,5 @@ def _why_not(
     exact = replace(design, variances=np.zeros(len(design)))
     common = joint_error_of(exact, np.array(order), seam_points)
     if common > tolerance_mm:
-        return shared_error_words(head, common)
+        return f"{head}, {shared_error_words(common)}"
     return f"{head}; a better repeatability of the touches would help"

@@ -15,10 +15,10 @@ from wpcal.core.errors import InputError
 from wpcal.core.options import opt, opt_deg
 from wpcal.core.tangent import point_jacobian
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
+from wpcal.touch.searches.plan import MOST_TOUCHES
 from wpcal.touch.searches.setup import TouchSetup
 
 LEAST_TOUCHES = 6  #: Each touch on a face gives one number, and a place has six.
-MOST_TOUCHES = 60  #: Far more than anybody runs: the error falls with the root of the number.
 USUAL_TOUCHES = 8  #: Six hold the part, two test them.
 TOUCHES_PER_BODY = 2  #: For each further body that may move: what most fillets need.
 HIT_LEVEL = 0.99  #: Share of the parts that a search meets within its stroke.

@@ -21,6 +21,10 @@ FINGERPRINT_DIGITS = 6
 """Decimals of mm and degrees that count as the same plan: far below what a controller stores."""
 
 
+MOST_TOUCHES = 60
+"""Far more than anybody makes: the error falls with the root of the number."""
+
+
 class Contact(StrEnum):
     """What of the torch meets the face."""
 
