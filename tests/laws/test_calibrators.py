@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wpcal.calibrate import Criterion, Solver, calibrate, fit_least_squares, fit_robust, fit_weighted, solve_minimax
+from wpcal.calibrate import (
+    Criterion,
+    PointProblem,
+    Solver,
+    TeachingError,
+    calibrate,
+    fit_least_squares,
+    fit_weighted,
+    solve_minimax,
+)
 from wpcal.core import GeometryError, PointPairs, RigidTransform
 from wpcal.core.tangent import exp_rotation
 
@@ -17,7 +26,7 @@ CALIBRATORS = {
     "least_squares": fit_least_squares,
     "minimax": lambda pairs: solve_minimax(pairs).T,
     "weighted": fit_weighted,
-    "robust": lambda pairs: fit_robust(pairs).T,
+    "robust": lambda pairs: PointProblem(pairs, TeachingError()).fit(Criterion.ROBUST).T,
     "annealing": lambda pairs: calibrate(pairs, solver=Solver.ANNEALING).T_base_part,
 }
 SOLVERS = pytest.mark.parametrize("fit", CALIBRATORS.values(), ids=CALIBRATORS.keys())

@@ -12,7 +12,6 @@ from wpcal.calibrate.solve.weighted import fit_weighted
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.trust.blame import Exchange, Suspect
 from wpcal.calibrate.trust.criteria import CriteriaComparison, Criterion, FitProblem, FitSummary
-from wpcal.calibrate.trust.robust import RobustSolution, fit_robust
 from wpcal.calibrate.trust.touch_evidence import HeldMotion, StartsEvidence, TouchEvidence
 from wpcal.calibrate.trust.verdict import Verdict, VerdictKind, VerdictReason
 from wpcal.calibrate.trust.without import Distrusted, compare_without
@@ -28,7 +27,6 @@ __all__ = [
     "HeldMotion",
     "MinimaxSolution",
     "PointProblem",
-    "RobustSolution",
     "Sigma",
     "SigmaSource",
     "Solver",
@@ -45,7 +43,6 @@ __all__ = [
     "calibrate",
     "compare_without",
     "fit_least_squares",
-    "fit_robust",
     "fit_weighted",
     "solve_minimax",
     "weighted_rms_bound",

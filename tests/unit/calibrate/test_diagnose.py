@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wpcal.calibrate import calibrate, fit_robust
+from wpcal.calibrate import Criterion, PointProblem, TeachingError, calibrate
 from wpcal.calibrate.trust.diagnose import find_issues
 from wpcal.core import PointPairs, UnitError
 from wpcal.core.tangent import exp_rotation
@@ -16,6 +16,10 @@ NOISE_MM = 0.2
 def pairs_of(model, real, seed=0, noise_mm=NOISE_MM):
     real = np.asarray(real) + np.random.default_rng(seed).normal(size=np.shape(real)) * noise_mm
     return PointPairs(NAMES[: len(model)], model, real @ R.T + [1000, -200, 300])
+
+
+def robust(pairs, sigma_mm=None):
+    return PointProblem(pairs, TeachingError(sigma_mm=sigma_mm)).fit(Criterion.ROBUST)
 
 
 def codes(pairs, **options):
@@ -45,9 +49,9 @@ def test_a_blunder_does_not_move_the_robust_fit():
     off = BODY.copy()
     off[1] += [3.0, 20.0, 0]
     good, bad = pairs_of(BODY, BODY), pairs_of(BODY, off)
-    assert fit_robust(bad).inlier.tolist() == [True, False, True, True, True, True]
-    left_out = fit_robust(good.select([0, 2, 3, 4, 5])).T
-    assert fit_robust(bad).T.is_close(left_out, atol_mm=1e-9, atol_rad=1e-12)
+    assert robust(bad).rows.tolist() == [0, 2, 3, 4, 5]
+    left_out = robust(good.select([0, 2, 3, 4, 5])).T
+    assert robust(bad).T.is_close(left_out, atol_mm=1e-9, atol_rad=1e-12)
 
 
 def test_swapped_names_are_named():
@@ -83,7 +87,7 @@ def test_one_corner_off_the_plane_leaves_a_quarter_at_all_four_and_no_name():
     found = [issue.code for issue in result.issues]
     assert "four-coplanar" in found
     assert "blunder" not in found
-    assert fit_robust(pairs, sigma_mm=0.1).inlier.all()
+    assert len(robust(pairs, sigma_mm=0.1).rows) == len(pairs)
     assert "no single point can be named" in only(pairs, "poor-fit", sigma_mm=0.1).message
 
 

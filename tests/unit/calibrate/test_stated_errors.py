@@ -9,7 +9,6 @@ from wpcal.calibrate import (
     TeachingError,
     calibrate,
     fit_least_squares,
-    fit_robust,
     fit_weighted,
     solve_minimax,
 )
@@ -97,7 +96,7 @@ def test_a_row_of_points_with_one_beside_it_keeps_the_one_beside_it():
     real = model.copy()
     real[4, 1] += 9.0
     pairs = PointPairs(tuple("abcde"), model, real)
-    assert fit_robust(pairs, sigma_mm=SURE_MM).inlier.all()
+    assert len(PointProblem(pairs, TeachingError(sigma_mm=SURE_MM)).fit(Criterion.ROBUST).rows) == len(pairs)
 
 
 FITS = {

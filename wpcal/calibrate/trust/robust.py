@@ -1,4 +1,4 @@
-"""A fit that is insensitive to mis-taught points: least squares on the points that the others do not contradict.
+"""Which points the others contradict: the fit that is insensitive to them is least squares on the rest.
 
 Of up to 40 points, single points, pairs and larger sets are left out in turn (`wpcal.calibrate.trust.left_out`). For
 more points, many three-point fits are made; the one whose nearest points agree best is refined on those points (least
@@ -11,7 +11,6 @@ Rousseeuw, Leroy (1987), Robust Regression and Outlier Detection, ch. 5 (least t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 from math import comb, inf
 
@@ -19,13 +18,12 @@ import numpy as np
 from scipy.special import chdtri, fdtri
 
 from wpcal.calibrate.solve.error_rows import ErrorRows
-from wpcal.calibrate.solve.least_squares import distances, fit_least_squares, require_spread
+from wpcal.calibrate.solve.least_squares import distances
 from wpcal.calibrate.trust.left_out import NOTHING, Contradiction, find_wrong, weigh_one
 from wpcal.calibrate.trust.residuals import FALSE_ALARM, FLOOR_MM
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tangent import point_jacobian
-from wpcal.core.transform import RigidTransform
 
 MOST_TRIPLES = 600
 """Up to 16 points every triple is tried (560). Beyond, 600 random ones meet three good points with a probability
@@ -36,42 +34,6 @@ three-point fits."""
 CLOUD = 200  #: Larger sets are tested at once against one fit, found on this many of their points.
 CONCENTRATION_STEPS = 20
 """Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RobustSolution:
-    """A fit and the points it rests on."""
-
-    T: RigidTransform
-    inlier: BoolArray  #: shape (n,). Points that pass the test.
-    deviation_mm: FloatArray  #: shape (n,). Distance of every point from the fit.
-
-
-def fit_robust(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> RobustSolution:
-    """Fit with least squares on the points that agree.
-
-    Parameters
-    ----------
-    pairs : At least three, mm. Covariances, if present, say how far each point may be off.
-
-    Returns
-    -------
-    RobustSolution. With three points, or if no test separates a point, this is the least-squares fit of all points.
-
-    Raises
-    ------
-    GeometryError : When the points do not fix a rotation.
-
-    Notes
-    -----
-    With four corners of a plate it cannot be decided which is off the plane: every three of them fit. See
-    `diagnose.find_issues`.
-    """
-    require_spread(pairs)
-    keep = np.ones(len(pairs), dtype=bool)
-    keep[list(contradicted_points(pairs, sigma_mm=sigma_mm, seed=seed).named)] = False
-    T = fit_least_squares(pairs.select(np.flatnonzero(keep)))
-    return RobustSolution(T, keep, distances(pairs.p_source, pairs.p_target, T.R, T.t_mm))
 
 
 def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
