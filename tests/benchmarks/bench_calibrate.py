@@ -8,10 +8,11 @@ import numpy as np
 from rich.table import Table
 
 from tests.benchmarks.timing import least_seconds
+from tests.coverage_study import run_coverage_study
 from wpcal.calibrate import Criterion, calibrate, fit_least_squares, solve_minimax
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
-from wpcal.study import run_coverage_study, run_error_study
+from wpcal.study import run_error_study
 from wpcal.taught.pairs import read_pairs
 
 TABLE1 = Path(__file__).parents[2] / "fixtures" / "yin2003" / "table1.csv"

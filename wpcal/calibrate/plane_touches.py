@@ -70,11 +70,7 @@ def calibrate_bodies(
     if not len(p) == len(n) == len(q) == len(body):
         raise InputError(f"{len(p)} points, {len(n)} normals, {len(q)} touched points and {len(body)} bodies")
     n = n / np.linalg.norm(n, axis=1, keepdims=True)
-    names = tuple(dict.fromkeys(body))
-    own = np.array([names.index(each) for each in body])
-    boxes = [p[own == b] for b in range(len(names))]
-    middle = np.stack([(each.min(axis=0) + each.max(axis=0)) / 2.0 for each in boxes])
-    bodies = Bodies(names, middle, (TackTolerance(tack_mm, tack_mrad),) * len(names))
+    bodies, own = Bodies.of_points(p, body, TackTolerance(tack_mm, tack_mrad))
     R, t = kabsch(p[None], q[None], np.full((1, len(p)), 1.0 / len(p)))
     start = RigidTransform(R[0], t[0], target="base", source="part")
     labels = tuple(f"T{k + 1}" for k in range(len(p)))

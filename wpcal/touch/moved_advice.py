@@ -303,14 +303,11 @@ def advise_touches(
     lengths = (len(wall_normal), len(base_normal), *(len(each) for each in seam_bodies))
     if not len(p) == len(n) == len(body) or any(each != len(at) for each in lengths):
         raise InputError("the places, or the points of the seams, have normals or bodies of another number")
-    names = tuple(dict.fromkeys(body))
-    unknown = [name for each in seam_bodies for name in each if name not in names]
+    unknown = [name for each in seam_bodies for name in each if name not in body]
     if unknown:
         raise InputError(f"body {unknown[0]!r} of a seam has no place that may be touched")
-    own, wall, base = (np.array([names.index(name) for name in each], dtype=np.int64) for each in (body, *seam_bodies))
-    boxes = [p[own == b] for b in range(len(names))]
-    middle = np.stack([(each.min(axis=0) + each.max(axis=0)) / 2.0 for each in boxes])
-    bodies = Bodies(names, middle, (TackTolerance(tack_mm, tack_mrad),) * len(names))
+    bodies, own = Bodies.of_points(p, body, TackTolerance(tack_mm, tack_mrad))
+    wall, base = (np.array([bodies.names.index(name) for name in each], dtype=np.int64) for each in seam_bodies)
     x = np.cross(wall_normal, base_normal)
     length = np.linalg.norm(x, axis=1)
     points = MeetingPoints(at, wall, base, wall_normal, base_normal, x / np.maximum(length, 1e-12)[:, None], length > 0)

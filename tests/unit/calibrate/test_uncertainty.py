@@ -3,12 +3,12 @@ import math
 import numpy as np
 import pytest
 
+from tests.coverage_study import run_coverage_study
 from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
 from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariance, weighted_covariance
 from wpcal.calibrate.errors.prediction import error_95, joint_errors, largest_error_95
 from wpcal.core import InputError, PointPairs
 from wpcal.core.tangent import log_rotation
-from wpcal.study import run_coverage_study
 
 SIGMA_MM = 0.3
 BODY = np.array([[1000, 0, 0], [1600, 0, 20], [1580, 400, 0], [1010, 390, 60], [1300, 200, 300.0]])

@@ -78,6 +78,18 @@ class Bodies:
                 f"{len(self.names)} bodies, {len(self.centroid_part)} centroids and {len(self.tolerances)} tolerances"
             )
 
+    @classmethod
+    def of_points(cls, p_part: FloatArray, body: Sequence[str], tolerance: TackTolerance) -> tuple[Bodies, IntArray]:
+        """Return the bodies that points, shape (n, 3), lie on, in the order of their names, and the body of each point.
+
+        A body turns about the middle of its points.
+        """
+        names = tuple(dict.fromkeys(body))
+        own = np.array([names.index(each) for each in body], dtype=np.int64)
+        boxes = [p_part[own == b] for b in range(len(names))]
+        middle = np.stack([(each.min(axis=0) + each.max(axis=0)) / 2.0 for each in boxes])
+        return cls(names, middle, (tolerance,) * len(names)), own
+
     def __len__(self) -> int:
         return len(self.names)
 
