@@ -6,13 +6,11 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import log_rotation
+from wpcal.planning.cell.cell import Cell, CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
 
 
-def chain_error(
-    cell: RobotCell, path: SeamPath, state: CellState, R_seam_tool: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def chain_error(cell: Cell, path: SeamPath, state: CellState, R_seam_tool: FloatArray) -> tuple[FloatArray, FloatArray]:
     r"""Return what the closed chain is off at every point (Hou 2018, eq. 5, f3).
 
     .. math::
@@ -21,7 +19,7 @@ def chain_error(
 
     Parameters
     ----------
-    cell : RobotCell
+    cell : Cell
     path : SeamPath
         n points.
     state : CellState

@@ -11,10 +11,10 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.new_cell import NewCell, new_cell_files
-from wpcal.planning.cell.one_robot import OneRobotCell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 ROBOTS = Path(__file__).parents[2] / "shared" / "robots"
@@ -103,7 +103,7 @@ def shelf(seed: int = 0) -> Clutter:
 CELLS: dict[str, Callable[..., Clutter]] = {"boxes": boxes, "positioner": positioner, "shelf": shelf}
 
 
-def built(clutter: Clutter, folder: Path) -> tuple[OneRobotCell, OneRobotClearance]:
+def built(clutter: Clutter, folder: Path) -> tuple[Cell, OneRobotClearance]:
     """Write the cell to a folder and read it as a user's."""
     for name, record in clutter.files.items():
         (folder / name).write_text(to_json(record), encoding="utf-8")
@@ -112,7 +112,7 @@ def built(clutter: Clutter, folder: Path) -> tuple[OneRobotCell, OneRobotClearan
     return cell, OneRobotClearance(cell, given.part)
 
 
-def free_pairs(clutter: Clutter, cell: OneRobotCell, clearance: OneRobotClearance, count: int, seed: int) -> FloatArray:
+def free_pairs(clutter: Clutter, cell: Cell, clearance: OneRobotClearance, count: int, seed: int) -> FloatArray:
     """Return pairs of random states that are free, shape (count, 2, k), within all limits."""
     rng = np.random.default_rng(seed)
     low, high = cell.limits

@@ -61,12 +61,12 @@ def flange(arm: Any, joints: Array) -> Array:
 
 
 def tool_in_world(cell: Any, joints1: Array) -> Array:
-    return cell.T_world_base1.matrix @ flange(cell.arm1, joints1) @ cell.T_flange1_tool.matrix
+    return cell.T_world_base.matrix @ flange(cell.arm, joints1) @ cell.T_flange_tool.matrix
 
 
 def part_in_world(cell: Any, held: Array) -> Array:
     """The part in the world: from joints of robot 2 (6,), or from the part in its base (4, 4)."""
-    in_base = flange(cell.arm2, held) @ cell.T_flange2_part.matrix if held.ndim == 1 else held
+    in_base = flange(cell.arm2, held) @ cell.T_part.matrix if held.ndim == 1 else held
     return cell.T_world_base2.matrix @ in_base
 
 
@@ -111,7 +111,7 @@ def rapid(files: dict[str, str], cell: Any) -> Coordinated:
     if wobj.group(2, 3, 4) != ("FALSE", "FALSE", "ROB_2"):
         wrong.append("the work object is not in the hand of robot 2")
     held_at = rapid_pose(*wobj.group(5, 6)) @ rapid_pose(*wobj.group(7, 8))
-    T_part_object = np.linalg.inv(cell.T_flange2_part.matrix) @ held_at
+    T_part_object = np.linalg.inv(cell.T_part.matrix) @ held_at
     poses = {
         name: T_part_object @ rapid_pose(p, q)
         for name, p, q in re.findall(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", one)
@@ -170,7 +170,7 @@ def inform(files: dict[str, str], cell: Any) -> Coordinated:
         tool = line.split()[-1] if line.startswith("///TOOL") else tool
         if found := re.fullmatch(r"C(\d{5})=(.*)", line):
             number = int(found[1])
-            arm = (cell.arm1, cell.arm2)[number % 2]
+            arm = (cell.arm, cell.arm2)[number % 2]
             values = numbers(found[2])
             joints[number] = arm.angles_from_pulses(values) if "PULSE" in head else np.radians(values)
             if tool != ("1", "0")[number % 2]:
@@ -232,9 +232,9 @@ def fanuc(files: dict[str, str], cell: Any) -> Coordinated:
             v = [float(re.search(rf"\b{key} =\s*([-\d.]+)", own)[1]) for key in "XYZWPR"]
             both[group] = frame(np.array(v[:3]), Rotation.from_euler("ZYX", v[:2:-1], degrees=True))
         tool, part = both["1"], both["2"]
-        poses[name] = in_part(cell, cell.T_world_base1.matrix @ tool, part), part
+        poses[name] = in_part(cell, cell.T_world_base.matrix @ tool, part), part
     told = [float(re.search(rf"\d:  ! +{key} ([-\d.]+) ;", body)[1]) for key in "XYZWPR"]
-    if np.abs(np.array(told[:3]) - cell.T_flange2_part.t_mm).max() > WRITTEN_MM:
+    if np.abs(np.array(told[:3]) - cell.T_part.t_mm).max() > WRITTEN_MM:
         wrong.append("the tool of group 2 is not where the part is held")
     lines = [re.sub(r"^\s*\d+:\s*", "", line) for line in body.splitlines()]
     on, off = marks_of(lines, wrong)
@@ -267,7 +267,7 @@ def krl(files: dict[str, str], cell: Any) -> Coordinated:
     axes = [np.radians(numbers(re.sub(r"A\d ", "", re.search(r"START=\{(.*?)\}", text)[1]))) for text in data]
     for text in data:
         held = krl_frame(re.search(r"FRAME PART_HELD=\{(.*?)\}", text)[1])
-        if np.abs(held - cell.T_flange2_part.matrix).max() > WRITTEN_MM:
+        if np.abs(held - cell.T_part.matrix).max() > WRITTEN_MM:
             wrong.append("PART_HELD is not where the part is held")
     tools = [re.search(r"\$TOOL=(\S+)", text)[1] for text in source]
     bases = [re.search(r"\$BASE=(\S+)", text)[1] for text in source]
@@ -296,7 +296,7 @@ def krl(files: dict[str, str], cell: Any) -> Coordinated:
         steps.append(Step(via, poses[0][match[3]], None, held_moves[match[4]][0], burns))
     if is_on:
         wrong.append("the arc does not end")
-    start2 = flange(cell.arm2, axes[1]) @ cell.T_flange2_part.matrix
+    start2 = flange(cell.arm2, axes[1]) @ cell.T_part.matrix
     start = in_part(cell, tool_in_world(cell, axes[0]), start2)
     return Coordinated(start, start2, steps, by_joints=False, wrong=wrong)
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from tests.saddle import CELLS
-from wpcal.planning.cell.one_robot import OneRobotCell
-from wpcal.planning.cell.one_robot_file import one_robot_from_record
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_file import cell_from_record
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.seam.seam import SeamFrames
 
@@ -71,13 +71,13 @@ def with_positioner(**more: Any) -> dict[str, Any]:
     return record
 
 
-def fixed_cell(place: tuple[float, float, float] = (800.0, -100.0, 200.0)) -> OneRobotCell:
+def fixed_cell(place: tuple[float, float, float] = (800.0, -100.0, 200.0)) -> Cell:
     """Return the cell with a part at a place in world."""
     frame = {"xyz_mm": list(place), "rpy_deg": [0, 0, 0]}
-    return one_robot_from_record(one_robot_record(T_world_part=frame), path=CELLS / "cell.json")
+    return cell_from_record(one_robot_record(T_world_part=frame), path=CELLS / "cell.json")
 
 
-def random_axes(cell: OneRobotCell, count: int, seed: int = 0) -> np.ndarray[Any, Any]:
+def random_axes(cell: Cell, count: int, seed: int = 0) -> np.ndarray[Any, Any]:
     """Return axes within their limits."""
     low, high = cell.limits
     return np.random.default_rng(seed).uniform(low, high, (count, len(low)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,3 +67,10 @@ def shared_search(tmp_path_factory: pytest.TempPathFactory) -> SharedSearch:
             found = SharedSearch(swept, judge_paths(problem, swept), coarse_search(saddle_problem(COARSE)))
             stored.write_bytes(pickle.dumps(tuple(found)))
     return SharedSearch(*pickle.loads(stored.read_bytes()))
+
+
+def changed(cell, *, arm2=None, T_world_base2=None, links2=None, **more):
+    """The cell with changes, of robot 2 too."""
+    given = {"arm": arm2, "T_world_base": T_world_base2, "links": links2}
+    carrier = replace(cell.carrier, **{name: value for name, value in given.items() if value is not None})
+    return replace(cell, carrier=carrier, **more)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cad.batch.bodies_asked import BodiesAsked
     from cad.batch.request import SeamsAsked
     from cad.workpiece.touches import DrawnTouches
-    from wpcal.planning.cell.one_robot import OneRobotCell
+    from wpcal.planning.cell.cell import Cell
     from wpcal.robot.torch.shape import TorchShape
     from wpcal.seam import SeamOptions
     from wpcal.touch.plan import TouchOptions
@@ -42,12 +42,12 @@ class ArmAsked:
     )
     tool: str | None = opt(None, TOOL_HELP, metavar=TOOL_METAVAR)
 
-    def to_cell(self, torch: TorchShape, *, is_placed: bool) -> OneRobotCell | None:
+    def to_cell(self, torch: TorchShape, *, is_placed: bool) -> Cell | None:
         """Read the cell, or make that of an arm alone."""
         from wpcal.core.errors import InputError
 
         if self.cell is not None:
-            from wpcal.planning.cell.one_robot_file import read_one_robot
+            from wpcal.planning.cell.cell_file import read_one_robot
 
             if self.arm is not None or self.tool is not None:
                 raise InputError("--cell has an arm and its tool: leave --arm and --tool away")

@@ -19,7 +19,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.names import seams_named
 from wpcal.taught.touched_face import touched_face
@@ -38,7 +38,7 @@ def plan_touches(
     choice: SeamChoice | None = None,
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
-    cell: OneRobotCell | None = None,
+    cell: Cell | None = None,
     bodies: BodiesOptions | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,
@@ -89,7 +89,7 @@ def draw_touches(
     choice: SeamChoice | None = None,
     seams: Sequence[str] = (),
     T_base_part: RigidTransform | None = None,
-    cell: OneRobotCell | None = None,
+    cell: Cell | None = None,
     bodies: BodiesOptions | None = None,
     cache: AnswerCache = NO_CACHE,
     progress: Progress = no_progress,

@@ -12,12 +12,14 @@ from rich.console import Console
 from rich.table import Table
 
 from tests.benchmarks.timing import least_seconds
+from tests.saddle import changed
 from wpcal.core.arrays import FloatArray
-from wpcal.planning.cell.bodies import body_frames, body_pairs
+from wpcal.planning.cell.bodies import body_pairs
+from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import fcl_objects, hull_clearance
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.recheck import check_path
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
@@ -57,11 +59,11 @@ def main() -> None:
     console.print(f"a path of 73 points checked at ten times finer steps: {1e3 * seconds:.1f} ms")
 
 
-def with_meshes(arms: RobotCell, states: CellState) -> list[tuple[str, str, Callable[[], object], int]]:
+def with_meshes(arms: Cell, states: CellState) -> list[tuple[str, str, Callable[[], object], int]]:
     """Hulls of real links, and their triangles, placed unchanged in the frames of links: enough to measure time."""
     points = [trimesh.load(file).vertices for file in sorted(MESHES.glob("*.stl"))]
     shapes = tuple(_hull_shape(f"link {link}", link, corners) for link, corners in enumerate(points))
-    hulled = replace(arms, links1=shapes, links2=shapes)
+    hulled = changed(arms, links=shapes, links2=shapes)
     few = CellState(states.joints1[:FEW], states.joints2[:FEW])
     corners = sum(len(trimesh.PointCloud(corners).convex_hull.vertices) for corners in points)
     every = _Every(hulled, [fcl_objects(shape)[0][0] for shape in (*shapes, *shapes)])
@@ -98,13 +100,13 @@ def _mesh(file: Path) -> object:
 class _Every:
     """Distances of all pairs of links of two arms by FCL, without any bound."""
 
-    def __init__(self, cell: RobotCell, objects: list[object]) -> None:
+    def __init__(self, cell: Cell, objects: list[object]) -> None:
         self.cell, self.objects, self.pairs = cell, objects, body_pairs(cell)
 
     def __call__(self, states: CellState) -> float:
         import fcl
 
-        frames = [(frame.rotations(), frame.p.T) for frame in body_frames(self.cell, states)]
+        frames = [(frame.rotations(), frame.p.T) for frame in self.cell.frames(states.both)]
         least = np.inf
         for i in range(len(states)):
             for body, placed in zip(self.pairs.bodies, self.objects, strict=True):

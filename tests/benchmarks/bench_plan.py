@@ -67,7 +67,7 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
         (np.abs(np.diff(plan.state.both, axis=0)) / np.diff(plan.s_mm)[:, None] * problem.speed_mm_s).max(axis=0)
         for plan in plans
     ]
-    share = (np.array(rates) / problem.cell.joint_speeds).max()
+    share = (np.array(rates) / problem.cell.speeds).max()
     held = sum(recheck_clearance(plan, problem.cell, refine=FINER).verdict is CollisionVerdict.FREE for plan in plans)
     table = Table(title=f"The saddle, {len(problem.path)} points, two MH6")
     for heading in ("", "asked", "measured"):

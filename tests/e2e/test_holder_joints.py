@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wpcal.planning.cell.cell import part_in_world
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.cell.robot_cell import part_in_world
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 SADDLE = FIXTURES / "saddle" / "saddle.step"
@@ -37,10 +37,10 @@ def test_the_cell_written_has_the_part_where_it_was_touched(tmp_path: Path) -> N
     assert (done.returncode, done.stderr) == (0, "")
     assert "cell.json" in done.stdout
     cell = read_cell(out / "cell.json")
-    held = np.linalg.inv(cell.T_world_base1.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
+    held = np.linalg.inv(cell.T_world_base.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
     found = json.loads((out / "calibration.json").read_text())
     np.testing.assert_allclose(held, found["T_base_part"], rtol=0, atol=FILE_MM)
-    assert not cell.T_flange2_part.is_close(read_cell(CELL).T_flange2_part, atol_mm=1.0, atol_rad=1e-3)
+    assert not cell.T_part.is_close(read_cell(CELL).T_part, atol_mm=1.0, atol_rad=1e-3)
 
 
 def test_one_of_the_two_alone_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_one_of_the_two_alone_is_refused_and_nothing_is_written(tmp_path: Path) 
 def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
     """Robot 2 holds the saddle as its cell says; robot 1 touches it, and the cell that comes out plans the seam."""
     cell = read_cell(CELL)
-    held = np.linalg.inv(cell.T_world_base1.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
+    held = np.linalg.inv(cell.T_world_base.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
     truth = np.array(json.loads((FIXTURES / "saddle" / "truth.json").read_text())["T_base_part"])
     move = held @ np.linalg.inv(truth)
     rows = list(csv.DictReader((FIXTURES / "saddle" / "taught_exact.csv").read_text().splitlines()))
@@ -73,7 +73,7 @@ def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
     out, joints = tmp_path / "out", ",".join(map(str, JOINTS_DEG))
     done = run_wpcal("calibrate", SADDLE, taught, "-o", out, "--cell", CELL, "--holder-joints", joints)
     assert (done.returncode, done.stderr) == (0, "")
-    assert read_cell(out / "cell.json").T_flange2_part.is_close(cell.T_flange2_part, atol_mm=FILE_MM, atol_rad=FILE_MM)
+    assert read_cell(out / "cell.json").T_part.is_close(cell.T_part, atol_mm=FILE_MM, atol_rad=FILE_MM)
     done = run_wpcal("plan", out / "cell.json", out, "--seam", "W1", "-f", "abb", "-o", tmp_path / "plan")
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads((tmp_path / "plan" / "plan.json").read_text())["freedom"] == "free"

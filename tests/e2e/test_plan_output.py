@@ -15,8 +15,8 @@ import pytest
 
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
+from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.cell.robot_cell import part_in_world, tool_in_world
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"

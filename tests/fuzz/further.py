@@ -44,7 +44,7 @@ from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.schemas import schema_text
 from wpcal.formats.registry import exporter_named, exporter_names
-from wpcal.pages.plan import build_cell_page
+from wpcal.pages.cell import build_cell_page
 from wpcal.pages.report import build_report
 from wpcal.planning.cell.cell_check import check_cell, check_record
 from wpcal.planning.cell.cell_file import read_cell

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.chain_error import chain_error
-from tests.saddle import COARSE, THINNED, coarse_search, saddle_problem, shared_search
+from tests.saddle import COARSE, THINNED, changed, coarse_search, saddle_problem, shared_search
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.cell.robot_cell import part_in_world, tool_in_world
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.search.pareto import Preference, is_nondominated
@@ -95,7 +95,7 @@ def test_objectives_are_those_of_the_joints(cell, path, result):
         x, y, z = R_seam_tool[:, :, 2].T
         torch = np.sqrt(np.mean(np.arctan2(y, -z) ** 2 + np.arcsin(x) ** 2))
         rates = np.diff(plan.state.both, axis=0) / np.diff(path.s_mm)[:, None]
-        weights = np.concatenate([cell.weights1, cell.weights2])
+        weights = cell.joint_weights
         mean = np.average((rates**2) @ weights / weights.sum(), weights=np.diff(path.s_mm))
         expected = np.degrees([position, torch, np.sqrt(mean)])
         np.testing.assert_allclose(list(plan.objectives.values()), expected, rtol=0, atol=SAME_DEG)
@@ -103,11 +103,11 @@ def test_objectives_are_those_of_the_joints(cell, path, result):
 
 def test_limits_speeds_and_steps_hold(cell, path, result):
     for plan in result.front.plans:
-        assert cell.arm1.within_limits(plan.state.joints1).all()
+        assert cell.arm.within_limits(plan.state.joints1).all()
         assert cell.arm2.within_limits(plan.state.joints2).all()
         steps = np.abs(np.diff(plan.state.both, axis=0))
         assert steps.max() <= LARGEST_STEP_RAD
-        speeds = np.array([joint.speed_rad_s for joint in (*cell.arm1.joints, *cell.arm2.joints)])
+        speeds = np.array([joint.speed_rad_s for joint in (*cell.arm.joints, *cell.arm2.joints)])
         assert (steps / np.diff(path.s_mm)[:, None] * result.problem.speed_mm_s <= speeds).all()
 
 
@@ -134,9 +134,9 @@ def assert_alike(one, other):
 def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse, searched):
     move = RigidTransform(rotation_from_zyx(0.0, 0.0, np.pi / 2), [1000.0, 2000.0, 300.0], "world", "world")
     bench = tuple(replace(b, p=move.apply(b.p), q=move.apply(b.q), hull=move.apply(b.hull)) for b in cell.bench)
-    moved = replace(
+    moved = changed(
         cell,
-        T_world_base1=move @ cell.T_world_base1,
+        T_world_base=move @ cell.T_world_base,
         T_world_base2=move @ cell.T_world_base2,
         bench=bench,
     )
@@ -146,7 +146,7 @@ def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse, searched):
 def test_other_coordinates_of_the_part_plan_alike(cell, coarse, searched):
     turn = RigidTransform(rotation_from_zyx(0.3, -0.4, 1.0), [10.0, 20.0, -30.0], "part", "part")
     part = tuple(replace(b, p=turn.apply(b.p), q=turn.apply(b.q)) for b in cell.part)
-    other = replace(cell, T_flange2_part=cell.T_flange2_part @ turn.inverse(), part=part)
+    other = replace(cell, T_carrier_part=cell.T_part @ turn.inverse(), part=part)
     path = coarse.path
     moved = SeamPath(path.name, path.s_mm, turn.apply(path.p), turn.R @ path.R)
     assert_alike(searched.coarse, coarse_search(replace(coarse, cell=other, path=moved)))

@@ -129,9 +129,9 @@ def new(
     """
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json, write_file
+    from wpcal.planning.cell.cell_check import check_cell
+    from wpcal.planning.cell.cell_file import read_one_robot
     from wpcal.planning.cell.new_cell import NewCell, new_cell_files
-    from wpcal.planning.cell.one_robot_check import check_one_robot
-    from wpcal.planning.cell.one_robot_file import read_one_robot
     from wpcal.robot.kinematics.arm_file import find_arm
 
     arm = find_arm(torch_robot)
@@ -165,7 +165,7 @@ def new(
             "wpcal: the cell has no tool data yet: give --tool or --tool-from, or fill in T_flange_tool", err=True
         )
         return 0
-    for issue in check_one_robot(read_one_robot(output)):
+    for issue in check_cell(read_one_robot(output)):
         tried = "no free home was found: " if issue.code == "home" and home is None else ""
         click.echo(f"wpcal: odd cell: {tried}{issue.message}", err=True)
     return 0

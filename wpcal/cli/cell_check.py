@@ -10,20 +10,13 @@ import click
 def run_cell_check(cell_json: Path, output: Path | None, *, force: bool, as_json: bool) -> int:
     """Tell what is odd in a cell, and draw it; 2 if anything is odd."""
     from wpcal.core.records import to_json, write_file
-    from wpcal.pages.plan import build_cell_page
-    from wpcal.pages.sequence import build_one_robot_page
+    from wpcal.pages.cell import build_cell_page
     from wpcal.planning.cell.cell_check import check_cell, check_record
-    from wpcal.planning.cell.one_robot_check import check_one_robot, one_robot_check_record
-    from wpcal.planning.cell.one_robot_file import read_any_cell
-    from wpcal.planning.cell.robot_cell import RobotCell
+    from wpcal.planning.cell.cell_file import read_cell
 
-    cell = read_any_cell(cell_json)
-    if isinstance(cell, RobotCell):
-        issues, html = check_cell(cell), build_cell_page(cell)
-        record = check_record(cell, issues)
-    else:
-        issues, html = check_one_robot(cell), build_one_robot_page(cell)
-        record = one_robot_check_record(cell, issues)
+    cell = read_cell(cell_json)
+    issues, html = check_cell(cell), build_cell_page(cell)
+    record = check_record(cell, issues)
     page = (output or Path()) / "cell.html"
     page.parent.mkdir(parents=True, exist_ok=True)
     write_file(page, html, overwrite=force)

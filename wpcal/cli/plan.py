@@ -16,8 +16,7 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
-    from wpcal.planning.cell.one_robot import OneRobotCell
-    from wpcal.planning.cell.robot_cell import RobotCell
+    from wpcal.planning.cell.cell import Cell
     from wpcal.planning.search.nsga2 import Nsga2Options
     from wpcal.planning.search.targets import WeldTargets
     from wpcal.planning.sequence.targets import SequenceTargets
@@ -106,10 +105,8 @@ def plan(
         return run_cell_check(cell_json, output, force=force, as_json=as_json)
     if seams_json is None or output is None:
         raise _incomplete({"RESULT": seams_json, "-o": output})
-    from wpcal.planning.cell.robot_cell import RobotCell
-
     cell = _cell(cell_json, output, needs_pymoo=bool(genetic.generations), force=force)
-    if isinstance(cell, RobotCell):
+    if cell.has_two_robots:
         from wpcal.cli.two_robots import TwoRobotRequest, run_seams_of_two_robots
 
         if part is not None:
@@ -127,14 +124,14 @@ def plan(
     return run_sequence(asked, force=force, as_json=as_json)
 
 
-def _cell(cell_json: Path, output: Path, *, needs_pymoo: bool, force: bool) -> RobotCell | OneRobotCell:
+def _cell(cell_json: Path, output: Path, *, needs_pymoo: bool, force: bool) -> Cell:
     """Refuse at the start what would fail at the end, and read the cell."""
     from wpcal.core.records import check_writable
-    from wpcal.planning.cell.one_robot_file import read_any_cell
+    from wpcal.planning.cell.cell_file import read_cell
 
     check_writable(output, overwrite=force)
     _require_extra("fcl", *(("pymoo",) if needs_pymoo else ()))
-    return read_any_cell(cell_json)
+    return read_cell(cell_json)
 
 
 def _incomplete(given: Mapping[str, object]) -> click.UsageError:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.program.weld_program import ControllerSettings
     from wpcal.controllers.registry import Controller
     from wpcal.core.arrays import FloatArray
-    from wpcal.planning.cell.one_robot import OneRobotCell
+    from wpcal.planning.cell.cell import Cell
     from wpcal.planning.sequence.plan_sequence import SequenceChoice
     from wpcal.planning.sequence.sequence_input import SequenceInput
     from wpcal.planning.sequence.targets import SequenceTargets
@@ -65,7 +65,7 @@ class SequenceRequest:
         The part, if not ``part.glb`` beside the seams.
     """
 
-    cell: OneRobotCell
+    cell: Cell
     result: Path
     output: Path
     targets: SequenceTargets
@@ -162,7 +162,7 @@ def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
 
 
 def _with_welds(
-    given: SequenceInput, cell: OneRobotCell, flags: PlanPrograms, result: Path, speed_mm_s: float
+    given: SequenceInput, cell: Cell, flags: PlanPrograms, result: Path, speed_mm_s: float
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
     from wpcal.controllers.program.planned_program import PlanOutput
@@ -257,7 +257,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
         console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams; give --part")
 
 
-def _along(cell: OneRobotCell, axis: int, column: FloatArray) -> str:
+def _along(cell: Cell, axis: int, column: FloatArray) -> str:
     """Return an external axis as the table shows it: at rest, or from where to where it moves."""
     unit, factor = (" mm", 1.0) if axis == cell.rail_axis else ("", 180.0 / math.pi)
     start, end = factor * float(column[0]), factor * float(column[-1])

@@ -13,7 +13,7 @@ import click
 if TYPE_CHECKING:
     from wpcal.cli.plan_sequence import PlanPrograms
     from wpcal.controllers.program.two_robots import HeldWeld
-    from wpcal.planning.cell.robot_cell import RobotCell
+    from wpcal.planning.cell.cell import Cell
     from wpcal.planning.plan.coordinated import CoordinatedRun
     from wpcal.planning.plan.plan import Plan
     from wpcal.planning.plan.run import CellRun
@@ -43,7 +43,7 @@ class TwoRobotRequest:
         Seams, languages, tolerance of the path, names in the controller, and the arc.
     """
 
-    cell: RobotCell
+    cell: Cell
     result: Path
     output: Path
     joints: bool
@@ -236,7 +236,7 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     """
     from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
-    from wpcal.planning.cell.robot_cell import part_in_world
+    from wpcal.planning.cell.cell import part_in_world
     from wpcal.planning.plan.seam_file import read_held_seams
     from wpcal.seam.path.position import weld_positions
 

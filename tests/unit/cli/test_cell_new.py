@@ -13,8 +13,8 @@ from tests.one_robot_cells import TEE
 from tests.record_checks import check_record
 from tests.running import run_here
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import read_one_robot
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.torch.file import find_torch, without_none

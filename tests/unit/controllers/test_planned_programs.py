@@ -19,8 +19,8 @@ from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
 from wpcal.formats.trajectory import joint_trajectory, tesseract_states
-from wpcal.planning.cell.one_robot import Rail
-from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.cell.cell import Rail
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition

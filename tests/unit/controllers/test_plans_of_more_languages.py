@@ -15,7 +15,7 @@ from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets

@@ -8,7 +8,7 @@ from tests.saddle import CELLS, THINNED, saddle_problem, shared_search
 from wpcal.core.records import read_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.planning.cell.bodies import body_pairs
-from wpcal.planning.cell.robot_cell import CellState, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.plan.plan import Plan
 from wpcal.robot.kinematics.inverse import follow_path
 from wpcal.seam.path.position import weld_rotation, weld_slope
@@ -66,8 +66,8 @@ def simple_plan(cell):
     tool = np.zeros((len(frames), 4, 4))
     tool[:, :3, :3] = R @ np.diag([1.0, -1.0, -1.0]) @ rotation_from_zyx(0.0, 0.0, SPIN)
     tool[:, :3, 3], tool[:, 3, 3] = p, 1.0
-    flange = cell.T_world_base1.inverse().matrix @ tool @ cell.T_flange1_tool.inverse().matrix
-    state = CellState(follow_path(cell.arm1, flange, NEAR), joints2)
+    flange = cell.T_world_base.inverse().matrix @ tool @ cell.T_flange_tool.inverse().matrix
+    state = CellState(follow_path(cell.arm, flange, NEAR), joints2)
     zeros = np.zeros(len(frames))
     slope, rotation = weld_slope(R[..., 0]), weld_rotation(R[..., 0], R[..., 2])
     return Plan("W1", frames.s_mm, state, slope, rotation, zeros, zeros, {"position_deg": 1.0}, {"f1_1": 0.5})
@@ -102,11 +102,11 @@ def margins_by_least_squares(cell, joints1, joints2, *, hulls=False):
     With `hulls` a body with a hull is that box, otherwise its capsules.
     """
     frames = [
-        *link_matrices(cell.arm1, cell.T_world_base1, joints1),
-        *link_matrices(cell.arm2, cell.T_world_base2, joints2),
+        *link_matrices(cell.arm, cell.T_world_base, joints1),
         tool_in_world(cell, joints1[None])[0],
-        part_in_world(cell, joints2[None])[0],
         np.eye(4),
+        *link_matrices(cell.arm2, cell.T_world_base2, joints2),
+        part_in_world(cell, joints2[None])[0],
     ]
     pairs = body_pairs(cell)
     margins = []

@@ -9,10 +9,10 @@ import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell, positioner_record, random_axes, with_positioner, write_cell
 from wpcal.core.errors import GeometryError
-from wpcal.planning.cell.one_robot import WORLD
+from wpcal.planning.cell.cell import WORLD
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import read_one_robot
-from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_bound import motion_per_axis
 from wpcal.planning.sequence.motion_check import MotionChecker

@@ -8,7 +8,7 @@ import pytest
 
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
-from wpcal.planning.cell.cell_check import check_cell, check_record, mounting_faces
+from wpcal.planning.cell.cell_check import check_cell, check_record, mounts
 from wpcal.planning.cell.cell_file import cell_from_record
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
@@ -70,7 +70,7 @@ def test_a_riser_that_is_not_stated_is_told(record, told):
 
 def test_the_mounting_face_of_a_tilted_arm_turns_with_it(record, cells):
     record["torch_robot"] |= {"arm": "ar2010", "T_world_base": {"xyz_mm": [0, 0, 1000], "rpy_deg": [90, 0, 0]}}
-    faces = mounting_faces(cell_from_record(record, path=cells / "cell.json"))
+    faces = [mount.face for mount in mounts(cell_from_record(record, path=cells / "cell.json"))]
     np.testing.assert_allclose(faces[0], [0.0, 505.0, 1000.0], rtol=0, atol=1e-9)
 
 

@@ -41,10 +41,10 @@ def test_two_robots_face_each_other(cell):
 
 def test_slow_joints_weigh_most_unless_the_file_says_otherwise(read, record):
     cell = read(record)
-    speeds = np.array([joint.speed_rad_s for joint in cell.arm1.joints])
-    np.testing.assert_allclose(cell.weights1 * speeds, np.full(6, speeds.min()), rtol=0, atol=ROUND_OFF)
+    speeds = np.array([joint.speed_rad_s for joint in cell.arm.joints])
+    np.testing.assert_allclose(cell.joint_weights[:6] * speeds, np.full(6, speeds.min()), rtol=0, atol=ROUND_OFF)
     record["torch_robot"]["joint_weights"] = [6, 5, 4, 3, 2, 1]
-    assert read(record).weights1.tolist() == [6, 5, 4, 3, 2, 1]
+    assert read(record).joint_weights[:6].tolist() == [6, 5, 4, 3, 2, 1]
 
 
 def test_an_arm_may_stand_beside_the_cell(read, record, tmp_path):

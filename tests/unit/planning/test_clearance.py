@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.saddle import changed
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.bodies import Owner, body_frames, body_pairs
+from wpcal.planning.cell.bodies import Owner, body_pairs
+from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.clearance import STATES, capsule_clearance
-from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
+from wpcal.planning.cell.shape import Shape
 
 ROUND_OFF_MM = 1e-9
 """Coordinates of some metres: three orders above float64's own round-off."""
@@ -44,7 +46,7 @@ def test_a_state_has_one_answer_alone_and_among_many(cell):
 def test_a_cell_moved_as_a_whole_has_the_same_clearances(cell):
     move = RigidTransform(rotation_from_zyx(0.3, -0.4, 0.5), [300, -200, 100], "world", "world")
     table = tuple(replace(shape, p=move.apply(shape.p), q=move.apply(shape.q)) for shape in cell.bench)
-    moved = replace(cell, T_world_base1=move @ cell.T_world_base1, T_world_base2=move @ cell.T_world_base2, bench=table)
+    moved = changed(cell, T_world_base=move @ cell.T_world_base, T_world_base2=move @ cell.T_world_base2, bench=table)
     state = random_state(50)
     expected, found = capsule_clearance(cell, state), capsule_clearance(moved, state)
     np.testing.assert_allclose(found.margin_mm, expected.margin_mm, rtol=0, atol=ROUND_OFF_MM)
@@ -54,13 +56,12 @@ def test_a_cell_moved_as_a_whole_has_the_same_clearances(cell):
 def test_thicker_capsules_and_longer_safety_take_the_same_from_the_margin(cell):
     state = random_state(50)
     before = capsule_clearance(cell, state).margin_mm
-    thick = replace(
-        cell,
-        **{
-            name: tuple(replace(shape, radius_mm=shape.radius_mm + 2.5) for shape in getattr(cell, name))
-            for name in ("links1", "links2", "torch", "part", "bench")
-        },
-    )
+
+    def thicker(shapes):
+        return tuple(replace(shape, radius_mm=shape.radius_mm + 2.5) for shape in shapes)
+
+    more = {name: thicker(getattr(cell, name)) for name in ("links", "torch", "part", "bench")}
+    thick = changed(cell, links2=thicker(cell.carrier.links), **more)
     np.testing.assert_allclose(capsule_clearance(thick, state).margin_mm, before - 5.0, rtol=0, atol=ROUND_OFF_MM)
     strict = replace(
         cell, d1_mm=cell.d1_mm + 5, torch=tuple(replace(s, to_part_mm=s.to_part_mm and 8.0) for s in cell.torch)
@@ -100,7 +101,7 @@ def test_arms_that_reach_for_each_other_overlap_and_do_not_when_folded_away(cell
 
 def test_a_ball_beside_a_ball(cell):
     ball = Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [10])
-    bare = replace(cell, links1=(), links2=(), torch=(ball,), part=(ball,), bench=())
+    bare = changed(cell, links=(), links2=(), torch=(ball,), part=(ball,), bench=())
     state = random_state(20)
     expected = np.linalg.norm(
         tool_in_world(cell, state.joints1)[:, :3, 3] - part_in_world(cell, state.joints2)[:, :3, 3], axis=1
@@ -109,7 +110,7 @@ def test_a_ball_beside_a_ball(cell):
 
 
 def test_a_cell_without_bodies_has_nothing_to_meet(cell):
-    bare = replace(cell, links1=(), links2=(), torch=(), part=(), bench=())
+    bare = changed(cell, links=(), links2=(), torch=(), part=(), bench=())
     found = capsule_clearance(bare, random_state(3))
     assert found.is_clear.all()
     assert found.pair.tolist() == [-1, -1, -1]
@@ -118,12 +119,12 @@ def test_a_cell_without_bodies_has_nothing_to_meet(cell):
 
 def test_frames_end_at_the_flanges(cell):
     state = random_state(5)
-    frames = body_frames(cell, state)
+    frames = cell.frames(state.both)
     np.testing.assert_allclose(
-        frames[6].matrices(), cell.T_world_base1.matrix @ cell.arm1.forward(state.joints1), rtol=0, atol=ROUND_OFF_MM
+        frames[6].matrices(), cell.T_world_base.matrix @ cell.arm.forward(state.joints1), rtol=0, atol=ROUND_OFF_MM
     )
     np.testing.assert_allclose(
-        frames[13].matrices(), cell.T_world_base2.matrix @ cell.arm2.forward(state.joints2), rtol=0, atol=ROUND_OFF_MM
+        frames[15].matrices(), cell.T_world_base2.matrix @ cell.arm2.forward(state.joints2), rtol=0, atol=ROUND_OFF_MM
     )
 
 

@@ -3,6 +3,7 @@ import pytest
 
 from tests.chain_error import chain_error
 from wpcal.core.errors import InputError
+from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.closed_chain import (
     COORDINATES,
     ROTATION,
@@ -19,7 +20,7 @@ from wpcal.planning.cell.closed_chain import (
     torch_on_seam,
     unwrap,
 )
-from wpcal.planning.cell.robot_cell import JOINTS, CellState
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.torch.attitude import measure_torch
 from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.seam.seam import SeamFrames

@@ -10,7 +10,7 @@ import pytest
 
 from tests.coordinated_faults import Seam, faults
 from tests.coordinated_programs import READERS, followed
-from tests.saddle import CELLS
+from tests.saddle import CELLS, changed
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.coordinated_program import build_coordinated_program
@@ -19,8 +19,9 @@ from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.coordinated import coordinate_run
 from wpcal.planning.plan.holder_moves import HolderMove
 from wpcal.planning.plan.plan import Plan
@@ -59,8 +60,8 @@ def straight(saddle, make_seam):
     tool = np.tile(np.eye(4), (n, 1, 1))
     tool[:, :3, :3] = T[:, :3, :3] @ R @ np.diag([1.0, -1.0, -1.0]) @ rotation_from_zyx(0.0, 0.0, np.radians(30.0))
     tool[:, :3, 3] = np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
-    flange = cell.T_world_base1.inverse().matrix @ tool @ cell.T_flange1_tool.inverse().matrix
-    state, zero = CellState(follow_path(cell.arm1, flange, NEAR), joints2), np.zeros(n)
+    flange = cell.T_world_base.inverse().matrix @ tool @ cell.T_flange_tool.inverse().matrix
+    state, zero = CellState(follow_path(cell.arm, flange, NEAR), joints2), np.zeros(n)
     plan = Plan("W1", seam.frames.s_mm, state, zero, zero, zero, zero, {}, {})
     return cell, build_run(plan, cell, schedule_plan(plan, cell)), seam
 
@@ -125,8 +126,8 @@ def test_the_arm_follows_what_was_read_without_a_jump(programs, saddle, straight
     for which, (cell, run, _) in (("saddle", saddle), ("straight", straight)):
         for name, own in programs[which, False][0].items():
             torch, part, _ = followed(READERS[name](own, cell), cell, 5)
-            flange = cell.T_world_base1.inverse().matrix @ part @ torch @ cell.T_flange1_tool.inverse().matrix
-            joints = follow_path(cell.arm1, flange, run.state.joints1[0])
+            flange = cell.T_world_base.inverse().matrix @ part @ torch @ cell.T_flange_tool.inverse().matrix
+            joints = follow_path(cell.arm, flange, run.state.joints1[0])
             assert np.degrees(np.abs(np.diff(joints, axis=0))).max() < 20.0, (which, name)
 
 
@@ -287,7 +288,7 @@ def test_a_part_that_would_collide_between_the_marks_is_refused(saddle):
 def test_a_joint_that_would_be_too_fast_is_named(saddle):
     cell, run, seam = saddle
     slow = tuple(dataclasses.replace(joint, speed_rad_s=np.radians(2.0)) for joint in cell.arm2.joints)
-    lame = dataclasses.replace(cell, arm2=dataclasses.replace(cell.arm2, joints=slow))
+    lame = changed(cell, arm2=dataclasses.replace(cell.arm2, joints=slow))
     with pytest.raises(InputError, match=r"joint \w of robot 2 would need \d+ % of its speed at s = "):
         coordinate_run(run, lame, SeamPath.of_frames("W1", seam.frames), holder=HolderMove.JOINTS)
 

@@ -8,9 +8,9 @@ import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
 from wpcal.core.errors import InputError
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import read_one_robot
-from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.cuts import Span, best_cuts
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.reasons import find_reason

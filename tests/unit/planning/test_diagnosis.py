@@ -7,11 +7,11 @@ import jsonschema
 import numpy as np
 import pytest
 
-from tests.saddle import COARSE, saddle_problem, scan_coarsely
+from tests.saddle import COARSE, changed, saddle_problem, scan_coarsely
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.closed_chain import PLACE, TRAVEL, WORK
-from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.search.diagnosis import farthest_from_a_plan, nearest_to_a_plan, obstacle_at
 from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
@@ -170,7 +170,7 @@ def test_paths_that_are_too_near_between_their_points_name_the_bodies(thin, sear
 def test_every_limit_names_where_the_best_path_breaks_it(thin, searched, constraint, monkeypatch):
     path = searched.swept[7]
     broken = {
-        Constraint.JOINT_LIMITS: replace(thin, cell=replace(thin.cell, arm2=narrowed(thin.cell.arm2, 5, 300.0, 301.0))),
+        Constraint.JOINT_LIMITS: replace(thin, cell=changed(thin.cell, arm2=narrowed(thin.cell.arm2, 5, 300.0, 301.0))),
         Constraint.CLEARANCE: with_lug(thin, 9, 18.0),
         Constraint.JOINT_SPEEDS: replace(thin, speed_mm_s=5000.0),
         Constraint.WELD_POSITION: replace(

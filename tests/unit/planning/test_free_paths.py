@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wpcal.planning.cell.robot_cell import Shape, tool_in_world
+from wpcal.planning.cell.cell import tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
 

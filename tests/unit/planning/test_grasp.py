@@ -11,9 +11,9 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import part_in_world
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.grasp import cell_files, read_holding, solve_grasp
-from wpcal.planning.cell.robot_cell import part_in_world
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
@@ -24,8 +24,8 @@ JOINTS = "19,21,36,15,-77,40"
 
 def touched(cell, T_flange2_part, joints2):
     """Where robot 1 finds the part: through the world, by plain matrices."""
-    held = replace(cell, T_flange2_part=T_flange2_part)
-    T = np.linalg.inv(cell.T_world_base1.matrix) @ part_in_world(held, joints2[None])[0]
+    held = replace(cell, T_carrier_part=T_flange2_part)
+    T = np.linalg.inv(cell.T_world_base.matrix) @ part_in_world(held, joints2[None])[0]
     return RigidTransform.from_matrix(T, target="base", source="part")
 
 
@@ -45,8 +45,8 @@ def test_the_grasp_comes_back(seed, tmp_path):
     assert found.is_close(truth, atol_mm=ROUND_OFF_MM, atol_rad=ROUND_OFF_RAD)
     (tmp_path / "new.json").write_text(to_json(cell_files(holding, found)["cell.json"]))
     written = read_cell(tmp_path / "new.json")
-    assert written.T_flange2_part.is_close(truth, atol_mm=ROUND_OFF_MM, atol_rad=ROUND_OFF_RAD)
-    assert written.T_world_base1.is_close(holding.cell.T_world_base1, atol_mm=0, atol_rad=ROUND_OFF_RAD)
+    assert written.T_part.is_close(truth, atol_mm=ROUND_OFF_MM, atol_rad=ROUND_OFF_RAD)
+    assert written.T_world_base.is_close(holding.cell.T_world_base, atol_mm=0, atol_rad=ROUND_OFF_RAD)
 
 
 def test_a_cell_may_come_without_a_grasp_and_leaves_with_one(tmp_path):
@@ -71,7 +71,7 @@ def test_an_arm_beside_the_cell_goes_with_it(tmp_path):
     record["holder_robot"]["arm"] = "own.json"
     (tmp_path / "cell.json").write_text(json.dumps(record))
     holding = read_holding(tmp_path / "cell.json", JOINTS)
-    files = cell_files(holding, holding.cell.T_flange2_part)
+    files = cell_files(holding, holding.cell.T_part)
     assert sorted(files) == ["cell.json", "own.json"]
     away = tmp_path / "away"
     away.mkdir()

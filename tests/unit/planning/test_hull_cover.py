@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from wpcal.planning.cell.distance_field import DistanceField
 from wpcal.planning.cell.hull_cover import HullCover
 from wpcal.planning.cell.hulls import convex_hull_object
-from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.shape import Shape
 
 fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
 NEEDED_MM = 5.0

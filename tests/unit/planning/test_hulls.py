@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from tests.saddle import changed
 from wpcal.core.errors import GeometryError
-from wpcal.planning.cell.bodies import body_frames, body_pairs
+from wpcal.planning.cell.bodies import body_pairs
+from wpcal.planning.cell.cell import TOOL, CellState
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance, pair_margins
 from wpcal.planning.cell.hulls import FCL_MM, hull_clearance
-from wpcal.planning.cell.robot_cell import CellState, Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -45,8 +47,14 @@ def rounded_off(shape, rng, n=40):
 
 def with_hulls(cell, corners):
     rng = np.random.default_rng(5)
-    names = ("links1", "links2", "torch", "part", "bench")
-    return replace(cell, **{name: tuple(rounded_off(s, rng, corners) for s in getattr(cell, name)) for name in names})
+
+    def off(shapes):
+        return tuple(rounded_off(s, rng, corners) for s in shapes)
+
+    links = off(cell.links)
+    carried = off(cell.carrier.links)
+    more = {name: off(getattr(cell, name)) for name in ("torch", "part", "bench")}
+    return changed(cell, links=links, links2=carried, **more)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +78,7 @@ def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, 
     hulled, state = with_hulls(cell, corners), random_state(states)
     pairs = body_pairs(hulled)
     found = hull_clearance(hulled, state)
-    frames = body_frames(hulled, state)
+    frames = hulled.frames(state.both)
     for i in range(len(state)):
         corners = []
         for body in pairs.bodies:
@@ -100,9 +108,9 @@ def test_a_capsule_against_a_box(cell):
         "box", [[0, 0, 0]], [[0, 0, 0]], [1], hull=[[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     )
     ball = Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [10])
-    bare = replace(cell, links1=(), links2=(), torch=(ball,), part=(), bench=(table,))
+    bare = changed(cell, links=(), links2=(), torch=(ball,), part=(), bench=(table,))
     state = random_state(30)
-    centre = body_frames(bare, state)[14].p.T
+    centre = bare.frames(state.both)[TOOL].p.T
     outside = np.linalg.norm(centre - np.clip(centre, 0, 1), axis=1) - 10
     found = hull_clearance(bare, state).distance_mm
     np.testing.assert_allclose(found, np.maximum(outside, 0), rtol=0, atol=HULL_MM)
@@ -140,7 +148,7 @@ def test_flat_hulls_are_refused(cell):
 
 def test_margins_of_pairs_have_the_least_margin(cell):
     state = random_state(40)
-    margins = pair_margins(body_pairs(cell), body_frames(cell, state))
+    margins = pair_margins(body_pairs(cell), cell.frames(state.both))
     found = capsule_clearance(cell, state)
     np.testing.assert_array_equal(margins.min(axis=0), found.margin_mm)
     np.testing.assert_array_equal(margins.argmin(axis=0), found.pair)

@@ -4,11 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.saddle import scan_coarsely
+from tests.saddle import changed, scan_coarsely
 from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.clearance import require_bases_apart
-from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.cell.workplace import candidate_places, weld_zone
 from wpcal.planning.search.ladder import Ladder, build_ladder, shortest_path
@@ -32,7 +32,7 @@ def ladder(problem):
 
 
 def test_a_ladder_holds_only_allowed_states_with_every_turn_of_the_last_axis(problem, ladder):
-    low, high = problem.cell.joint_limits
+    low, high = problem.cell.limits
     for attitude, joints in zip(ladder.attitude, ladder.joints, strict=True):
         assert len(attitude) == len(joints) > 0
         assert ((joints >= low) & (joints <= high)).all()
@@ -84,7 +84,7 @@ def test_places_are_in_the_zone(cell):
 
 def far_apart(problem, metres):
     away = RigidTransform(problem.cell.T_world_base2.R, [1000.0 * metres, 0.0, 0.0], "world", "base2")
-    return replace(problem, cell=replace(problem.cell, T_world_base2=away, bench=()))
+    return replace(problem, cell=changed(problem.cell, T_world_base2=away, bench=()))
 
 
 def test_a_seam_out_of_reach_says_which_point_which_arm_and_by_how_much(refused):
@@ -109,7 +109,7 @@ def test_bases_too_close_are_refused_whatever_the_joints(cell):
     with pytest.raises(
         GeometryError, match=r"stand too close .bases 250 mm apart.: robot 1 pedestal and robot 2 pedestal"
     ):
-        require_bases_apart(replace(cell, T_world_base2=near, bench=()))
+        require_bases_apart(changed(cell, T_world_base2=near, bench=()))
 
 
 def test_a_start_in_collision_names_the_bodies(refused):
@@ -126,4 +126,4 @@ def test_no_room_anywhere_names_what_fails_most(refused):
     narrow = replace(arm2.joints[1], min_rad=-0.01, max_rad=0.0)
     arm2 = replace(arm2, joints=(arm2.joints[0], narrow, *arm2.joints[2:]))
     with pytest.raises(ConvergenceError, match="no feasible plan: joint limits and singular poses fail most"):
-        find_reachable_places(replace(refused, cell=replace(refused.cell, arm2=arm2)), 1)
+        find_reachable_places(replace(refused, cell=changed(refused.cell, arm2=arm2)), 1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.one_robot_cells import TEE, random_axes, with_positioner, write_cell
-from wpcal.planning.cell.one_robot_file import read_one_robot
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.sequence.on_line import ON_LINE_MM, states_on_lines
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 

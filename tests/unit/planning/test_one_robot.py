@@ -13,11 +13,11 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.schemas import schema_text
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_check import check_cell
+from wpcal.planning.cell.cell_file import read_cell, read_one_robot
 from wpcal.planning.cell.distance_field import DistanceField
-from wpcal.planning.cell.one_robot_check import check_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import read_any_cell, read_one_robot
-from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -141,7 +141,7 @@ def _fcl_margin(cell, part, q):
 
 
 def test_old_cells_are_two_robots_and_new_ones_are_one(cells, on_positioner):
-    assert isinstance(read_any_cell(cells / "two-mh6.json"), RobotCell)
+    assert isinstance(read_cell(cells / "two-mh6.json"), Cell)
     with pytest.raises(InputError, match="expected a cell with one robot"):
         read_one_robot(cells / "two-mh6.json")
     assert on_positioner.axis_names[-2:] == ("tilt", "turn")
@@ -172,5 +172,5 @@ def test_a_home_in_collision_is_told(tmp_path):
     q = random_axes(cell, 50)
     bad = q[np.argmin(OneRobotClearance(cell, None).margins(q).margin_mm)]
     record["torch_robot"]["home_deg"] = np.degrees(bad).tolist()
-    issues = check_one_robot(read_one_robot(write_cell(tmp_path, record)))
+    issues = check_cell(read_one_robot(write_cell(tmp_path, record)))
     assert [issue.code for issue in issues if issue.code == "home"] == ["home"]

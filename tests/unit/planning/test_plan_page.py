@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.pages.plan import MethodFront, build_cell_page, build_plan_page
-from wpcal.planning.cell.robot_cell import Shape, tool_in_world
+from wpcal.pages.cell import build_cell_page
+from wpcal.pages.plan import MethodFront, build_plan_page
+from wpcal.planning.cell.cell import tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.schedule import schedule_plan
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES
@@ -80,8 +82,8 @@ def test_every_body_is_drawn_where_its_frame_is(opened, cell, runs):
     """The flange of robot 2 carries the part: layer of its bodies against the kinematics."""
     page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=0))
     page.evaluate(f"window.wpcal.seek({round(float(runs[0].t_s[20]), 4)})")
-    drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@15').matrixWorld.elements")).reshape(4, 4).T
-    T = cell.T_world_base2.matrix @ cell.arm2.forward(runs[0].state.joints2[20:21])[0] @ cell.T_flange2_part.matrix
+    drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@16').matrixWorld.elements")).reshape(4, 4).T
+    T = cell.T_world_base2.matrix @ cell.arm2.forward(runs[0].state.joints2[20:21])[0] @ cell.T_part.matrix
     np.testing.assert_allclose(drawn, T, rtol=0, atol=DRAWN_MM)
     assert page.evaluate("window.wpcal.viewer.layer('robot1@3').children.length") == 2  # elbow and forearm
 
@@ -153,10 +155,10 @@ def test_the_page_of_a_cell_draws_its_bodies_frames_and_mounting_faces(opened, c
     page = opened(build_cell_page(replace(cell, torch=(), floor_z_mm=-300.0)))
     assert page.inner_text("[data-test=stamp]") == "3 ODD"  # no torch, and both arms 300 mm above the floor
     assert "300 mm above the floor (z = -300 mm)" in page.inner_text("[data-test=issues]")
-    drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@15').matrixWorld.elements")).reshape(4, 4).T
-    T = cell.T_world_base2.matrix @ cell.arm2.forward(np.zeros((1, 6)))[0] @ cell.T_flange2_part.matrix
+    drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@16').matrixWorld.elements")).reshape(4, 4).T
+    T = cell.T_world_base2.matrix @ cell.arm2.forward(np.zeros((1, 6)))[0] @ cell.T_part.matrix
     np.testing.assert_allclose(drawn, T, rtol=0, atol=DRAWN_MM)
-    for layer in ("mounting faces", "frame@0", "frame@14", "floor"):
+    for layer in ("mounting faces", "frame@0", "frame@7", "floor"):
         assert page.evaluate(f"window.wpcal.viewer.layer('{layer}').children.length") > 0
         assert page.evaluate(f"window.wpcal.viewer.layer('{layer}').visible")
 

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.saddle import changed
 from wpcal.core.errors import InputError
+from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import hull_clearance
-from wpcal.planning.cell.robot_cell import CellState, Shape, part_in_world, tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.planning.plan.recheck import finer_states, recheck_clearance
 
@@ -75,8 +77,8 @@ def test_what_is_called_free_touches_nothing_at_finer_steps_still(cell, seed):
 
 def test_a_needle_between_two_states_is_not_stepped_over(cell):
     """Without a safety distance the states beside a needle are clear, however near; that says nothing of between."""
-    bare = replace(
-        cell, d1_mm=0.0, links1=(), links2=(), part=(), torch=(Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [1.0]),)
+    bare = changed(
+        cell, d1_mm=0.0, links=(), links2=(), part=(), torch=(Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [1.0]),)
     )
     state = sweep(turned(-0.05), turned(0.05))
     tip = tool_in_world(cell, turned(0.00333)[None])[0, :3, 3]
@@ -114,7 +116,7 @@ def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell):
     """Joint 1 alone turns the tip on a circle about the base: between two points it rises r (1 - cos(a/2))."""
     angle = 0.02
     state = sweep(AWAY, turned(angle))
-    tip = tool_in_world(cell, AWAY[None])[0, :3, 3] - cell.T_world_base1.t_mm
+    tip = tool_in_world(cell, AWAY[None])[0, :3, 3] - cell.T_world_base.t_mm
     rise = np.hypot(*tip[:2]) * (1 - np.cos(angle / 2))
     found = recheck_clearance(plan_of(state), cell)
     np.testing.assert_allclose(found.tip_error_mm, rise, rtol=0, atol=ROUND_OFF_MM)

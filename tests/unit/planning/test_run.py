@@ -7,8 +7,8 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.core.motion import APPROACH_MM
-from wpcal.planning.cell.bodies import body_frames
-from wpcal.planning.cell.robot_cell import CellState, Shape, joint_speeds, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import CellState, joint_speeds, part_in_world, tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.plan.run import Phase, build_run
@@ -53,7 +53,7 @@ def test_the_torch_comes_and_goes_along_its_wire(cell, run, end):
 
 def test_in_the_air_no_joint_is_too_fast(cell, run):
     rates = np.abs(np.diff(run.state.joints1, axis=0)) / np.diff(run.t_s)[:, None]
-    assert (rates <= joint_speeds(cell.arm1) * (1 + ROUND_OFF_S)).all()
+    assert (rates <= joint_speeds(cell.arm) * (1 + ROUND_OFF_S)).all()
     assert (np.diff(run.t_s) > 0).all()
 
 
@@ -73,7 +73,7 @@ def first_points(plan, n):
 def test_a_lamp_behind_the_torch_shortens_the_approach(cell, simple_plan):
     """The weld itself is free of it: only the far end of the approach would meet it."""
     start = first_points(simple_plan, 3)
-    wrist = body_frames(cell, start.state)[6].point([0, 0, -95]).T[0]
+    wrist = cell.frames(start.state.both)[6].point([0, 0, -95]).T[0]
     wire = tool_in_world(cell, start.state.joints1)[0, :3, 2]
     place = wrist - 130.0 * wire  # 75 of the forearm, 5 of the lamp and 20 between: 30 are left, less than the approach
     blocked = replace(cell, bench=(*cell.bench, Shape("lamp", [place], [place], [5.0])))

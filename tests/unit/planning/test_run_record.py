@@ -10,11 +10,13 @@ import jsonschema
 import numpy as np
 import pytest
 
+from tests.saddle import changed
 from wpcal.controllers.program.two_robots import build_sync_program, possible_programs, write_programs
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
-from wpcal.planning.cell.robot_cell import Shape, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import part_in_world, tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.run_record import run_csv, run_record
 from wpcal.planning.plan.schedule import schedule_plan
@@ -113,7 +115,7 @@ def test_a_path_that_is_not_free_becomes_no_program(cell, run, simple_plan):
 
 def test_a_language_that_cannot_hold_a_program_does_not_stop_the_others(cell, run):
     silent = replace(cell.arm2, joints=tuple(replace(joint, speed_rad_s=None) for joint in cell.arm2.joints))
-    program = build_sync_program(run, replace(cell, arm2=silent))
+    program = build_sync_program(run, changed(cell, arm2=silent))
     programs, refusals = possible_programs(program)
     assert sorted(programs) == ["WPCAL_W1_R1.mod", "WPCAL_W1_R2.mod"]
     assert len(refusals) == 1

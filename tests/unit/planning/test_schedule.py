@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.saddle import changed
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.robot_cell import CellState, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.plan.schedule import schedule_plan
 
 ROUND_OFF = 1e-9
@@ -34,10 +35,10 @@ def test_the_seam_is_slowed_as_a_whole_until_every_joint_can_follow(cell, simple
         np.diff(simple_plan.s_mm) / np.diff(schedule.t_s), schedule.speed_mm_s, rtol=ROUND_OFF, atol=0
     )
     rates = np.abs(np.diff(simple_plan.state.both, axis=0)) / np.diff(schedule.t_s)[:, None]
-    use = rates / cell.joint_speeds
+    use = rates / cell.speeds
     np.testing.assert_allclose(use.max(), 1.0, rtol=ROUND_OFF, atol=0)
     row, column = np.unravel_index(np.argmax(use), use.shape)
-    arm = (cell.arm1, cell.arm2)[column // 6]
+    arm = (cell.arm, cell.arm2)[column // 6]
     limit = schedule.limit
     assert (limit.robot, limit.joint) == (column // 6 + 1, arm.joints[column % 6].name)
     assert limit.s_mm == simple_plan.s_mm[row]
@@ -47,7 +48,7 @@ def test_the_seam_is_slowed_as_a_whole_until_every_joint_can_follow(cell, simple
 
 def test_a_slower_joint_slows_the_seam(cell, simple_plan):
     joints = tuple(replace(joint, speed_rad_s=joint.speed_rad_s / 100) for joint in cell.arm2.joints)
-    lazy = replace(cell, arm2=replace(cell.arm2, joints=joints))
+    lazy = changed(cell, arm2=replace(cell.arm2, joints=joints))
     schedule = schedule_plan(simple_plan, lazy, speed_mm_s=6.0)
     assert schedule.limit.robot == 2
     assert schedule.limit.joint == "T"  # the one that turns the pipe
@@ -57,9 +58,9 @@ def test_a_slower_joint_slows_the_seam(cell, simple_plan):
 def test_arms_without_stated_speeds_limit_nothing(cell, simple_plan):
     silent = [
         replace(arm, joints=tuple(replace(joint, speed_rad_s=None) for joint in arm.joints))
-        for arm in (cell.arm1, cell.arm2)
+        for arm in (cell.arm, cell.arm2)
     ]
-    schedule = schedule_plan(simple_plan, replace(cell, arm1=silent[0], arm2=silent[1]), speed_mm_s=1e4)
+    schedule = schedule_plan(simple_plan, changed(cell, arm=silent[0], arm2=silent[1]), speed_mm_s=1e4)
     assert schedule.speed_mm_s == 1e4
     assert schedule.limit is None
     assert "state no joint speeds" in schedule.describe()

@@ -10,8 +10,8 @@ from tests.saddle import COARSE, coarse_search, saddle_problem
 from wpcal.core.errors import ConvergenceError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
+from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.closed_chain import torch_on_seam
-from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.search.ga_variation import PathEncoding
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths, first_population
 from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
@@ -196,5 +196,5 @@ def test_options_of_the_genetic_algorithm_are_checked():
 
 def test_a_cell_states_all_limits_of_both_arms(cell, path):
     problem = PlanningProblem(cell, path)
-    assert problem.cell.joint_limits[0].shape == problem.cell.joint_speeds.shape == (12,)
-    assert np.degrees(problem.cell.joint_speeds[5]) == pytest.approx(610.0, rel=0, abs=1e-9)
+    assert problem.cell.limits[0].shape == problem.cell.speeds.shape == (12,)
+    assert np.degrees(problem.cell.speeds[5]) == pytest.approx(610.0, rel=0, abs=1e-9)

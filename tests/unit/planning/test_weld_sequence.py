@@ -12,9 +12,9 @@ from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
 from wpcal.draw.place import place_svg
+from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import read_one_robot
-from wpcal.planning.cell.robot_cell import Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
@@ -84,8 +84,8 @@ def test_the_wire_is_on_the_seam_at_every_point(name, request):
             q = piece.candidate.q[row]
             T_tip = cell.T_world_base.matrix @ dh_forward(cell.arm, q[:6]) @ cell.T_flange_tool.matrix
             T_carrier = np.eye(4)
-            if cell.positioner is not None:
-                T_carrier = cell.positioner.T_world_base.matrix @ dh_forward(cell.positioner.arm, q[6:])
+            if cell.carrier is not None:
+                T_carrier = cell.carrier.T_world_base.matrix @ dh_forward(cell.carrier.arm, q[6:])
             p = (T_carrier @ cell.T_part.matrix @ [*task.p[row], 1.0])[:3]
             assert np.linalg.norm(T_tip[:3, 3] - p) < 1e-6
             wire = (T_carrier @ cell.T_part.matrix)[:3, :3] @ task.R[row][:, 2]

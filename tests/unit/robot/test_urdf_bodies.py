@@ -49,7 +49,7 @@ def test_corners_are_where_the_urdf_puts_them_at_every_joint_angle(urdf):
     R_tilt = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])  # about -y
     expected = 1000 * (CUBE + np.array([0, 0, 0.05])) @ R_tilt.T + np.array([0, 0, 400])
     from wpcal.core.transform import RigidTransform
-    from wpcal.planning.cell.bodies import arm_frames
+    from wpcal.robot.kinematics.arm import arm_frames
 
     place = RigidTransform.identity(target="world", source="base")
     frames = [f.matrices()[0] for f in arm_frames(arm, place, np.array([[tilt, turn]]))]

@@ -130,7 +130,7 @@ def _first_speed(name: str) -> str:
 
 
 def _about(program: CoordinatedProgram, robot: int, own: Sequence[str]) -> list[str]:
-    arm = (program.cell.arm1, program.cell.arm2)[robot - 1]
+    arm = (program.cell.arm, program.cell.arm2)[robot - 1]
     together = "ID is the number of the mark, the same in both modules: load and start both tasks together"
     return [f"robot {robot} ({arm.name}) of two, task {TASKS[robot - 1]}", *program.notes, *own, together]
 
@@ -141,7 +141,7 @@ def _speed(name: str, mm_s: float) -> str:
 
 def _torch(program: CoordinatedProgram, stem: str) -> dict[str, str]:
     """Return the module of robot 1, whose targets are in the part."""
-    path, held = program.path, program.cell.T_flange2_part
+    path, held = program.path, program.cell.T_part
     arc = None if program.arc is None else arc_data(path, stem, program.speed_mm_s, NAMES)
     labels = path.labels(stem, width=program.label_width)
     frame, own = pose_texts(held.t_mm[None], held.R[None])[0], slice(path.before, None)  # the first is joints

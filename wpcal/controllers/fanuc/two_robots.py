@@ -52,7 +52,7 @@ def write_coordinated_fanuc(program: CoordinatedProgram) -> dict[str, str]:
 
 
 def _head(program: CoordinatedProgram) -> list[str]:
-    held = LANGUAGE.frame_as_written(program.cell.T_flange2_part)
+    held = LANGUAGE.frame_as_written(program.cell.T_part)
     numbers = [*held.t_mm.tolist(), *zyx_degrees(held.R, decimals=DECIMALS).tolist()]
     text = [
         *program.notes,

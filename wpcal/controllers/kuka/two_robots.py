@@ -65,7 +65,7 @@ def write_coordinated_krl(program: CoordinatedProgram) -> dict[str, str]:
 
 
 def _about(program: CoordinatedProgram, robot: int) -> list[str]:
-    frame, arm = program.controller.frame_number, (program.cell.arm1, program.cell.arm2)[robot - 1]
+    frame, arm = program.controller.frame_number, (program.cell.arm, program.cell.arm2)[robot - 1]
     own = {
         1: f"BASE_DATA[{frame}] must be coupled to the flange of robot 2 (WorkVisual), with the numbers of PART_HELD",
         2: "the tool is the part on the flange, the base that of the robot",
@@ -142,7 +142,7 @@ def _data(
     known = forms_of([forms])
     values = aggregates(p, R, None if known is None else known[0])
     return [
-        f"DECL FRAME PART_HELD={frame_text(frame_as_written(program.cell.T_flange2_part))}",
+        f"DECL FRAME PART_HELD={frame_text(frame_as_written(program.cell.T_part))}",
         f"DECL E6AXIS {START}={axes_text(joints[0])}",
         *(f"DECL E6POS {name}={value}" for name, value in list(zip(names, values, strict=True))[first:]),
     ]

@@ -18,7 +18,7 @@ from wpcal.controllers.program.arc import ArcSettings, arc_in_words, seam_marks
 from wpcal.controllers.program.describe import describe_path
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.run import AIR_SPEED_MM_S
 from wpcal.robot.kinematics.arm import Arm
@@ -111,7 +111,7 @@ class CoordinatedProgram:
     InputError : When the path has no lines and arcs, or the arrays do not have one row for every pose.
     """
 
-    cell: RobotCell  #: Arms, bases, the tool of robot 1, and the place of the part on the flange of robot 2.
+    cell: Cell  #: Arms, bases, the tool of robot 1, and the place of the part on the flange of robot 2.
     path: WeldPath  #: Of robot 1, with m poses in `part` (not in `base`) and its angles there.
     joints2: FloatArray  #: shape (m, 6). Shown angles of robot 2 at the same poses, rad.
     #: `speed_mm_s`, `air_speed_mm_s`: Of the torch in the part: along the seam, and to and from it.
@@ -147,7 +147,7 @@ class CoordinatedProgram:
     @property
     def postures(self) -> tuple[Posture, Posture]:
         """Postures of both arms at the poses."""
-        return posture(self.cell.arm1, self.joints1), posture(self.cell.arm2, self.joints2)
+        return posture(self.cell.arm, self.joints1), posture(self.cell.arm2, self.joints2)
 
     @property
     def label_width(self) -> int:
@@ -186,11 +186,11 @@ class CoordinatedProgram:
 
     def tool_in_base1(self) -> FloatArray:
         """Return the poses of the tool in the base of robot 1, shape (m, 4, 4), mm."""
-        return np.asarray(self.cell.arm1.forward(self.joints1) @ self.cell.T_flange1_tool.matrix)
+        return np.asarray(self.cell.arm.forward(self.joints1) @ self.cell.T_flange_tool.matrix)
 
     def part_in_base2(self) -> FloatArray:
         """Return the poses of the part in the base of robot 2, shape (m, 4, 4), mm."""
-        return np.asarray(self.cell.arm2.forward(self.joints2) @ self.cell.T_flange2_part.matrix)
+        return np.asarray(self.cell.arm2.forward(self.joints2) @ self.cell.T_part.matrix)
 
 
 def build_coordinated_program(
@@ -252,8 +252,8 @@ def _tool_in_part(found: CoordinatedRun, joints1: list[FloatArray]) -> list[Floa
     """Return the poses of the tool in the part where the run begins and ends, each 4 by 4, mm."""
     cell = found.cell
     rows = [found.joints2[0]] * (found.approach is not None) + [found.joints2[-1]] * (found.retract is not None)
-    held = [cell.T_world_base2.matrix @ cell.arm2.forward(q[None])[0] @ cell.T_flange2_part.matrix for q in rows]
-    tools = [cell.T_world_base1.matrix @ cell.arm1.forward(q[None])[0] @ cell.T_flange1_tool.matrix for q in joints1]
+    held = [cell.T_world_base2.matrix @ cell.arm2.forward(q[None])[0] @ cell.T_part.matrix for q in rows]
+    tools = [cell.T_world_base.matrix @ cell.arm.forward(q[None])[0] @ cell.T_flange_tool.matrix for q in joints1]
     return [np.linalg.inv(part) @ tool for part, tool in zip(held, tools, strict=True)]
 
 

@@ -19,8 +19,8 @@ from wpcal.controllers.program.planned import JointMoves, PlannedMoves
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import OneRobotCell
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.sequence_record import checked_text
@@ -120,7 +120,7 @@ class _Frame:
     A program calls it the base. If its positions are not carried, they are brought into the base of the robot.
     """
 
-    def __init__(self, cell: OneRobotCell, *, follows: bool, is_carried: bool) -> None:
+    def __init__(self, cell: Cell, *, follows: bool, is_carried: bool) -> None:
         self.cell, self.follows, self.is_carried = cell, follows, is_carried
 
     @property
@@ -147,7 +147,7 @@ class _Frame:
     @property
     def T_base_part(self) -> RigidTransform:
         """The frame in which positions are written, in this base."""
-        turns = self.cell.positioner is not None
+        turns = self.cell.carrier is not None
         if turns and not (self.follows and self.is_carried):
             return RigidTransform.identity(target="base", source="part")
         home = self.cell.home[None]
@@ -224,7 +224,7 @@ def _moves(
     )
 
 
-def _joints_at(cell: OneRobotCell, branch: int, T_base_tool: FloatArray, near: FloatArray) -> FloatArray:
+def _joints_at(cell: Cell, branch: int, T_base_tool: FloatArray, near: FloatArray) -> FloatArray:
     """Return all axes at poses of the tool in the base, in one branch and in the turns of axes nearby."""
     found = solve_inverse(cell.arm, T_base_tool @ cell.T_flange_tool.inverse().matrix).joints[:, branch]
     found = found + TURN * np.rint((near[:, :JOINTS] - found) / TURN)

@@ -13,8 +13,8 @@ from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.coordinated_program import SyncProgram, build_coordinated_program
 from wpcal.controllers.registry import controller_named, controllers
 from wpcal.core.errors import InputError
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.coordinated import CoordinatedRun, coordinate_run
 from wpcal.planning.plan.holder_moves import HolderMove
 from wpcal.planning.plan.plan import CollisionVerdict
@@ -25,7 +25,7 @@ from wpcal.seam.seam import Seam
 from wpcal.weld.seam_weld import SeamWeld
 
 
-def build_sync_program(run: CellRun, cell: RobotCell, *, controller: ControllerSettings | None = None) -> SyncProgram:
+def build_sync_program(run: CellRun, cell: Cell, *, controller: ControllerSettings | None = None) -> SyncProgram:
     """Return the program of both robots for a run.
 
     Parameters
@@ -45,7 +45,7 @@ def build_sync_program(run: CellRun, cell: RobotCell, *, controller: ControllerS
     checked = "NOT CHECKED for collisions" if run.check is None else f"checked: {verdict.value}; {run.check.describe()}"
     return SyncProgram(
         seam=run.plan.seam,
-        arms=(cell.arm1, cell.arm2),
+        arms=(cell.arm, cell.arm2),
         joints=(run.state.joints1, run.state.joints2),
         seconds=np.diff(run.t_s),
         arc_on=run.first,
@@ -113,7 +113,7 @@ class HeldWeld:
 
 def possible_coordinated(
     run: CellRun,
-    cell: RobotCell,
+    cell: Cell,
     held: HeldWeld,
     *,
     controller: ControllerSettings | None = None,
@@ -155,7 +155,7 @@ def possible_coordinated(
 
 
 def _coordinated(
-    run: CellRun, cell: RobotCell, path: SeamPath, kind: tuple[HolderMove, bool], tolerance: PathTolerance
+    run: CellRun, cell: Cell, path: SeamPath, kind: tuple[HolderMove, bool], tolerance: PathTolerance
 ) -> CoordinatedRun | InputError:
     """Return the motion, or why there is none: the next language of the same kind is then refused at once."""
     try:

@@ -157,8 +157,8 @@ def write_coordinated_inform(program: CoordinatedProgram) -> dict[str, str]:
 def _positions(program: CoordinatedProgram) -> list[str]:
     """Return the positions of both robots: even numbers are those of robot 1, odd ones those of robot 2."""
     cell, tool = program.cell, f"///TOOL {program.controller.tool_number}"
-    kind = joint_kind(cell.arm1, cell.arm2)
-    rows = joint_rows(program.joints1, cell.arm1, kind), joint_rows(program.joints2, cell.arm2, kind)
+    kind = joint_kind(cell.arm, cell.arm2)
+    rows = joint_rows(program.joints1, cell.arm, kind), joint_rows(program.joints2, cell.arm2, kind)
     lines = [tool, f"///POSTYPE {kind}", f"///{kind}"]
     for number, (one, two) in enumerate(zip(*rows, strict=True)):
         lines += [tool] if number else []

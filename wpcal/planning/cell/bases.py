@@ -18,9 +18,9 @@ from wpcal.core.errors import FormatError
 from wpcal.core.pairs import PointPairs
 from wpcal.core.records import read_json
 from wpcal.core.tables import read_table
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
 from wpcal.planning.cell.grasp import NO_GRASP, with_arms
-from wpcal.planning.cell.robot_cell import RobotCell
 
 BASE1_COLUMNS = ("base1_x_mm", "base1_y_mm", "base1_z_mm")
 BASE2_COLUMNS = ("base2_x_mm", "base2_y_mm", "base2_z_mm")
@@ -75,13 +75,13 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
     cell = _read_without_grasp(record, cell_json)
     result = calibrate(touched, criterion=Criterion.MINIMAX, solver=Solver.EXACT, tolerance_mm=tolerance_mm)
     fitted = result.T_base_part.relabelled(target="base1", source="base2")
-    T_world_base2 = cell.T_world_base1 @ fitted
+    T_world_base2 = cell.T_world_base @ fitted
     record["holder_robot"]["T_world_base"] = T_world_base2.to_record()
     moved = float(np.linalg.norm(T_world_base2.t_mm - cell.T_world_base2.t_mm))
     return MeasuredBases(result, with_arms(record, cell_json), moved)
 
 
-def _read_without_grasp(record: Mapping[str, Any], path: Path) -> RobotCell:
+def _read_without_grasp(record: Mapping[str, Any], path: Path) -> Cell:
     """Read a cell and check everything except its grasp, which may be measured later."""
     filled = copy.deepcopy(dict(record))
     holder = filled.get("holder_robot")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -16,9 +16,13 @@ from scipy.spatial import ConvexHull, QhullError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.issue import Issue
-from wpcal.planning.cell.bodies import PART, TOOL, Body, Owner, bodies_of, body_frames
+from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.bodies import Body, Owner, bodies_of
+from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
 from wpcal.planning.cell.clearance import require_bases_apart
-from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell, Shape
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.segments import Segments, segment_distances
+from wpcal.planning.cell.shape import JOINTS, Shape
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
@@ -31,21 +35,24 @@ FAR_MM = 150.0
 """Bodies enclose the axes of their link, or are fastened beside them at less than this distance."""
 STICKS_OUT_MM = 0.1
 """A capsule that misses corners of its hull by less changes no clearance that anyone reads."""
+NOT_ROBOTS = (Owner.BENCH, Owner.POSITIONER)
+"""Owners whose bodies are given anywhere: no frame of an arm says where they should be."""
+WIRE_MM = 80.0
+"""No wire is so long: the nozzle of a torch is nearer to the tip."""
 SAMPLES = 17
 """Points per link and per edge of a hull that are measured: one per 100 mm on a large arm."""
 
 
-def check_cell(cell: RobotCell) -> tuple[Issue, ...]:
+def check_cell(cell: Cell) -> tuple[Issue, ...]:
     """Return everything that is odd in a cell.
 
     Returns
     -------
     tuple of Issue
-        Codes ``mounting-face``, ``below-floor``, ``no-bodies``, ``metres``, ``far-from-link``, ``capsule-and-hull``
-        and ``bases-too-near``; empty for a cell without oddities.
+        Codes ``mounting-face``, ``below-floor``, ``no-bodies``, ``metres``, ``far-from-link``, ``capsule-and-hull``; of
+        two robots ``bases-too-near``, of one ``torch-place`` and ``home``; empty for a cell without oddities.
     """
-    zeros = CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS)))
-    frames = [frame.matrices()[0] for frame in body_frames(cell, zeros)]
+    frames = [frame.matrices()[0] for frame in cell.frames(np.zeros((1, len(cell.home))))]
     bodies = bodies_of(cell)
     small = [body for body in bodies if extent_mm(body.shape) < SMALLEST_MM]
     sized = [body for body in bodies if body not in small]
@@ -53,29 +60,46 @@ def check_cell(cell: RobotCell) -> tuple[Issue, ...]:
         *_mounting_faces(cell),
         *_below_floor(cell, sized, frames),
         *_missing(cell),
-        *(metres_issue(body) for body in small),
+        *(_metres(body) for body in small),
         *_far_from_link(cell, sized, frames),
-        *capsule_issues(sized),
-        *_bases_too_near(cell),
+        *_capsules(sized),
+        *(_bases_too_near(cell) if cell.has_two_robots else (*_torch_place(cell), *_home(cell))),
     )
 
 
-def check_record(cell: RobotCell, issues: Sequence[Issue]) -> dict[str, Any]:
+def check_record(cell: Cell, issues: Sequence[Issue]) -> dict[str, Any]:
     """Return the record of a check: the name of the cell and what is odd in it."""
     return {"schema": CELL_CHECK_SCHEMA, "cell": cell.name, "issues": [issue.to_record() for issue in issues]}
 
 
-def mounting_faces(cell: RobotCell) -> FloatArray:
-    """Return the origins of both mounting faces in `world`, shape (2, 3), mm."""
-    places = ((cell.T_world_base1, cell.arm1), (cell.T_world_base2, cell.arm2))
-    return np.array([T.R @ arm.mount_mm + T.t_mm for T, arm in places])
+class Mount(NamedTuple):
+    """Where an arm is mounted: its name, its key in the cell file, its base, and the height at which it should be."""
+
+    name: str
+    key: str
+    arm: Arm
+    T_world_base: RigidTransform
+    stated_z_mm: float | None
+
+    @property
+    def face(self) -> FloatArray:
+        """Origin of the mounting face in `world`, shape (3,), mm."""
+        return np.asarray(self.T_world_base.apply(self.arm.mount_mm))
 
 
-def _mounting_faces(cell: RobotCell) -> Iterator[Issue]:
-    arms, keys = (cell.arm1, cell.arm2), ("torch_robot", "holder_robot")
-    bases = (cell.T_world_base1, cell.T_world_base2)
-    for robot, (arm, key, T, face) in enumerate(zip(arms, keys, bases, mounting_faces(cell), strict=True), 1):
-        z, stated = float(face[2]), cell.mount_z_mm[robot - 1]
+def mounts(cell: Cell) -> list[Mount]:
+    """Return the mounting faces: the robot, then the positioner or robot 2."""
+    two, carrier = cell.has_two_robots, cell.carrier
+    found = [Mount("robot 1" if two else "robot", "torch_robot", cell.arm, cell.T_world_base, cell.mount_z_mm)]
+    if carrier is not None:
+        name, key = ("robot 2", "holder_robot") if two else ("positioner", "positioner")
+        found.append(Mount(name, key, carrier.arm, carrier.T_world_base, carrier.mount_z_mm))
+    return found
+
+
+def _mounting_faces(cell: Cell) -> Iterator[Issue]:
+    for name, key, arm, T, stated in (mount for mount in mounts(cell) if mount.key != "positioner"):
+        z = float(T.apply(arm.mount_mm)[2])
         expected = cell.floor_z_mm if stated is None else stated
         off = z - expected
         if abs(off) <= FLOOR_MM:
@@ -89,10 +113,10 @@ def _mounting_faces(cell: RobotCell) -> Iterator[Issue]:
         xyz = ", ".join(f"{value:g}" for value in np.round(T.t_mm - [0.0, 0.0, off], 3) + 0.0)
         yield Issue(
             "mounting-face",
-            f"robot {robot} ({arm.name}): its mounting face is at z = {z:g} mm, {abs(off):g} mm {side} {where}."
+            f"{name} ({arm.name}): its mounting face is at z = {z:g} mm, {abs(off):g} mm {side} {where}."
             f"{_base_frame_text(arm)} If the arm is {right}, write xyz_mm [{xyz}] in T_world_base of {key}. "
             f'If z = {z:g} mm is right, write "mounting_face_z_mm": {z:g} in {key}{or_floor}',
-            (f"robot {robot}",),
+            (name,),
         )
 
 
@@ -104,15 +128,15 @@ def _base_frame_text(arm: Arm) -> str:
     return f" The base frame of this arm is {height:g} mm from its mounting face (mount_mm {numbers})."
 
 
-def _below_floor(cell: RobotCell, bodies: Sequence[Body], frames: Sequence[FloatArray]) -> Iterator[Issue]:
+def _below_floor(cell: Cell, bodies: Sequence[Body], frames: Sequence[FloatArray]) -> Iterator[Issue]:
     for body in bodies:
-        if body.link != 0 or body.owner is Owner.BENCH:
+        if body.link != 0 or body.owner in NOT_ROBOTS:
             continue
         T = frames[body.carrier]
         # the round end of a capsule may reach below the floor where the body that it stands for does not
         points = body.shape.hull if len(body.shape.hull) else np.concatenate([body.shape.p, body.shape.q])
         lowest = float((points @ T[2, :3] + T[2, 3]).min())
-        stated = cell.mount_z_mm[0 if body.owner is Owner.ROBOT1 else 1]
+        stated = mounts(cell)[0 if body.owner.has_torch else 1].stated_z_mm
         floor = cell.floor_z_mm if stated is None else min(stated, cell.floor_z_mm)
         if lowest < floor - FLOOR_MM:
             yield Issue(
@@ -124,25 +148,32 @@ def _below_floor(cell: RobotCell, bodies: Sequence[Body], frames: Sequence[Float
             )
 
 
-def _missing(cell: RobotCell) -> Iterator[Issue]:
-    groups = (
-        (cell.torch, "torch", "the torch has no bodies: no collision of the torch can be found", "torch_robot.torch"),
-        (cell.part, "part", "the part has no bodies: no collision of the part can be found", "holder_robot.part"),
-        (cell.links1, "robot 1", "robot 1 has no bodies: no collision of its arm can be found", "torch_robot.links"),
-        (cell.links2, "robot 2", "robot 2 has no bodies: no collision of its arm can be found", "holder_robot.links"),
-        (
-            cell.bench,
-            "bench",
-            "the cell has no floor, table or other fixed body: no collision with them can be found",
-            "bench",
-        ),
-    )
+def _missing(cell: Cell) -> Iterator[Issue]:
+    two, (robot, *others) = cell.has_two_robots, mounts(cell)
+    groups = [
+        (cell.torch, "torch", "the torch has no bodies: no collision of the torch can be found", "torch_robot.torch")
+    ]
+    arm = "no collision of its arm can be found"
+    own = (cell.links, robot.name, f"{'' if two else 'the '}{robot.name} has no bodies: {arm}", "torch_robot.links")
+    if cell.carrier is None or not two:
+        groups.insert(0, own)
+        if others:
+            says = "the positioner has no bodies: no collision with it can be found"
+            groups.append((() if cell.carrier is None else cell.carrier.links, "positioner", says, "positioner.links"))
+    else:
+        says = "the cell has no floor, table or other fixed body: no collision with them can be found"
+        groups += [
+            (cell.part, "part", "the part has no bodies: no collision of the part can be found", "holder_robot.part"),
+            own,
+            (cell.carrier.links, "robot 2", f"robot 2 has no bodies: {arm}", "holder_robot.links"),
+            (cell.bench, "bench", says, "bench"),
+        ]
     for shapes, name, says, field in groups:
         if not shapes:
             yield Issue("no-bodies", f"{says}; list bodies in {field}", (name,))
 
 
-def metres_issue(body: Body) -> Issue:
+def _metres(body: Body) -> Issue:
     """Return what is said of a body that is smaller than `SMALLEST_MM`."""
     return Issue(
         "metres",
@@ -161,16 +192,16 @@ def extent_mm(shape: Shape) -> float:
     return float((high - low).max())
 
 
-def _far_from_link(cell: RobotCell, bodies: Sequence[Body], frames: Sequence[FloatArray]) -> Iterator[Issue]:
+def _far_from_link(cell: Cell, bodies: Sequence[Body], frames: Sequence[FloatArray]) -> Iterator[Issue]:
     for body in bodies:
-        if body.owner is Owner.BENCH or body.carrier not in (*range(2 * (JOINTS + 1)), TOOL):
+        if body.owner in NOT_ROBOTS or body.carrier == cell.part_row:
             continue
         T = np.linalg.inv(frames[body.carrier])
         skeleton = _skeleton(cell, body, frames) @ T[:3, :3].T + T[:3, 3]
         apart = _distance(skeleton, body.shape)
         if apart > FAR_MM:
             what = (
-                "the torch, which reaches from flange 1 to the tip of the wire"
+                "the torch, which reaches from the flange to the tip of the wire"
                 if body.carrier == TOOL
                 else (f"link {body.link} of {body.owner.value}")
             )
@@ -183,25 +214,25 @@ def _far_from_link(cell: RobotCell, bodies: Sequence[Body], frames: Sequence[Flo
             )
 
 
-def _skeleton(cell: RobotCell, body: Body, frames: Sequence[FloatArray]) -> FloatArray:
+def _skeleton(cell: Cell, body: Body, frames: Sequence[FloatArray]) -> FloatArray:
     """Return points along a link in `world`: from the frame before it, through its own, to the next one."""
     if body.carrier == TOOL:
         knots = [frames[JOINTS], frames[TOOL]]
         return _along([T[:3, 3] for T in knots])
-    first = 0 if body.owner is Owner.ROBOT1 else JOINTS + 1
+    first = 0 if body.owner.has_torch else CARRIER
     places = [frames[first + link][:3, 3] for link in range(JOINTS + 1)]
-    mount = mounting_faces(cell)[0 if body.owner is Owner.ROBOT1 else 1]
+    mount = mounts(cell)[0 if body.owner.has_torch else 1].face
     # what is on the flange reaches to what it carries
-    carried = [frames[TOOL][:3, 3]] if body.owner is Owner.ROBOT1 else _part_centre(cell, frames)
+    carried = [frames[TOOL][:3, 3]] if body.owner.has_torch else _part_centre(cell, frames)
     return _along([mount, *places, *carried][body.link : body.link + 3])
 
 
-def _part_centre(cell: RobotCell, frames: Sequence[FloatArray]) -> list[FloatArray]:
+def _part_centre(cell: Cell, frames: Sequence[FloatArray]) -> list[FloatArray]:
     """Return the middle of the bodies of the part in `world`; nothing if it has none."""
     points = [np.concatenate([shape.p, shape.q, shape.hull]) for shape in cell.part]
     if not points:
         return []
-    T, every = frames[PART], np.concatenate(points)
+    T, every = frames[cell.part_row], np.concatenate(points)
     return [T[:3, :3] @ ((every.min(axis=0) + every.max(axis=0)) / 2) + T[:3, 3]]
 
 
@@ -228,7 +259,7 @@ def _outside(points: FloatArray, p: FloatArray, q: FloatArray, radius: FloatArra
     return np.asarray((np.linalg.norm(points[:, None] - nearest, axis=2) - radius).min(axis=1), dtype=np.float64)
 
 
-def capsule_issues(bodies: Sequence[Body]) -> Iterator[Issue]:
+def _capsules(bodies: Sequence[Body]) -> Iterator[Issue]:
     """Yield an issue for every body whose hull reaches out of its capsules."""
     for body in bodies:
         shape = body.shape
@@ -257,7 +288,7 @@ def _on_edges(hull: FloatArray) -> FloatArray:
     return np.concatenate([hull, on_edges.reshape(-1, 3)])
 
 
-def _bases_too_near(cell: RobotCell) -> Iterator[Issue]:
+def _bases_too_near(cell: Cell) -> Iterator[Issue]:
     try:
         require_bases_apart(cell)
     except GeometryError as error:
@@ -268,4 +299,38 @@ def _bases_too_near(cell: RobotCell) -> Iterator[Issue]:
             "bases-too-near",
             f"the bases are {apart:.3g} mm apart: T_world_base of both robots is in mm; are these numbers metres?",
             ("robot 1", "robot 2"),
+        )
+
+
+def _torch_place(cell: Cell) -> Iterator[Issue]:
+    """Yield what does not fit between the torch and the tip of the wire, the origin of the frame `tool`."""
+    nearest = np.inf
+    for shape in cell.torch:
+        capsules, tip = Segments(shape.p.T, (shape.q - shape.p).T), np.zeros((3, 1))
+        apart = segment_distances(capsules, Segments(tip, tip)) - shape.radius_mm
+        if not len(apart):
+            continue
+        nearest = min(nearest, float(apart.min()))
+        if not len(shape.hull) and apart.min() < 0.0:  # the capsule around a hull is only a bound
+            says = f"the tip of the wire is {-apart.min():.0f} mm inside {shape.name}, which would never reach a seam"
+            yield Issue("torch-place", f"{says}; correct T_flange_tool or torch in torch_robot", (shape.name,))
+    if WIRE_MM < nearest < np.inf:
+        yield Issue(
+            "torch-place",
+            f"the bodies of the torch begin {nearest:.0f} mm from the tip of the wire: they are in another frame than "
+            "tool (--torch-mesh and --torch-capsule: flange), or T_flange_tool is wrong",
+            ("torch",),
+        )
+
+
+def _home(cell: Cell) -> Iterator[Issue]:
+    clearance = OneRobotClearance(cell, None)
+    found = clearance.margins(cell.home[None])
+    if not found.is_clear[0]:
+        one, two = clearance.names(int(found.pair[0]))
+        yield Issue(
+            "home",
+            f"home is in collision: {one} and {two} miss their safety distance by {-found.margin_mm[0]:.0f} mm; write "
+            "another home_deg in torch_robot",
+            (one, two),
         )

@@ -17,9 +17,10 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.same_bits import length
-from wpcal.planning.cell.bodies import BodyPairs, body_frames, body_pairs
-from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
+from wpcal.planning.cell.bodies import BodyPairs, body_pairs
+from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.segments import Segments, segment_distances
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.forward import Frames
 
 STATES = 1024
@@ -54,7 +55,7 @@ class Clearance:
         return self.pairs.names(int(self.pair[row]))
 
 
-def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
+def capsule_clearance(cell: Cell, state: CellState) -> Clearance:
     """Measure n states by capsules.
 
     Notes
@@ -67,25 +68,21 @@ def capsule_clearance(cell: RobotCell, state: CellState) -> Clearance:
     margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
     for start in range(0, len(state) if len(pairs) else 0, STATES):
         some = slice(start, start + STATES)
-        frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
+        frames = cell.frames(state.both[some])
         margin[some], row[some] = _least_margins(capsule_axes(pairs, frames), table)
     return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
 
 
-def require_bases_apart(cell: RobotCell) -> None:
+def require_bases_apart(cell: Cell) -> None:
     """Refuse a cell whose fixed bodies (pedestals and bench) are nearer to each other than the safety distance.
 
     Raises
     ------
     GeometryError : With the two bodies and the missing distance.
     """
-    fixed = replace(
-        cell,
-        links1=tuple(shape for shape in cell.links1 if shape.link == 0),
-        links2=tuple(shape for shape in cell.links2 if shape.link == 0),
-        torch=(),
-        part=(),
-    )
+    links = tuple(shape for shape in cell.links if shape.link == 0)
+    carrier = cell.carrier and replace(cell.carrier, links=tuple(s for s in cell.carrier.links if s.link == 0))
+    fixed = replace(cell, links=links, carrier=carrier, torch=(), part=())
     clear = capsule_clearance(fixed, CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS))))
     if not clear.is_clear[0]:
         one, two = clear.nearest(0)

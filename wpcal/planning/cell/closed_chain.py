@@ -26,7 +26,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import product, sine_cosine, solve
-from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 from wpcal.seam.seam import SeamFrames
@@ -80,7 +81,7 @@ def torch_on_seam(coordinates: FloatArray) -> FloatArray:
     return product(turned, rotation_from_zyx(zero, zero, coordinates[:, SPIN]))
 
 
-def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
+def flange_poses(cell: Cell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the poses of both flanges.
 
     Parameters
@@ -97,10 +98,10 @@ def flange_poses(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tu
     T_middle_part = _poses(R_middle_part, origin)
     T_middle_tool = _poses(product(R_middle_seam, torch_on_seam(coordinates)), coordinates[:, PLACE])
     T_base1_middle, T_base2_middle = (
-        T.inverse() @ cell.T_world_middle for T in (cell.T_world_base1, cell.T_world_base2)
+        T.inverse() @ cell.T_world_middle for T in (cell.T_world_base, cell.T_world_base2)
     )
-    flange1 = product(product(T_base1_middle.matrix, T_middle_tool), cell.T_flange1_tool.inverse().matrix)
-    flange2 = product(product(T_base2_middle.matrix, T_middle_part), cell.T_flange2_part.inverse().matrix)
+    flange1 = product(product(T_base1_middle.matrix, T_middle_tool), cell.T_flange_tool.inverse().matrix)
+    flange2 = product(product(T_base2_middle.matrix, T_middle_part), cell.T_part.inverse().matrix)
     return flange1, flange2
 
 
@@ -110,7 +111,7 @@ def _poses(R: FloatArray, p: FloatArray) -> FloatArray:
     return T
 
 
-def all_joints(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
+def all_joints(cell: Cell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the joints of all eight branches of both arms, each angle in the turn around zero.
 
     Parameters
@@ -122,11 +123,11 @@ def all_joints(cell: RobotCell, path: SeamPath, coordinates: FloatArray) -> tupl
     joints1, joints2 : ndarray, shape (N, 8, 6). rad; NaN where a branch does not reach.
     """
     flange1, flange2 = flange_poses(cell, path, coordinates)
-    return solve_inverse(cell.arm1, flange1).joints, solve_inverse(cell.arm2, flange2).joints
+    return solve_inverse(cell.arm, flange1).joints, solve_inverse(cell.arm2, flange2).joints
 
 
 def joints_along(
-    cell: RobotCell, path: SeamPath, coordinates: FloatArray, branches: tuple[int, int], near: FloatArray
+    cell: Cell, path: SeamPath, coordinates: FloatArray, branches: tuple[int, int], near: FloatArray
 ) -> FloatArray:
     """Return the unwrapped joints of one pair of branches along a path.
 
@@ -159,7 +160,7 @@ def unwrap(joints: FloatArray, near: FloatArray) -> FloatArray:
     return np.asarray(near + np.cumsum(steps - TURN * np.rint(steps / TURN), axis=0), dtype=np.float64)
 
 
-def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -> FloatArray:
+def joint_slopes(cell: Cell, coordinates: FloatArray, joints: FloatArray) -> FloatArray:
     """Return the derivative of all joints with respect to the nine coordinates.
 
     Parameters
@@ -177,14 +178,14 @@ def joint_slopes(cell: RobotCell, coordinates: FloatArray, joints: FloatArray) -
     motion2[:, 3:, PLACE] = np.eye(3)
     motion1 = motion2.copy()
     motion1[:, :3, WORK : SPIN + 1] = tool
-    tip = np.broadcast_to(cell.T_flange1_tool.t_mm, (len(joints), 3))
+    tip = np.broadcast_to(cell.T_flange_tool.t_mm, (len(joints), 3))
     T_middle_base1, T_middle_base2 = (
-        cell.T_world_middle.inverse() @ T for T in (cell.T_world_base1, cell.T_world_base2)
+        cell.T_world_middle.inverse() @ T for T in (cell.T_world_base, cell.T_world_base2)
     )
     T_middle_flange2 = product(T_middle_base2.matrix, cell.arm2.forward(joints[:, JOINTS:]))
     weld = np.einsum("nji,nj->ni", T_middle_flange2[:, :3, :3], coordinates[:, PLACE] - T_middle_flange2[:, :3, 3])
     slopes = [
-        _solved(cell.arm1, joints[:, :JOINTS], T_middle_base1.R, tip, motion1),
+        _solved(cell.arm, joints[:, :JOINTS], T_middle_base1.R, tip, motion1),
         _solved(cell.arm2, joints[:, JOINTS:], T_middle_base2.R, weld, motion2),
     ]
     return np.concatenate(slopes, axis=1)

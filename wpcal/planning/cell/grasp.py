@@ -15,8 +15,9 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import parse_numbers
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
-from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, shipped_arms
 
 NO_GRASP = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
@@ -29,7 +30,7 @@ class Holding:
 
     path: Path  #: The cell file.
     record: Mapping[str, Any]  #: Content of the file; the grasp may be missing.
-    cell: RobotCell  #: The same cell; a missing grasp is replaced by the identity.
+    cell: Cell  #: The same cell; a missing grasp is replaced by the identity.
     joints2: FloatArray  #: shape (6,). Shown angles of robot 2, rad.
 
 
@@ -54,7 +55,7 @@ def read_holding(path: Path, joints_deg: str) -> Holding:
     return Holding(path, record, cell, _joints(joints_deg, cell))
 
 
-def _joints(text: str, cell: RobotCell) -> FloatArray:
+def _joints(text: str, cell: Cell) -> FloatArray:
     try:
         q = np.radians(parse_numbers(text))
     except ValueError:

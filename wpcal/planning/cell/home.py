@@ -7,13 +7,13 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.bodies import arm_frames
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_file import default_home
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.one_robot_file import default_home
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.cell.workplace import reach_mm
+from wpcal.robot.kinematics.arm import arm_frames
 from wpcal.robot.kinematics.inverse import solve_inverse
 
 HOME_DISTANCES, HOME_HEIGHTS = (0.7, 0.6, 0.8, 0.5), (0.8, 0.6, 1.0)
@@ -26,12 +26,12 @@ AT_ONCE = 128
 """States that are compared with the cell together: most cells have a free one among the first."""
 
 
-def choose_home(cell: OneRobotCell) -> FloatArray:
+def choose_home(cell: Cell) -> FloatArray:
     """Return joints of a home, shape (6,), rad.
 
     The elbow is up and the wrist is turned little. Of these poses the first is taken that keeps all safety distances
     from the bodies of the cell: first in front of the base, then with joint 1 turned. If none does, the first pose is
-    returned; `wpcal.planning.cell.one_robot_check` then tells what it touches.
+    returned; `wpcal.planning.cell.cell_check` then tells what it touches.
     """
     poses = _torch_down(cell)
     if not len(poses):
@@ -50,7 +50,7 @@ def choose_home(cell: OneRobotCell) -> FloatArray:
     return np.asarray(turned[0] if len(turned) else poses[0])
 
 
-def _torch_down(cell: OneRobotCell) -> FloatArray:
+def _torch_down(cell: Cell) -> FloatArray:
     """Return joints with the torch pointing down in front of the arm, shape (n, 6), rad, the best first."""
     arm = cell.arm
     reach = reach_mm(arm)

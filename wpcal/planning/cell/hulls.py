@@ -19,9 +19,10 @@ from scipy.spatial import ConvexHull, QhullError
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import length, product
-from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_frames, body_pairs
+from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_pairs
+from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.clearance import STATES, Clearance, pair_margins
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape
+from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.forward import Frames
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
@@ -31,7 +32,7 @@ FCL_MM = 1e-4
 """Subtracted from every distance by FCL: ten times the largest error of its iteration seen for capsules (1e-5 mm)."""
 
 
-def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
+def hull_clearance(cell: Cell, state: CellState) -> Clearance:
     """Measure n states by the hulls of bodies (capsules where a body has no hull).
 
     Raises
@@ -45,7 +46,7 @@ def hull_clearance(cell: RobotCell, state: CellState) -> Clearance:
         measure = HullMeasure.of_pairs(pairs)
         for start in range(0, len(state), STATES):
             some = slice(start, start + STATES)
-            frames = body_frames(cell, CellState(state.joints1[some], state.joints2[some]))
+            frames = cell.frames(state.both[some])
             margin[some], row[some] = measure.least_margins(frames)
     return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
 

@@ -12,11 +12,10 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.cell_file import CELL_SCHEMA, shapes_from_records
+from wpcal.planning.cell.cell import Carrier, Cell
+from wpcal.planning.cell.cell_file import CELL_SCHEMA, rail_from_record, shapes_from_records
 from wpcal.planning.cell.home import choose_home
-from wpcal.planning.cell.one_robot import OneRobotCell, Positioner
-from wpcal.planning.cell.one_robot_file import rail_from_record
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm, Coupling
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
@@ -58,7 +57,7 @@ class NewCell:
     couplings: Sequence[Coupling] = ()  #: Of the robot's joints, which a URDF file cannot name.
 
 
-def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> OneRobotCell:
+def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> Cell:
     """Return the cell of one arm with a straight torch and nothing around it: its base is `world`, without a floor.
 
     Raises
@@ -112,16 +111,16 @@ def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
     return files
 
 
-def _cell(new: NewCell, arm: Arm, record: Mapping[str, Any], carrier: Arm | None) -> OneRobotCell:
+def _cell(new: NewCell, arm: Arm, record: Mapping[str, Any], carrier: Arm | None) -> Cell:
     """Return the cell of a record whose arm files are not written yet; the part is not in it."""
     robot = record["torch_robot"]
     rail = None if new.rail is None else rail_from_record(new.rail)
     positioner = None
     if carrier is not None:
         at = RigidTransform.from_record(record["positioner"]["T_world_base"], target="world", source="base")
-        positioner = Positioner(carrier, at, shapes_from_records(record["positioner"]["links"]))
+        positioner = Carrier(carrier, at, shapes_from_records(record["positioner"]["links"]))
     count = (rail is not None) + (0 if carrier is None else len(carrier.joints))
-    return OneRobotCell(
+    return Cell(
         name=str(record["name"]),
         arm=arm,
         T_world_base=new.T_world_base,
@@ -130,7 +129,7 @@ def _cell(new: NewCell, arm: Arm, record: Mapping[str, Any], carrier: Arm | None
         d1_mm=new.safety_mm,
         home=np.zeros(JOINTS + count),
         rail=rail,
-        positioner=positioner,
+        carrier=positioner,
         touched_at=np.zeros(count),
         links=shapes_from_records(robot["links"]),
         torch=shapes_from_records(robot["torch"]),

@@ -26,15 +26,14 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.bodies import JOINTS_BETWEEN, Body, BodyPairs, Owner
+from wpcal.planning.cell.bodies import Body, Owner, body_pairs
+from wpcal.planning.cell.cell import WORLD, Cell
 from wpcal.planning.cell.clearance import pair_margins
 from wpcal.planning.cell.distance_field import DistanceField
 from wpcal.planning.cell.hull_cover import HullCover
 from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
-from wpcal.planning.cell.one_robot import CARRIER, TOOL, WORLD, OneRobotCell
 from wpcal.planning.cell.part_capsules import PartCapsules
 from wpcal.planning.cell.part_distance import part_distances
-from wpcal.planning.cell.robot_cell import JOINTS
 from wpcal.robot.kinematics.forward import Frames
 
 ROWS = 512
@@ -66,36 +65,6 @@ class Margins:
         return np.asarray(self.margin_mm > 0.0)
 
 
-def one_robot_bodies(cell: OneRobotCell) -> tuple[Body, ...]:
-    """Return every body of a cell but the part: links of the robot, torch, positioner, bench."""
-    positioner = () if cell.positioner is None else cell.positioner.links
-    return (
-        *(Body(shape, Owner.ROBOT, shape.link, shape.link) for shape in cell.links),
-        *(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch),
-        *(Body(shape, Owner.POSITIONER, shape.link, CARRIER + shape.link) for shape in positioner),
-        *(Body(shape, Owner.BENCH, 0, WORLD) for shape in cell.bench),
-    )
-
-
-def one_robot_pairs(cell: OneRobotCell) -> BodyPairs:
-    """Return the pairs of bodies without the part that can meet (the rule is at the head of this file)."""
-    bodies = one_robot_bodies(cell)
-    rows = [(i, j) for i in range(len(bodies)) for j in range(i + 1, len(bodies)) if _can_meet(bodies[i], bodies[j])]
-    first, second = (np.array([row[k] for row in rows], dtype=np.int64) for k in (0, 1))
-    return BodyPairs(bodies, first, second, np.full(len(rows), cell.d1_mm))
-
-
-def _can_meet(a: Body, b: Body) -> bool:
-    """Apply the rule to two bodies in the order of `one_robot_bodies`."""
-    if a.owner is Owner.ROBOT and b.owner is Owner.ROBOT:
-        return abs(a.link - b.link) >= JOINTS_BETWEEN
-    if a.owner is Owner.ROBOT and b.owner is Owner.POSITIONER:
-        return a.link + b.link > 0
-    if b.owner is Owner.BENCH:
-        return (a.owner is Owner.ROBOT and a.link > 1) or (a.owner is Owner.POSITIONER and a.link > 0)
-    return False
-
-
 class OneRobotClearance:
     """Measures a cell with its part. Grids and hulls are made once.
 
@@ -106,13 +75,13 @@ class OneRobotClearance:
     Attributes
     ----------
     carriers : ndarray of int, shape (c, 2)
-        The pairs of frames (rows of `OneRobotCell.frames`) that carry bodies which are compared, each once.
+        The pairs of frames (rows of `Cell.frames`) that carry bodies which are compared, each once.
     least_safety_mm : ndarray, shape (c,). Least safety distance of the bodies of each of these, mm.
     """
 
-    def __init__(self, cell: OneRobotCell, part: TriangleMaterial | None) -> None:
+    def __init__(self, cell: Cell, part: TriangleMaterial | None) -> None:
         self.cell, self.part = cell, part
-        self.pairs = one_robot_pairs(cell)
+        self.pairs = body_pairs(cell)
         self._measure = HullMeasure.of_pairs(self.pairs) if len(self.pairs) else None
         self._bodies = self.pairs.bodies
         self._field = None if part is None else DistanceField.of_triangles(part.corners)
@@ -137,7 +106,7 @@ class OneRobotClearance:
         np.minimum.at(least, row.ravel(), safety)
         return carriers, row.ravel(), least
 
-    def standing_as(self, cell: OneRobotCell) -> OneRobotClearance:
+    def standing_as(self, cell: Cell) -> OneRobotClearance:
         """Return the same measures in a cell whose bodies stand elsewhere and are the same; no grid is made again."""
         other = copy(self)
         other.cell = cell
@@ -297,7 +266,7 @@ class OneRobotClearance:
                 height[low] = _lowest(frame.at(low), shape.hull)
             found.append(height)
             which.append(first + row)
-        if self.part is not None and self.cell.positioner is not None:
+        if self.part is not None and self.cell.carrier is not None:
             found.append(_lowest(frames[self.cell.part_row], _corners(self.part)))
             which.append(first + len(self._bodies))
         if not found:
@@ -344,6 +313,6 @@ def _mesh_object(part: TriangleMaterial | None) -> Any:
     return fcl.CollisionObject(mesh, fcl.Transform())
 
 
-def fixed_part(cell: OneRobotCell) -> RigidTransform:
+def fixed_part(cell: Cell) -> RigidTransform:
     """Return ``T_world_part`` with all axes at home."""
     return RigidTransform.from_matrix(cell.part_places(cell.home[None])[0], target="world", source="part")

@@ -8,8 +8,8 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.planning.cell.bodies import Body, Owner
-from wpcal.planning.cell.one_robot import TOOL, OneRobotCell
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.cell import TOOL, Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.forward import Frames
 
 
@@ -26,7 +26,7 @@ class PartCapsules:
     has_hull: BoolArray
 
     @classmethod
-    def of(cls, cell: OneRobotCell, bodies: tuple[Body, ...]) -> PartCapsules:
+    def of(cls, cell: Cell, bodies: tuple[Body, ...]) -> PartCapsules:
         """Return the capsules of those of some bodies that can meet the part."""
         rows = [row for row, body in enumerate(bodies) if _meets_part(body, cell)]
         shapes = [bodies[row].shape for row in rows]
@@ -60,14 +60,14 @@ class PartCapsules:
         return ends[0], ends[1]
 
 
-def _meets_part(body: Body, cell: OneRobotCell) -> bool:
+def _meets_part(body: Body, cell: Cell) -> bool:
     if body.owner is Owner.ROBOT:
-        return body.link > 0 or cell.positioner is not None
-    turns = cell.positioner is not None and len(cell.positioner.arm.joints) > 1
+        return body.link > 0 or cell.carrier is not None
+    turns = cell.carrier is not None and len(cell.carrier.arm.joints) > 1
     return turns and body.link == 0
 
 
-def tool_capsules(cell: OneRobotCell) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def tool_capsules(cell: Cell) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the torch's capsules: ends in `tool` (c, 3) twice, radii (c,) and distances from the part (c,), mm."""
     bodies = tuple(Body(shape, Owner.ROBOT, JOINTS + 1, TOOL) for shape in cell.torch)
     found = PartCapsules.of(cell, bodies)

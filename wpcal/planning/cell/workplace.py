@@ -6,7 +6,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose, length, product
-from wpcal.planning.cell.robot_cell import RobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.opw import OPWGeometry
 
@@ -24,15 +24,15 @@ def reach_mm(arm: Arm) -> float:
     return g.c2 + length([g.a2, g.c3])
 
 
-def weld_zone(cell: RobotCell) -> tuple[FloatArray, FloatArray]:
+def weld_zone(cell: Cell) -> tuple[FloatArray, FloatArray]:
     """Return the least and largest place of the weld point, shape (3,) each, mm in `middle`."""
     side = ZONE_SIDE * length(cell.T_base1_base2.t_mm)
-    reach = min(reach_mm(cell.arm1), reach_mm(cell.arm2))
+    reach = min(reach_mm(cell.arm), reach_mm(cell.arm2))
     low, high = (reach * height for height in ZONE_HEIGHTS)
     return np.array([-side, -side, low]), np.array([side, side, high])
 
 
-def candidate_places(cell: RobotCell) -> FloatArray:
+def candidate_places(cell: Cell) -> FloatArray:
     """Return places in the zone from which a search can start, shape (k, 3), mm in `middle`."""
     low, high = weld_zone(cell)
     parts = np.stack([grid.ravel() for grid in np.meshgrid(*GRID, indexing="ij")], axis=1)

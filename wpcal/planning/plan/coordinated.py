@@ -16,8 +16,8 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import inverse_pose, product
+from wpcal.planning.cell.cell import Cell, CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, part_in_world, tool_in_world
 from wpcal.planning.plan.holder_moves import HolderMove, HolderPath, HolderTolerance, differences
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import PathCheck, check_path
@@ -41,7 +41,7 @@ class CoordinatedRun:
     """A run in coordinated motion."""
 
     run: CellRun  #: The planned run.
-    cell: RobotCell
+    cell: Cell
     moves: MovePath  #: The torch in `part`, k poses.
     holder: HolderMove  #: How robot 2 moves from mark to mark.
     #: `joints1`, `joints2`: shape (k, 6). Shown angles at the poses, rad.
@@ -77,7 +77,7 @@ ATTEMPTS = (
 
 def coordinate_run(
     run: CellRun,
-    cell: RobotCell,
+    cell: Cell,
     path: SeamPath,
     *,
     holder: HolderMove = HolderMove.JOINTS,
@@ -105,7 +105,7 @@ def coordinate_run(
 
 def _coordinated(
     run: CellRun,
-    cell: RobotCell,
+    cell: Cell,
     path: SeamPath,
     holder: HolderMove,
     attempt: _Attempt,
@@ -137,7 +137,7 @@ def _coordinated(
     after = away_along_wire(cell, joints1[-1], joints2[-1])
     rows = np.clip(np.arange(len(before) + len(joints1) + len(after)) - len(before), 0, len(joints1) - 1)
     turns = [
-        _whole_turns(arm, q) for arm, q in ((cell.arm1, np.concatenate([before, joints1, after])), (cell.arm2, joints2))
+        _whole_turns(arm, q) for arm, q in ((cell.arm, np.concatenate([before, joints1, after])), (cell.arm2, joints2))
     ]
     joints1, joints2, before, after = joints1 + turns[0], joints2 + turns[1], before + turns[0], after + turns[0]
     state = CellState(np.concatenate([before, joints1, after]), joints2[rows])
@@ -198,7 +198,7 @@ class _Places:
         ]
         return np.concatenate(found)
 
-    def torch_joints(self, moves: MovePath, cell: RobotCell, joints2: FloatArray, near: FloatArray) -> FloatArray:
+    def torch_joints(self, moves: MovePath, cell: Cell, joints2: FloatArray, near: FloatArray) -> FloatArray:
         """Return the angles of robot 1 at all states, shape (m, 6), rad.
 
         Raises
@@ -208,12 +208,12 @@ class _Places:
         at = moves.arrays.select(self.move)
         T = np.zeros((len(self.move), 4, 4))
         T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = at.rotations(self.share), at.positions(self.share), 1.0
-        tool = product(cell.T_world_base1.inverse().matrix, product(part_in_world(cell, joints2), T))
-        joints1 = follow_path(cell.arm1, product(tool, cell.T_flange1_tool.inverse().matrix), near)
+        tool = product(cell.T_world_base.inverse().matrix, product(part_in_world(cell, joints2), T))
+        joints1 = follow_path(cell.arm, product(tool, cell.T_flange_tool.inverse().matrix), near)
         steps = np.abs(np.diff(joints1, axis=0))
         if steps.max(initial=0.0) > LARGEST_STEP_RAD:
             row, joint = np.unravel_index(int(np.argmax(steps)), steps.shape)
-            what = f"joint {cell.arm1.joints[joint].name} of robot 1 jumps by {math.degrees(steps.max()):.0f} deg"
+            what = f"joint {cell.arm.joints[joint].name} of robot 1 jumps by {math.degrees(steps.max()):.0f} deg"
             raise GeometryError(f"{what} at s = {self.s_mm[row]:.1f} mm")
         return joints1
 
@@ -237,7 +237,7 @@ def _whole_turns(arm: Arm, joints: FloatArray) -> FloatArray:
     return np.where((least + turn >= low) & (most + turn <= high), turn, 0.0)
 
 
-def _require_speeds(run: CellRun, cell: RobotCell, joints: FloatArray, s_mm: FloatArray) -> None:
+def _require_speeds(run: CellRun, cell: Cell, joints: FloatArray, s_mm: FloatArray) -> None:
     """Refuse a motion in which a joint would be faster than it can be.
 
     Raises
@@ -246,10 +246,10 @@ def _require_speeds(run: CellRun, cell: RobotCell, joints: FloatArray, s_mm: Flo
     """
     step = np.diff(s_mm)
     rate = np.abs(np.diff(joints, axis=0)) * (run.schedule.speed_mm_s / np.where(step > 0.0, step, np.inf))[:, None]
-    share = rate / cell.joint_speeds
+    share = rate / cell.speeds
     if share.max(initial=0.0) > 1.0:
         row, column = np.unravel_index(int(np.argmax(share)), share.shape)
         robot, joint = divmod(int(column), joints.shape[1] // 2)
-        name = (cell.arm1, cell.arm2)[robot].joints[joint].name
+        name = (cell.arm, cell.arm2)[robot].joints[joint].name
         what = f"joint {name} of robot {robot + 1} would need {100.0 * share.max():.0f} % of its speed"
         raise GeometryError(f"{what} at s = {s_mm[row]:.1f} mm")

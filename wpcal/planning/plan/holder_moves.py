@@ -15,7 +15,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.planning.cell.robot_cell import RobotCell, part_in_world
+from wpcal.planning.cell.cell import Cell, part_in_world
 from wpcal.robot.kinematics.inverse import nearest_joints
 from wpcal.robot.moves.interpolation import turns_between
 
@@ -47,7 +47,7 @@ class HolderTolerance:
 class HolderPath:
     """The planned path of robot 2."""
 
-    cell: RobotCell
+    cell: Cell
     s_mm: FloatArray  #: shape (n,). Length along the seam at the planned points, mm.
     joints: FloatArray  #: shape (n, 6). Shown angles of robot 2 there, rad, unwrapped.
     p_part: FloatArray  #: shape (n, 3). The weld points in `part`, mm.
@@ -71,9 +71,7 @@ class HolderPath:
             return even
         start, end = np.split(part_in_world(self.cell, ends), 2)
         T = _on_line(start, end, share)
-        flange = product(
-            product(self.cell.T_world_base2.inverse().matrix, T), self.cell.T_flange2_part.inverse().matrix
-        )
+        flange = product(product(self.cell.T_world_base2.inverse().matrix, T), self.cell.T_part.inverse().matrix)
         return nearest_joints(self.cell.arm2, flange, even)
 
     def is_near(self, s0: FloatArray, s1: FloatArray) -> BoolArray:
@@ -99,7 +97,7 @@ class HolderPath:
         share = (self.s_mm[at] - s0) / (s1 - s0)
         q0, q1 = self.joints_at(s0), self.joints_at(s1)
         if self.kind is HolderMove.JOINTS:
-            J = self.cell.arm2.jacobian(self.joints, point=self.cell.T_flange2_part.apply(self.p_part).T)
+            J = self.cell.arm2.jacobian(self.joints, point=self.cell.T_part.apply(self.p_part).T)
             moved = np.einsum("kij,kj->ki", J[at], q0 + share[:, None] * (q1 - q0) - self.joints[at])
             turned, off = moved[:, :3], moved[:, 3:]
         else:

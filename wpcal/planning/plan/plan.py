@@ -8,7 +8,7 @@ from enum import Enum
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.robot_cell import CellState
+from wpcal.planning.cell.cell import CellState
 
 
 class CollisionVerdict(Enum):

@@ -16,10 +16,10 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import inverse_pose, product
-from wpcal.planning.cell.bodies import body_frames
+from wpcal.planning.cell.cell import Cell, CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, Shape, part_in_world, tool_in_world
+from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.robot.kinematics.forward import Frames
 
@@ -114,7 +114,7 @@ class TipMotion:
         return f"{text}; sample the seam with smaller steps (--max-step-mm of wpcal calibrate or wpcal seams)"
 
 
-def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
+def recheck_clearance(plan: Plan, cell: Cell, *, refine: int = REFINE) -> PathCheck:
     """Measure a plan by hulls at finer steps.
 
     Raises
@@ -124,7 +124,7 @@ def recheck_clearance(plan: Plan, cell: RobotCell, *, refine: int = REFINE) -> P
     return check_path(plan.state, plan.s_mm, cell, refine=refine)
 
 
-def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine: int = REFINE) -> PathCheck:
+def check_path(planned: CellState, s_mm: FloatArray, cell: Cell, *, refine: int = REFINE) -> PathCheck:
     """Measure any path by hulls at finer steps.
 
     If all states are clear, but bodies move farther between two states than the distance between them, the steps are
@@ -146,7 +146,7 @@ def check_path(planned: CellState, s_mm: FloatArray, cell: RobotCell, *, refine:
     return found
 
 
-def _measure(planned: CellState, s_mm: FloatArray, cell: RobotCell, refine: int) -> PathCheck:
+def _measure(planned: CellState, s_mm: FloatArray, cell: Cell, refine: int) -> PathCheck:
     state = finer_states(planned, refine=refine)
     s_fine = np.interp(np.arange(len(state)) / refine, np.arange(len(planned)), s_mm)
     clearance = hull_clearance(cell, state)
@@ -170,12 +170,12 @@ def finer_states(state: CellState, *, refine: int) -> CellState:
     return CellState(*joints)
 
 
-def _largest_motion(clearance: Clearance, cell: RobotCell, state: CellState) -> float:
+def _largest_motion(clearance: Clearance, cell: Cell, state: CellState) -> float:
     """Return the largest motion of a corner of the box around any body between neighbouring states, mm.
 
     The motion of the points of a rigid body is largest at a corner of any box around it.
     """
-    frames = body_frames(cell, state)
+    frames = cell.frames(state.both)
     largest = 0.0
     for body in clearance.pairs.bodies:
         frame = Frames(*(axis[:, None] for axis in frames[body.carrier]))
@@ -193,12 +193,12 @@ def _box_corners(shape: Shape) -> FloatArray:
     return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
-def _tip_error(cell: RobotCell, state: CellState, refine: int) -> float:
+def _tip_error(cell: Cell, state: CellState, refine: int) -> float:
     """Return the largest distance of the tip from the chords between planned points, in the part, mm."""
     return float(_off_chords(_tip_in_part(cell, state), refine).max())
 
 
-def _tip_in_part(cell: RobotCell, state: CellState) -> FloatArray:
+def _tip_in_part(cell: Cell, state: CellState) -> FloatArray:
     """Return the tip of the wire in the frame of the part, shape (m, 3), mm."""
     T_part_world = inverse_pose(part_in_world(cell, state.joints2))
     return np.asarray(product(T_part_world, tool_in_world(cell, state.joints1))[:, :3, 3], dtype=np.float64)
@@ -212,7 +212,7 @@ def _off_chords(tip: FloatArray, refine: int) -> FloatArray:
     return np.asarray(np.linalg.norm(tip - start - along[:, None] * chord, axis=1), dtype=np.float64)
 
 
-def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: RobotCell) -> TipMotion:
+def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: Cell) -> TipMotion:
     """Measure how the tip of the wire moves in the part between the points of a weld.
 
     Parameters

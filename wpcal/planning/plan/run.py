@@ -17,8 +17,8 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.motion import APPROACH_MM
 from wpcal.core.same_bits import product
+from wpcal.planning.cell.cell import Cell, CellState, joint_speeds
 from wpcal.planning.cell.hulls import hull_clearance
-from wpcal.planning.cell.robot_cell import CellState, RobotCell, joint_speeds
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
 from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path, finer_states, measure_tip
 from wpcal.planning.plan.schedule import Schedule
@@ -79,7 +79,7 @@ class CellRun:
 
 def build_run(
     plan: Plan,
-    cell: RobotCell,
+    cell: Cell,
     schedule: Schedule,
     *,
     approach_mm: float = APPROACH_MM,
@@ -112,7 +112,7 @@ def build_run(
 
 
 def away_along_wire(
-    cell: RobotCell,
+    cell: Cell,
     joints1: FloatArray,
     joints2: FloatArray,
     distance_mm: float = APPROACH_MM,
@@ -138,16 +138,16 @@ def away_along_wire(
     return away if not blocked.any() else away[: int(np.argmax(blocked)) // refine]
 
 
-def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -> FloatArray:
+def _back_along_wire(cell: Cell, joints1: FloatArray, distance_mm: float) -> FloatArray:
     """Return joints of robot 1 at steps away from a pose, against the wire, as far as they can be reached."""
-    T = cell.arm1.forward(joints1[None])[0]
-    wire = product(T[:3, :3], cell.T_flange1_tool.R[:, 2])
+    T = cell.arm.forward(joints1[None])[0]
+    wire = product(T[:3, :3], cell.T_flange_tool.R[:, 2])
     found = [joints1]
     for back in np.linspace(0.0, distance_mm, math.ceil(distance_mm / AIR_STEP_MM) + 1)[1:]:
         pose = T.copy()
         pose[:3, 3] -= back * wire
         try:
-            q = nearest_joints(cell.arm1, pose[None], found[-1])[0]
+            q = nearest_joints(cell.arm, pose[None], found[-1])[0]
         except GeometryError:  # out of reach or beyond a limit: the run begins here
             break
         if np.abs(q - found[-1]).max() > LARGEST_AIR_MOVE_RAD:
@@ -156,9 +156,9 @@ def _back_along_wire(cell: RobotCell, joints1: FloatArray, distance_mm: float) -
     return np.array(found[1:]).reshape(-1, len(joints1))
 
 
-def _air_seconds(cell: RobotCell, state: CellState, speed_mm_s: float) -> FloatArray:
+def _air_seconds(cell: Cell, state: CellState, speed_mm_s: float) -> FloatArray:
     """Return the time of every step, s: at the given speed of the flange, or longer if a joint needs longer."""
-    flange = cell.arm1.forward(state.joints1)[:, :3, 3]
+    flange = cell.arm.forward(state.joints1)[:, :3, 3]
     distance = np.linalg.norm(np.diff(flange, axis=0), axis=1)
-    slowest = (np.abs(np.diff(state.joints1, axis=0)) / joint_speeds(cell.arm1)).max(axis=1, initial=0.0)
+    slowest = (np.abs(np.diff(state.joints1, axis=0)) / joint_speeds(cell.arm)).max(axis=1, initial=0.0)
     return np.asarray(np.maximum(distance / speed_mm_s, slowest), dtype=np.float64)

@@ -9,8 +9,8 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_check import check_cell
-from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.recheck import PathCheck, TipMotion
 from wpcal.planning.plan.run import CellRun
@@ -21,9 +21,7 @@ CSV_DIGITS = 10
 """Significant digits of the table: 1e-8 degrees."""
 
 
-def run_record(
-    run: CellRun, cell: RobotCell, coordinated: Mapping[str, CoordinatedRun] | None = None
-) -> dict[str, Any]:
+def run_record(run: CellRun, cell: Cell, coordinated: Mapping[str, CoordinatedRun] | None = None) -> dict[str, Any]:
     """Return the record of ``plan.json``.
 
     Returns
@@ -41,7 +39,7 @@ def run_record(
         "as_printed": dict(plan.printed),
         **run_verdict(run),
         "issues": [issue.to_record() for issue in check_cell(cell)],
-        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm1, cell.arm2)],
+        "robots": [{"arm": arm.name, "joints": [joint.name for joint in arm.joints]} for arm in (cell.arm, cell.arm2)],
         "coordinated": [coordinated_record(language, one) for language, one in (coordinated or {}).items()],
         "points": _points(run),
     }
@@ -140,10 +138,10 @@ def _points(run: CellRun) -> list[dict[str, Any]]:
     ]
 
 
-def run_csv(run: CellRun, cell: RobotCell) -> str:
+def run_csv(run: CellRun, cell: Cell) -> str:
     """Return ``plan.csv``: one row per state with the values of `run_record`; an unknown value is an empty cell."""
     joints = [
-        f"r{robot}_{joint.name}_deg" for robot, arm in enumerate((cell.arm1, cell.arm2), 1) for joint in arm.joints
+        f"r{robot}_{joint.name}_deg" for robot, arm in enumerate((cell.arm, cell.arm2), 1) for joint in arm.joints
     ]
     rest = ("s_mm", "slope_deg", "rotation_deg", "work_deg", "travel_deg", "clearance_mm")
     rows = [["mark", "phase", "t_s", *joints, *rest]]

@@ -14,7 +14,8 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.motion import PLANNED_SPEED_MM_S
-from wpcal.planning.cell.robot_cell import JOINTS, RobotCell
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.plan import Plan
 
 
@@ -54,7 +55,7 @@ class Schedule:
         return f"{text}; {place} allows {self.limit.fastest_mm_s:.1f} mm/s"
 
 
-def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = PLANNED_SPEED_MM_S) -> Schedule:
+def schedule_plan(plan: Plan, cell: Cell, *, speed_mm_s: float = PLANNED_SPEED_MM_S) -> Schedule:
     r"""Compute the time of every point of a plan.
 
     The speed is the asked speed or the largest that every joint allows, whichever is less:
@@ -76,14 +77,14 @@ def schedule_plan(plan: Plan, cell: RobotCell, *, speed_mm_s: float = PLANNED_SP
     return Schedule(frozen((plan.s_mm - plan.s_mm[0]) / speed), speed, speed_mm_s, limit)
 
 
-def _first_limit(plan: Plan, cell: RobotCell, step_mm: FloatArray) -> SpeedLimit | None:
+def _first_limit(plan: Plan, cell: Cell, step_mm: FloatArray) -> SpeedLimit | None:
     """Return the joint and the step that allow the least speed along the seam."""
     moves = np.abs(np.diff(plan.state.both, axis=0))
-    most = cell.joint_speeds
+    most = cell.speeds
     allowed = np.divide(most * step_mm[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0)
     if not np.isfinite(allowed).any():
         return None
     row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
     robot, joint = divmod(int(column), JOINTS)
-    arm = (cell.arm1, cell.arm2)[robot]
+    arm = (cell.arm, cell.arm2)[robot]
     return SpeedLimit(robot + 1, arm.joints[joint].name, float(plan.s_mm[row]), float(allowed[row, column]))

@@ -10,13 +10,13 @@ from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
 
-def read_held_seams(path: Path, cell: RobotCell) -> dict[str, Seam]:
+def read_held_seams(path: Path, cell: Cell) -> dict[str, Seam]:
     """Read all seams and bring them into the frame `part`, by name: ``W1``, and so on.
 
     Parameters
@@ -40,7 +40,7 @@ def read_held_seams(path: Path, cell: RobotCell) -> dict[str, Seam]:
     common_space(
         (
             (str(path), RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))),
-            (f"robot 1 of the cell ({cell.arm1.name})", cell.arm1.space),
+            (f"robot 1 of the cell ({cell.arm.name})", cell.arm.space),
         )
     )
     T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
@@ -48,7 +48,7 @@ def read_held_seams(path: Path, cell: RobotCell) -> dict[str, Seam]:
     return {name: replace(seam, frames=seam.frames.moved(T_part_base)) for name, seam in seams.items()}
 
 
-def read_seam_path(path: Path, name: str, cell: RobotCell) -> SeamPath:
+def read_seam_path(path: Path, name: str, cell: Cell) -> SeamPath:
     """Read one seam and bring it into the frame `part`; arguments and errors as in `read_held_seams`.
 
     Raises

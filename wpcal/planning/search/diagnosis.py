@@ -13,9 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, all_joints, flange_poses
-from wpcal.planning.cell.robot_cell import JOINTS, CellState
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.cell.workplace import reach_shortage
 from wpcal.planning.search.obstacle import Constraint, Obstacle, too_near
@@ -92,7 +93,7 @@ def limit_excess(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
     ----------
     joints : shape (n, 12). Robot 1, then robot 2, rad.
     """
-    low, high = problem.cell.joint_limits
+    low, high = problem.cell.limits
     turned = joints[None] + TURN * np.arange(-2, 3)[:, None, None]
     return np.asarray(np.maximum(np.maximum(turned - high, low - turned), 0.0).min(axis=0), dtype=np.float64)
 
@@ -139,7 +140,7 @@ def _leaning_attitudes(
 
 
 def _out_of_reach(problem: PlanningProblem, flanges: tuple[FloatArray, FloatArray], s_mm: float) -> Obstacle:
-    arms = (problem.cell.arm1, problem.cell.arm2)
+    arms = (problem.cell.arm, problem.cell.arm2)
     short = np.stack([reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
     best = short[:, np.argmin(short.max(axis=0))]
     robot = int(np.argmax(best))
@@ -163,7 +164,7 @@ def _beyond_limit(problem: PlanningProblem, excess: FloatArray, s_mm: float) -> 
 def joint_limit_obstacle(problem: PlanningProblem, column: int, excess_rad: float, s_mm: float) -> Obstacle:
     """Return the obstacle of one of the twelve joints that is beyond its limit."""
     robot, joint = divmod(column, JOINTS)
-    name = (problem.cell.arm1, problem.cell.arm2)[robot].joints[joint].name
+    name = (problem.cell.arm, problem.cell.arm2)[robot].joints[joint].name
     beyond = math.degrees(excess_rad)
     return Obstacle(
         constraint=Constraint.JOINT_LIMITS,

@@ -17,7 +17,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product, sine
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, SPIN, YAW, all_joints, flange_poses
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY
 from wpcal.planning.cell.workplace import reach_shortage
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
@@ -122,7 +122,7 @@ class PathEncoding:
         short = np.zeros(count * n)
         if missing.any():
             flanges = flange_poses(problem.cell, rows.select(np.flatnonzero(missing)), flat[missing])
-            arms = (problem.cell.arm1, problem.cell.arm2)
+            arms = (problem.cell.arm, problem.cell.arm2)
             short[missing] = 1.0 + sum(reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True))
         both[missing] = 0.0
         joints = _turned_into_limits(problem, both.reshape(count, n, 2 * JOINTS))
@@ -144,13 +144,13 @@ class PathEncoding:
 def _turned_into_limits(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
     """Unwrap joints (N, n, 12) along the paths, and turn each as a whole to the middle of its limits."""
     unwrapped = np.unwrap(joints, axis=1)
-    low, high = problem.cell.joint_limits
+    low, high = problem.cell.limits
     middle: FloatArray = (unwrapped.min(axis=1) + unwrapped.max(axis=1)) / 2
     return np.asarray(unwrapped + TURN * np.rint(((low + high) / 2 - middle) / TURN)[:, None], dtype=np.float64)
 
 
 def _violations(problem: PlanningProblem, joints: FloatArray, missing: BoolArray, short: FloatArray) -> FloatArray:
-    low, high = problem.cell.joint_limits
+    low, high = problem.cell.limits
     flat, there = joints.reshape(-1, 2 * JOINTS), ~missing
     margin = np.where(there, problem.margins(flat).reshape(missing.shape), np.inf)
     regular = np.where(there, problem.regularity(flat).min(axis=1).reshape(missing.shape), np.inf)
@@ -160,7 +160,7 @@ def _violations(problem: PlanningProblem, joints: FloatArray, missing: BoolArray
         short.mean(axis=1) / HUNDRED_MM,
         beyond.max(axis=1),
         LEAST_REGULARITY - regular.min(axis=1),
-        (rates / problem.cell.joint_speeds).max(axis=(1, 2)) - 1.0,
+        (rates / problem.cell.speeds).max(axis=(1, 2)) - 1.0,
         -margin.min(axis=1) / HUNDRED_MM,
     )
     return np.stack(columns, axis=1)

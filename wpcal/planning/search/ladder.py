@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import first_least, product
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, joints_along
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.search.diagnosis import LEANS, farthest_from_a_plan, obstacle_at
 from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
 from wpcal.planning.search.obstacle import Constraint, Obstacle
@@ -119,7 +119,7 @@ def _attitudes(problem: PlanningProblem, reachable: ReachablePlace) -> FloatArra
 
 def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return every state once for each choice of whole turns within the limits: which state, and its joints."""
-    low, high = problem.cell.joint_limits
+    low, high = problem.cell.limits
     state, turned = np.arange(len(joints)), joints
     for joint in range(2 * JOINTS):
         choices = np.arange(np.ceil((low[joint] - np.pi) / TURN), np.floor((high[joint] + np.pi) / TURN) + 1)

@@ -11,7 +11,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
 from wpcal.optim.banded import LinearModel
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, joint_slopes
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
@@ -80,14 +80,14 @@ def _box_limits(problem: PlanningProblem, path: CandidatePath) -> tuple[FloatArr
 
 
 def _joint_limits(problem: PlanningProblem, path: CandidatePath, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    low, high = problem.cell.joint_limits
+    low, high = problem.cell.limits
     return _two_sided(np.degrees(path.joints), np.degrees(low), np.degrees(high), slopes)
 
 
 def _regular_limits(problem: PlanningProblem, path: CandidatePath, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poses too near to a singular pose, as the missing degrees of bend; (n, 6), (n, 6, 9)."""
     values, derivatives = [], []
-    for arm, columns in ((problem.cell.arm1, slice(0, JOINTS)), (problem.cell.arm2, slice(JOINTS, None))):
+    for arm, columns in ((problem.cell.arm, slice(0, JOINTS)), (problem.cell.arm2, slice(JOINTS, None))):
         measure, slope = regularity(arm, path.joints[:, columns])
         values.append(STIFFNESS * (np.degrees(LEAST_REGULARITY - measure) + KEEP_OFF_DEG))
         derivatives.append(-STIFFNESS * product(slope, slopes[:, columns]))

@@ -24,8 +24,8 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import arc_tangent, product, sine_cosine
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import COORDINATES, ROTATION, SLOPE, TRAVEL, WORK
-from wpcal.planning.cell.robot_cell import RobotCell
 from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 
 
@@ -33,7 +33,7 @@ from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 class PathValues:
     """What an objective is a function of: one path, or many paths along the leading axes."""
 
-    cell: RobotCell
+    cell: Cell
     targets: WeldTargets
     s_mm: FloatArray  #: shape (n,). Arc length at the points of the seam.
     coordinates: FloatArray  #: shape (..., n, 9). mm and rad, as in `wpcal.planning.cell.closed_chain`.
@@ -163,7 +163,7 @@ def printed_smoothness(path: PathValues) -> float:
               \frac{|\delta_{i,j} - \delta_{i-1,j}|}{\delta_{j,max} - \delta_{j,min}}
     """
     weights = path.cell.joint_weights
-    low, high = path.cell.joint_limits
+    low, high = path.cell.limits
     parts = np.abs(np.diff(path.joints, axis=0)) / (high - low)
     return float(product(parts, weights).sum() / (len(path.joints) * weights.sum()))
 

@@ -14,7 +14,7 @@ import numpy as np
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SLOPE, TRAVEL, WORK
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.recheck import PathCheck
 from wpcal.planning.search.diagnosis import (
     clearance_advice,
@@ -52,7 +52,7 @@ def path_obstacle(problem: PlanningProblem, paths: Sequence[CandidatePath], cons
     if constraint is Constraint.REACH:
         return _reach(problem, path)
     if constraint is Constraint.JOINT_LIMITS:
-        low, high = problem.cell.joint_limits
+        low, high = problem.cell.limits
         excess = np.maximum(path.joints - high, low - path.joints)
         row, column = (int(i) for i in np.unravel_index(int(np.argmax(excess)), excess.shape))
         return joint_limit_obstacle(problem, column, float(excess[row, column]), float(problem.path.s_mm[row]))
@@ -111,10 +111,10 @@ def _reach(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
 
 def _speed(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
     rates = np.abs(np.diff(path.joints, axis=0)) / np.diff(problem.path.s_mm)[:, None]
-    allowed = problem.cell.joint_speeds / np.maximum(rates, 1e-12)
+    allowed = problem.cell.speeds / np.maximum(rates, 1e-12)
     row, column = (int(i) for i in np.unravel_index(int(np.argmin(allowed)), allowed.shape))
     robot, joint = divmod(column, JOINTS)
-    name = (problem.cell.arm1, problem.cell.arm2)[robot].joints[joint].name
+    name = (problem.cell.arm, problem.cell.arm2)[robot].joints[joint].name
     s_mm, best = float(problem.path.s_mm[row]), float(allowed[row, column])
     return Obstacle(
         constraint=Constraint.JOINT_SPEEDS,

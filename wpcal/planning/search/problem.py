@@ -9,9 +9,10 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.motion import PLANNED_SPEED_MM_S
+from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE, TRAVEL, WORK, SeamPath
-from wpcal.planning.cell.robot_cell import JOINTS, CellState, RobotCell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.cell.workplace import weld_zone
 from wpcal.planning.search.objectives import PathValues, objective_values
@@ -47,7 +48,7 @@ class CandidatePath:
 class PlanningProblem:
     """A seam to be welded in a cell."""
 
-    cell: RobotCell
+    cell: Cell
     path: SeamPath  #: n points in `part`.
     targets: WeldTargets = field(default_factory=WeldTargets)
     speed_mm_s: float = PLANNED_SPEED_MM_S  #: Along the seam: no joint may need more than its largest speed.
@@ -90,7 +91,7 @@ class PlanningProblem:
         ----------
         joints : shape (N, 12). Robot 1, then robot 2, rad.
         """
-        one, _ = regularity(self.cell.arm1, joints[:, :JOINTS])
+        one, _ = regularity(self.cell.arm, joints[:, :JOINTS])
         two, _ = regularity(self.cell.arm2, joints[:, JOINTS:])
         return np.concatenate([one, two], axis=1)
 
@@ -112,7 +113,7 @@ class PlanningProblem:
         missing = ~np.isfinite(joints).all(axis=-1)
         if missing.any():
             return {"reach": float(missing.mean())}
-        low, high = self.cell.joint_limits
+        low, high = self.cell.limits
         least, largest = self.box
         outside = np.maximum(path.coordinates - largest, least - path.coordinates).max(axis=0)
         rates = np.abs(np.diff(joints, axis=0)) / np.diff(self.path.s_mm)[:, None] * self.speed_mm_s
@@ -120,7 +121,7 @@ class PlanningProblem:
             "reach": 0.0,
             "joint limits": np.maximum(joints - high, low - joints).max(),
             "singular poses": LEAST_REGULARITY - self.regularity(joints).min(),
-            "joint speeds": (rates / self.cell.joint_speeds).max() - 1.0,
+            "joint speeds": (rates / self.cell.speeds).max() - 1.0,
             "weld position": outside[[SLOPE, ROTATION]].max(),
             "torch angles": outside[[WORK, TRAVEL]].max(),
             "weld zone": outside[PLACE].max(),

@@ -14,6 +14,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
+from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import (
     PLACE,
@@ -24,7 +25,6 @@ from wpcal.planning.cell.closed_chain import (
     all_joints,
     flange_poses,
 )
-from wpcal.planning.cell.robot_cell import CellState
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.cell.workplace import candidate_places, reach_shortage
 from wpcal.planning.search.diagnosis import clearance_advice, obstacle_at
@@ -75,7 +75,7 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
     joints = np.stack(all_joints(problem.cell, path, coordinates))
     usable = [
         is_within_turns(arm, q) & is_regular(arm, q)
-        for arm, q in zip((problem.cell.arm1, problem.cell.arm2), joints, strict=True)
+        for arm, q in zip((problem.cell.arm, problem.cell.arm2), joints, strict=True)
     ]
     return joints, np.stack(usable)
 
@@ -223,7 +223,7 @@ def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, jo
     coordinates = np.repeat(scan.coordinates[scan.point == point], len(places), axis=0)
     coordinates[:, PLACE] = np.tile(places, (int((scan.point == point).sum()), 1))
     flanges = flange_poses(problem.cell, problem.path.select(np.full(len(coordinates), point)), coordinates)
-    arms = (problem.cell.arm1, problem.cell.arm2)
+    arms = (problem.cell.arm, problem.cell.arm2)
     short = np.stack([reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
     best = short[:, np.argmin(short.max(axis=0))]
     robot = int(np.argmax(best))

@@ -20,7 +20,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.motion_check import CheckedMove, MotionChecker
 from wpcal.planning.sequence.order import LEAST_GAIN_S, axis_seconds
 from wpcal.planning.sequence.roadmap import TRUST, Roadmap
@@ -48,7 +48,7 @@ class AirPath:
 class AirPlanner:
     """Finds free ways between states of a cell."""
 
-    def __init__(self, cell: OneRobotCell, checker: MotionChecker, seed: int = 0) -> None:
+    def __init__(self, cell: Cell, checker: MotionChecker, seed: int = 0) -> None:
         self.cell, self.checker, self.seed = cell, checker, seed
         self._roadmap = Roadmap(cell, checker, seed)
         self._scale = np.maximum(checker.per_axis, 1e-3) / SCALE_MM

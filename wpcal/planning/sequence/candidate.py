@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.planning.cell.one_robot import OneRobotCell
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.seam_task import SeamTask
 
 
@@ -34,7 +34,7 @@ class Candidate:
         steps, s = np.diff(self.q[:, :JOINTS], axis=0), np.diff(self.task.s_mm)
         return float(np.sqrt(((steps**2).sum(axis=1) / s).sum() / (JOINTS * self.task.length_mm)))
 
-    def weld_speed(self, cell: OneRobotCell, asked_mm_s: float) -> tuple[float, str | None]:
+    def weld_speed(self, cell: Cell, asked_mm_s: float) -> tuple[float, str | None]:
         """Return the speed along the seam that every joint can follow, mm/s, and the joint that limits it."""
         asked_mm_s = self.task.speed_mm_s or asked_mm_s
         moves = np.abs(np.diff(self.q, axis=0))

@@ -15,8 +15,8 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import arc_tangent, first_least, length, product
 from wpcal.core.tangent import log_rotation
-from wpcal.planning.cell.one_robot import OneRobotCell
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.robot.kinematics.inverse import TURN
@@ -53,7 +53,7 @@ class ExternalAxes:
         return ExternalAxes(self.values[:most], self.off_rad[:most])
 
 
-def axes_of(cell: OneRobotCell, values: FloatArray) -> FloatArray:
+def axes_of(cell: Cell, values: FloatArray) -> FloatArray:
     """Return all axes with the arm at home and external axes of shape (C, k - 6); shape (C, k), rad and mm."""
     arm = np.broadcast_to(cell.home[:JOINTS], (len(values), JOINTS))
     return np.concatenate([arm, values], axis=1)
@@ -71,7 +71,7 @@ def values_along(values: FloatArray, task: SeamTask, rows: IntArray) -> FloatArr
     return np.asarray(values[:, :1] + share * (values[:, 1:] - values[:, :1]), dtype=np.float64)
 
 
-def external_axes(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets) -> ExternalAxes:
+def external_axes(cell: Cell, task: SeamTask, targets: SequenceTargets) -> ExternalAxes:
     """Return where the external axes may be while a seam is welded."""
     turning = _turning_grid(cell)
     rail = np.zeros((1, 0))
@@ -99,7 +99,7 @@ def external_axes(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets) 
     )
 
 
-def _turning_along(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets, rail: FloatArray) -> ExternalAxes:
+def _turning_along(cell: Cell, task: SeamTask, targets: SequenceTargets, rail: FloatArray) -> ExternalAxes:
     """Return external axes whose last one turns evenly along a seam, the best ones first."""
     count = len(cell.axis_names) - JOINTS
     total = _turn_of_joint(cell, task)
@@ -121,16 +121,16 @@ def _turning_along(cell: OneRobotCell, task: SeamTask, targets: SequenceTargets,
     return ExternalAxes(values, np.repeat(off[keep], len(rail)))
 
 
-def _turn_of_joint(cell: OneRobotCell, task: SeamTask) -> float | None:
+def _turn_of_joint(cell: Cell, task: SeamTask) -> float | None:
     """Return how far the last axis of the positioner turns, so that the joint keeps facing the same way, rad.
 
     None if there is no positioner, the joint turns little about its axis, or faces along it.
     """
-    if cell.positioner is None:
+    if cell.carrier is None:
         return None
     here = cell.home[None, cell.first_turning :]
     there = here + np.eye(here.shape[1])[-1]  # 1 rad
-    R = [cell.positioner.arm.forward(q)[0, :3, :3] for q in (here, there)]
+    R = [cell.carrier.arm.forward(q)[0, :3, :3] for q in (here, there)]
     axis = log_rotation(product(R[0].T, R[1]))
     x = np.cross(np.eye(3)[int(first_least(np.abs(axis)))], axis)
     across = np.array([x, np.cross(axis, x)]) / length(x)
@@ -142,10 +142,10 @@ def _turn_of_joint(cell: OneRobotCell, task: SeamTask) -> float | None:
     return float(heading[0] - heading[-1]) if np.ptp(heading) >= LEAST_TURN_RAD else None
 
 
-def _starts(cell: OneRobotCell, total_rad: float) -> FloatArray:
+def _starts(cell: Cell, total_rad: float) -> FloatArray:
     """Return angles at which turning may begin so that it ends within the limits, shape (g, axes), rad."""
-    assert cell.positioner is not None
-    low, high = cell.positioner.arm.limits[:, -1]
+    assert cell.carrier is not None
+    low, high = cell.carrier.arm.limits[:, -1]
     grid = _turning_grid(cell, TILT_STEP_RAD)
     begin = np.unique(np.concatenate([grid[:, -1] + turn for turn in (-TURN, 0.0, TURN)]))
     end = begin + total_rad
@@ -154,13 +154,13 @@ def _starts(cell: OneRobotCell, total_rad: float) -> FloatArray:
     return np.array([[*tilt, start] for tilt in tilts for start in begin]).reshape(-1, grid.shape[1])
 
 
-def _turning_grid(cell: OneRobotCell, step_rad: float = GRID_RAD) -> FloatArray:
+def _turning_grid(cell: Cell, step_rad: float = GRID_RAD) -> FloatArray:
     """Return all angles of the positioner on the grid, shape (g, axes), rad."""
-    if cell.positioner is None:
+    if cell.carrier is None:
         return np.zeros((1, 0))
     home = cell.home[cell.first_turning :]
     columns = []
-    for low, high, at in zip(*cell.positioner.arm.limits, home, strict=True):
+    for low, high, at in zip(*cell.carrier.arm.limits, home, strict=True):
         low, high = max(low, at - math.pi), min(high, at + math.pi)  # noqa: PLW2901  # a whole turn is enough
         first = math.ceil((low - at) / step_rad - 1e-9)
         last = math.floor((high - at) / step_rad + 1e-9)

@@ -14,9 +14,10 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import CARRIER, TOOL, OneRobotCell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, one_robot_bodies
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.bodies import bodies_of
+from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames
 
@@ -28,7 +29,7 @@ class _Axes(NamedTuple):
     z: FloatArray
 
 
-def motion_per_axis(cell: OneRobotCell, clearance: OneRobotClearance) -> FloatArray:
+def motion_per_axis(cell: Cell, clearance: OneRobotClearance) -> FloatArray:
     """Return bounds of how far the bodies of each pair of carriers move towards each other per unit of each axis.
 
     Returns
@@ -41,10 +42,10 @@ def motion_per_axis(cell: OneRobotCell, clearance: OneRobotClearance) -> FloatAr
     return np.array([np.where((a > 0.0) & (b > 0.0), 0.0, a + b) for a, b in each]).reshape(len(each), len(cell.home))
 
 
-def _balls(cell: OneRobotCell, clearance: OneRobotClearance, frames: tuple[Frames, ...]) -> list[FloatArray]:
+def _balls(cell: Cell, clearance: OneRobotClearance, frames: tuple[Frames, ...]) -> list[FloatArray]:
     """Return balls at home whose hull contains the bodies of each carrier: rows of centre in `world` and radius, mm."""
     found: list[list[FloatArray]] = [[] for _ in frames]
-    for body in one_robot_bodies(cell):
+    for body in bodies_of(cell):
         shape, frame = body.shape, frames[body.carrier]
         for points, radius in ((shape.p, shape.radius_mm), (shape.q, shape.radius_mm), (shape.hull, 0.0)):
             if len(points):
@@ -56,7 +57,7 @@ def _balls(cell: OneRobotCell, clearance: OneRobotClearance, frames: tuple[Frame
     return [np.concatenate([np.zeros((0, 4)), *rows]) for rows in found]
 
 
-def _reaches(cell: OneRobotCell, frames: tuple[Frames, ...], carrier: int, balls: FloatArray) -> FloatArray:
+def _reaches(cell: Cell, frames: tuple[Frames, ...], carrier: int, balls: FloatArray) -> FloatArray:
     """Return how far the bodies of one carrier move per unit of each axis, shape (k,)."""
     found = np.zeros(len(cell.home))
     if carrier <= TOOL:
@@ -64,9 +65,9 @@ def _reaches(cell: OneRobotCell, frames: tuple[Frames, ...], carrier: int, balls
         found[: len(own)] = own
         if cell.rail_axis is not None:
             found[cell.rail_axis] = 1.0
-    elif carrier >= CARRIER and cell.positioner is not None:
-        arm, first = cell.positioner.arm, cell.first_turning
-        axes = _axes(arm, cell.positioner.T_world_base.matrix, frames[CARRIER:])
+    elif carrier >= CARRIER and cell.carrier is not None:
+        arm, first = cell.carrier.arm, cell.first_turning
+        axes = _axes(arm, cell.carrier.T_world_base.matrix, frames[CARRIER:])
         own = _distances(axes, min(carrier - CARRIER, len(arm.joints)), balls)
         found[first : first + len(own)] = own
     return found

@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.motion_bound import motion_per_axis
 
@@ -40,7 +40,7 @@ class CheckedMove:
 class MotionChecker:
     """Checks straight moves in the axes of a cell."""
 
-    def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance) -> None:
+    def __init__(self, cell: Cell, clearance: OneRobotClearance) -> None:
         self.cell, self.clearance = cell, clearance
         self._per_axis = motion_per_axis(cell, clearance)
         self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)

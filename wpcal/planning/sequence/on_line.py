@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose, product, solve
-from wpcal.planning.cell.one_robot import OneRobotCell
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 
 ON_LINE_MM = 0.02
 """How far the wire may leave a line: less than half of the usual tolerance of a path."""
@@ -22,7 +22,7 @@ SOLVED = 1e-6
 """mm and rad: what is left where Newton's method found the place."""
 
 
-def states_on_lines(cell: OneRobotCell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return states between which straight moves in the axes keep the tip of the wire on lines in the part.
 
     Parameters
@@ -53,11 +53,11 @@ def states_on_lines(cell: OneRobotCell, q: FloatArray) -> tuple[FloatArray, Floa
     return np.concatenate([found, q[-1:]]), np.append(row + share, float(len(parts)))
 
 
-def _in_part(cell: OneRobotCell, q: FloatArray) -> FloatArray:
+def _in_part(cell: Cell, q: FloatArray) -> FloatArray:
     return product(inverse_pose(cell.part_places(q)), cell.tool_places(q))
 
 
-def _solved(cell: OneRobotCell, start: FloatArray, p_part: FloatArray, R_part: Rotation) -> FloatArray:
+def _solved(cell: Cell, start: FloatArray, p_part: FloatArray, R_part: Rotation) -> FloatArray:
     """Return states with the tool at places in the part, near given states of shape (n, k)."""
     q = start.copy()
     T_base_part = product(inverse_pose(cell.base_places(q)), cell.part_places(q))

@@ -20,9 +20,9 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.sequence.external import axes_of, external_axes, values_along
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
@@ -95,7 +95,7 @@ class PlaceMap:
 
 
 def map_places(
-    cell: OneRobotCell,
+    cell: Cell,
     part: TriangleMaterial | None,
     seams: Sequence[PlannedSeam],
     targets: SequenceTargets,
@@ -118,7 +118,7 @@ def map_places(
     length = np.array([task.length_mm for task in tasks])
     steps = round(range_mm / step_mm)
     grid = np.asarray(step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
-    turns = TURNS_DEG if moved is Moved.PART and cell.positioner is None else (0.0,)
+    turns = TURNS_DEG if moved is Moved.PART and cell.carrier is None else (0.0,)
     share, best_turn = np.zeros((len(grid), len(grid))), np.zeros((len(grid), len(grid)))
     middle = _middle(cell, tasks)
     for turn in turns:
@@ -137,13 +137,13 @@ def map_places(
     return PlaceMap(moved, grid, grid, best_turn, share, now)
 
 
-def _middle(cell: OneRobotCell, tasks: Sequence[SeamTask]) -> FloatArray:
+def _middle(cell: Cell, tasks: Sequence[SeamTask]) -> FloatArray:
     T = cell.part_places(cell.home[None])[0]
     points = np.concatenate([task.p for task in tasks])
     return np.asarray(product(T[:3, :3], (points.min(axis=0) + points.max(axis=0)) / 2) + T[:3, 3])
 
 
-def _turned(cell: OneRobotCell, turn_deg: float, middle: FloatArray) -> OneRobotCell:
+def _turned(cell: Cell, turn_deg: float, middle: FloatArray) -> Cell:
     """Return the cell with a fixed part turned about the vertical through a point of `world`."""
     if turn_deg == 0.0:
         return cell
@@ -167,7 +167,7 @@ class _Grid:
     """The cell at every place of the map, with the part turned in one way."""
 
     clearance: OneRobotClearance
-    cell: OneRobotCell
+    cell: Cell
     targets: SequenceTargets
     moved: Moved
     mm: FloatArray
@@ -226,14 +226,14 @@ class _Grid:
         return False
 
 
-def _moved(cell: OneRobotCell, moved: Moved, x_mm: float, y_mm: float) -> OneRobotCell:
+def _moved(cell: Cell, moved: Moved, x_mm: float, y_mm: float) -> Cell:
     """Return the cell with the robot, or the part with its positioner, moved in `world`."""
     if moved is Moved.ROBOT:
         return replace(cell, T_world_base=_shifted(cell.T_world_base, x_mm, y_mm))
-    if cell.positioner is None:
+    if cell.carrier is None:
         return replace(cell, T_carrier_part=_shifted(cell.T_part, x_mm, y_mm))
-    standing = replace(cell.positioner, T_world_base=_shifted(cell.positioner.T_world_base, x_mm, y_mm))
-    return replace(cell, positioner=standing)
+    standing = replace(cell.carrier, T_world_base=_shifted(cell.carrier.T_world_base, x_mm, y_mm))
+    return replace(cell, carrier=standing)
 
 
 def _shifted(T: RigidTransform, x_mm: float, y_mm: float) -> RigidTransform:

@@ -15,9 +15,9 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import product
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.air_path import AirPath, AirPlanner
 from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.cuts import Unwelded, cut_seam
@@ -81,7 +81,7 @@ class _Ways:
 
 
 def plan_sequence(
-    cell: OneRobotCell,
+    cell: Cell,
     part: TriangleMaterial | None,
     seams: Sequence[PlannedSeam],
     targets: SequenceTargets,
@@ -151,7 +151,7 @@ def _both_directions(search: SeamSearch, task: SeamTask | None, found: list[Cand
 
 
 def _order(
-    cell: OneRobotCell,
+    cell: Cell,
     stretches: Sequence[_Ways],
     targets: SequenceTargets,
     prefer: SequencePreference,
@@ -189,7 +189,7 @@ class _Smoother:
 
 
 def _values(
-    cell: OneRobotCell,
+    cell: Cell,
     stretches: Sequence[_Ways],
     targets: SequenceTargets,
     order: Order,
@@ -255,7 +255,7 @@ def _worked_out(
     return WeldSequence(cell, targets, tuple(chosen), air, tuple(unwelded), values)
 
 
-def _wire_seconds(cell: OneRobotCell, targets: SequenceTargets, piece: WeldPiece) -> float:
+def _wire_seconds(cell: Cell, targets: SequenceTargets, piece: WeldPiece) -> float:
     return AIR_STEP_MM * (len(piece.before) + len(piece.after)) / targets.air_speed_mm_s
 
 

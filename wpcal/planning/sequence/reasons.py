@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.workplace import reach_shortage
 from wpcal.planning.sequence.external import external_axes, values_along
 from wpcal.planning.sequence.seam_search import SeamSearch
@@ -52,7 +52,7 @@ def _unreached(search: SeamSearch, poses: TorchPoses, along: FloatArray, joints:
     return _limit(search.cell, q[reached])
 
 
-def _limit(cell: OneRobotCell, q: FloatArray) -> str:
+def _limit(cell: Cell, q: FloatArray) -> str:
     """Name the joint that is nearest to letting joints (r, 6) within its limits."""
     low, high = cell.arm.limits
     turned = q - 2 * np.pi * np.rint((q - (low + high) / 2) / (2 * np.pi))

@@ -18,7 +18,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.external import external_axes
 from wpcal.planning.sequence.seam_search import SeamSearch
@@ -71,7 +71,7 @@ class RemedySearch:
         found = [each for each in self._worked if self._welds(each, stretch)]
         if found:
             return tuple(found), True
-        most = MOST_SEARCHED if self.search.cell.positioner is None else MOST_WITH_POSITIONER
+        most = MOST_SEARCHED if self.search.cell.carrier is None else MOST_WITH_POSITIONER
         if self._searched >= most:
             return (), False
         self._searched += 1
@@ -111,9 +111,9 @@ class RemedySearch:
         return np.asarray((part.corners.min(axis=(0, 1)) + part.corners.max(axis=(0, 1))) / 2, dtype=np.float64)
 
 
-def _kinds(cell: OneRobotCell, *, is_torch_free: bool) -> Iterator[Iterator[Help]]:
+def _kinds(cell: Cell, *, is_torch_free: bool) -> Iterator[Iterator[Help]]:
     """Yield the changes, kind by kind. If the torch itself is in the way, only another torch or other angles help."""
-    if is_torch_free and cell.positioner is not None:
+    if is_torch_free and cell.carrier is not None:
         yield (
             Help(f"the part {far:g} mm farther from the table of its positioner", from_table_mm=far)
             for far in FARTHER_MM
@@ -145,7 +145,7 @@ def changed_targets(targets: SequenceTargets, help_: Help) -> SequenceTargets:
     return replace(targets, torch_range_rad=max(targets.torch_range_rad, math.radians(help_.torch_range_deg)))
 
 
-def changed_cell(cell: OneRobotCell, help_: Help, centre: FloatArray) -> OneRobotCell:
+def changed_cell(cell: Cell, help_: Help, centre: FloatArray) -> Cell:
     """Return a cell after a change.
 
     Parameters
@@ -169,16 +169,16 @@ def changed_cell(cell: OneRobotCell, help_: Help, centre: FloatArray) -> OneRobo
     return cell
 
 
-def _raised(cell: OneRobotCell, up_mm: float) -> OneRobotCell:
+def _raised(cell: Cell, up_mm: float) -> Cell:
     up = np.array([0.0, 0.0, up_mm])
-    if cell.positioner is not None:
-        place = cell.positioner.T_world_base
-        return replace(cell, positioner=replace(cell.positioner, T_world_base=replace(place, t_mm=place.t_mm + up)))
+    if cell.carrier is not None:
+        place = cell.carrier.T_world_base
+        return replace(cell, carrier=replace(cell.carrier, T_world_base=replace(place, t_mm=place.t_mm + up)))
     part = cell.T_part
     return replace(cell, T_carrier_part=replace(part, t_mm=part.t_mm + up))
 
 
-def _turned(cell: OneRobotCell, turn_deg: float, centre: FloatArray) -> OneRobotCell:
+def _turned(cell: Cell, turn_deg: float, centre: FloatArray) -> Cell:
     """Return the cell with the part turned about the vertical through a point of the part, in its carrier."""
     T = cell.part_places(cell.home[None])[0]
     pivot = np.asarray(product(T[:3, :3], centre) + T[:3, 3], dtype=np.float64)

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.motion_check import MotionChecker
 
 SCALE_MM = 1000.0
@@ -44,7 +44,7 @@ SMALL = 400
 class Roadmap:
     """Free states and free straight moves between them."""
 
-    def __init__(self, cell: OneRobotCell, checker: MotionChecker, seed: int) -> None:
+    def __init__(self, cell: Cell, checker: MotionChecker, seed: int) -> None:
         self.checker = checker
         self.scale = np.maximum(checker.per_axis, 1e-3) / SCALE_MM
         self._rng = np.random.default_rng(seed)

@@ -16,9 +16,9 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.same_bits import inverse_pose, product
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import is_regular, is_within_turns
 from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes, values_along
@@ -54,7 +54,7 @@ class Climb:
 class SeamSearch:
     """Searches ways to weld seams in one cell."""
 
-    def __init__(self, cell: OneRobotCell, clearance: OneRobotClearance, targets: SequenceTargets) -> None:
+    def __init__(self, cell: Cell, clearance: OneRobotClearance, targets: SequenceTargets) -> None:
         self.cell, self.clearance, self.targets = cell, clearance, targets
         self.checker = MotionChecker(cell, clearance)
         speeds = cell.speeds[:JOINTS]

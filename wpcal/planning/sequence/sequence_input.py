@@ -17,7 +17,7 @@ from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace, common_space
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.robot.torch.file import torch_of_seams
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
@@ -71,7 +71,7 @@ class SequenceInput:
     #: With which reach was felt when the seams were found; None in files that do not state it.
     torch: TorchShape | None = None
 
-    def placed(self, cell: OneRobotCell) -> OneRobotCell:
+    def placed(self, cell: Cell) -> Cell:
         """Return the cell with the part where the robot found it, or as the cell says.
 
         Raises
@@ -82,7 +82,7 @@ class SequenceInput:
         _ = found.T_part  # refuses a part whose place is not known
         return found
 
-    def other_torch(self, cell: OneRobotCell) -> str | None:
+    def other_torch(self, cell: Cell) -> str | None:
         """Say that the seams were felt with another torch than that of the cell; None if they agree, or nobody says."""
         felt, own = self.torch, cell.torch_shape
         if felt is None or own is None or replace(felt, name=own.name) == own:
@@ -93,7 +93,7 @@ class SequenceInput:
             f"{felt.name}"
         )
 
-    def in_base(self, cell: OneRobotCell) -> tuple[RigidTransform, tuple[Seam, ...]]:
+    def in_base(self, cell: Cell) -> tuple[RigidTransform, tuple[Seam, ...]]:
         """Return ``T_base_part`` and all seams with frames in the base: as the robot found them, else as at home."""
         T = self.T_base_part
         if T is None:
@@ -115,7 +115,7 @@ class SequenceInput:
 
 
 def read_sequence_input(
-    result: Path, cell: OneRobotCell, names: Sequence[str] | None = None, *, part_glb: bytes | None = None
+    result: Path, cell: Cell, names: Sequence[str] | None = None, *, part_glb: bytes | None = None
 ) -> SequenceInput:
     """Read what is to be welded.
 
@@ -168,7 +168,7 @@ def _require_on_part(seams: Sequence[Seam], part: TriangleMaterial) -> None:
             )
 
 
-def _place(record: dict[str, object], seams: Sequence[Seam], path: Path, cell: OneRobotCell) -> RigidTransform | None:
+def _place(record: dict[str, object], seams: Sequence[Seam], path: Path, cell: Cell) -> RigidTransform | None:
     if record.get("T_base_part") is None:
         if any(seam.frames.frame != "part" for seam in seams):
             raise FormatError("seams are given in base, but T_base_part is missing", path=str(path))

@@ -10,7 +10,7 @@ import numpy as np
 
 from wpcal.core.csv_text import csv_text
 from wpcal.core.same_bits import product
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
 from wpcal.planning.sequence.remedies import Help
@@ -69,14 +69,14 @@ def checked_text(sequence: WeldSequence) -> str:
     )
 
 
-def position_name(cell: OneRobotCell, piece: WeldPiece) -> tuple[float, float]:
+def position_name(cell: Cell, piece: WeldPiece) -> tuple[float, float]:
     """Return slope and rotation in the middle of a piece, deg; the rotation is NaN in vertical travel."""
     candidate = piece.candidate
     R = product(cell.part_places(candidate.q[:1])[0, :3, :3], candidate.task.R[len(candidate) // 2])
     return float(np.degrees(weld_slope(R[:, 0]))), float(np.degrees(weld_rotation(R[:, 0], R[:, 2])))
 
 
-def _piece(cell: OneRobotCell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, Any]:
+def _piece(cell: Cell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, Any]:
     candidate = piece.candidate
     slope, rotation = position_name(cell, piece)
     s = candidate.task.s_mm
@@ -124,7 +124,7 @@ def _help(each: Help) -> dict[str, Any]:
     }
 
 
-def _degrees(cell: OneRobotCell, q: np.ndarray[Any, Any]) -> list[list[float]]:
+def _degrees(cell: Cell, q: np.ndarray[Any, Any]) -> list[list[float]]:
     """Return axes as files show them: degrees, and a rail in mm."""
     factors = np.full(q.shape[1], 180.0 / math.pi)
     if cell.rail_axis is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.optim.banded import LinearModel, descend
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.external import values_along

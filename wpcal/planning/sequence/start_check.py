@@ -8,9 +8,9 @@ import numpy as np
 
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import product
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import FLOOR, PART, OneRobotClearance
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 
 ON_FLOOR_MM = 1.0
 """A part that lies on the floor may be so far in it: corners of triangles, and touched points, are not exact."""
@@ -18,7 +18,7 @@ STEP_RAD = math.radians(15.0)
 """Of the axes in which another home is looked for."""
 
 
-def require_sound_start(cell: OneRobotCell, clearance: OneRobotClearance) -> None:
+def require_sound_start(cell: Cell, clearance: OneRobotClearance) -> None:
     """Refuse a cell that no plan can start from.
 
     Raises
@@ -34,8 +34,8 @@ def require_sound_start(cell: OneRobotCell, clearance: OneRobotClearance) -> Non
     raise InputError(f"{what}; {_other_home(cell, clearance, (one, two))}")
 
 
-def _require_above_floor(cell: OneRobotCell, clearance: OneRobotClearance) -> None:
-    if clearance.part is None or cell.positioner is not None:
+def _require_above_floor(cell: Cell, clearance: OneRobotClearance) -> None:
+    if clearance.part is None or cell.carrier is not None:
         return
     corners = clearance.part.corners.reshape(-1, 3)
     T = cell.part_places(cell.home[None])[0]
@@ -48,7 +48,7 @@ def _require_above_floor(cell: OneRobotCell, clearance: OneRobotClearance) -> No
         )
 
 
-def _other_home(cell: OneRobotCell, clearance: OneRobotClearance, pair: tuple[str, str]) -> str:
+def _other_home(cell: Cell, clearance: OneRobotClearance, pair: tuple[str, str]) -> str:
     """Return what to do: the nearest home that is free, with other axes of the positioner or another axis 1."""
     columns = list(range(cell.first_turning, len(cell.axis_names)))
     if not columns or set(pair) != {PART, FLOOR}:
@@ -66,7 +66,7 @@ def _other_home(cell: OneRobotCell, clearance: OneRobotClearance, pair: tuple[st
         arm, axes = (
             ", ".join(f"{value:g}" for value in part) for part in (shown[:JOINTS], shown[cell.first_turning :])
         )
-        with_positioner = f", and home_deg [{axes}] in positioner" if cell.positioner is not None else ""
+        with_positioner = f", and home_deg [{axes}] in positioner" if cell.carrier is not None else ""
         return f"tried, and home is free with home_deg [{arm}] in torch_robot{with_positioner}"
     if set(pair) == {PART, FLOOR}:
         return "at every angle of the positioner: raise the positioner, or correct T_flange_part"

@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.air_path import AirPath
 from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.cuts import Unwelded
@@ -62,7 +62,7 @@ class SequenceValues:
 class WeldSequence:
     """A complete plan."""
 
-    cell: OneRobotCell  #: With the part in its place.
+    cell: Cell  #: With the part in its place.
     targets: SequenceTargets
     pieces: tuple[WeldPiece, ...]  #: In the order of welding.
     air: tuple[AirPath, ...]  #: From home to the first piece, between pieces, and home: one more than pieces.
@@ -86,9 +86,7 @@ class WeldSequence:
         return all(piece.check.is_free for piece in self.pieces) and all(path.check.is_free for path in self.air)
 
 
-def sequence_values(
-    cell: OneRobotCell, targets: SequenceTargets, chosen: list[Candidate], air_s: float
-) -> SequenceValues:
+def sequence_values(cell: Cell, targets: SequenceTargets, chosen: list[Candidate], air_s: float) -> SequenceValues:
     """Return what plans are compared by."""
     length = np.array([candidate.task.length_mm for candidate in chosen])
     share = length / length.sum()
@@ -99,6 +97,6 @@ def sequence_values(
     return SequenceValues(position, torch, motion, weld + air_s)
 
 
-def air_seconds(cell: OneRobotCell, way: FloatArray) -> FloatArray:
+def air_seconds(cell: Cell, way: FloatArray) -> FloatArray:
     """Return the time of every straight move between states (n, k) through the air, s, shape (n - 1,)."""
     return axis_seconds(way[:-1], way[1:], AIR_SHARE * cell.speeds)

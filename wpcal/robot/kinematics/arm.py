@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +12,10 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.same_bits import product, solve
+from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
 from wpcal.robot.kinematics.chain import MDHChain
-from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
+from wpcal.robot.kinematics.forward import Frames, forward_kinematics, geometric_jacobian, start_frames, walk
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,3 +175,23 @@ class Arm:
             space=RobotSpace.IDENTIFIED,
             unseen_tool_mm=unseen_tool_mm,
         )
+
+
+def arm_frames(
+    arm: Arm, T_world_base: RigidTransform, joints: FloatArray, *, shift_mm: FloatArray | None = None
+) -> Iterator[Frames]:
+    """Yield the base, the frames after all links but the last, and the flange of an arm, in `world`.
+
+    Parameters
+    ----------
+    joints : shape (n, k). Shown angles, rad.
+    shift_mm : shape (3, n). How far the base is from `T_world_base`, in `world`, mm.
+    """
+    moved = 0.0 if shift_mm is None else shift_mm
+    base = start_frames(T_world_base, 1)
+    yield base._replace(p=base.p + moved)
+    theta = np.ascontiguousarray(arm.model_angles(joints).T)
+    first = start_frames(T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0, 1)
+    motions = list(walk(first._replace(p=first.p + moved), arm.chain.table, theta))
+    yield from (motion.frame for motion in motions[:-1])
+    yield motions[-1].frame.then(arm.chain.T_dhn_flange)

@@ -18,9 +18,9 @@ from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.one_robot import OneRobotCell
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.robot_cell import JOINTS
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
 from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_check import MotionChecker
@@ -44,13 +44,13 @@ TRIED = 6  #: Of the ways to hold the tool so many are compared with the bodies,
 class ArmReach:
     """One arm in its cell with the part."""
 
-    cell: OneRobotCell  #: With the part where it stands.
+    cell: Cell  #: With the part where it stands.
     clearance: OneRobotClearance  #: With the part.
     around: OneRobotClearance  #: Without the part, which the wire meets on its way.
     T_base_part: RigidTransform
 
     @classmethod
-    def of(cls, cell: OneRobotCell, T_base_part: RigidTransform | None, part: TriangleMaterial | None) -> ArmReach:
+    def of(cls, cell: Cell, T_base_part: RigidTransform | None, part: TriangleMaterial | None) -> ArmReach:
         """Place the part in a cell.
 
         Raises `InputError` when neither the cell nor the caller knows the place of the part.
@@ -264,7 +264,7 @@ class _Held:
     why: str
 
 
-def _states(cell: OneRobotCell, joints: FloatArray) -> FloatArray:
+def _states(cell: Cell, joints: FloatArray) -> FloatArray:
     """Return all axes of a cell for joints of its arm, shape (n, k): the others are where the part is touched."""
     others = np.broadcast_to(cell.touched_at, (len(joints), len(cell.touched_at)))
     return np.concatenate([joints, others], axis=1)

@@ -1,0 +1,55 @@
+"""`Shape`: a rigid body for collision checks, as capsules and a hull."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray, frozen
+from wpcal.core.errors import InputError
+
+JOINTS = 6
+"""The closed-form inverse kinematics that both arms need has six joints."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """A rigid body for collision checks: some capsules, and the hull around it.
+
+    Parameters
+    ----------
+    hull : array_like, shape (m, 3), optional
+        Corners of the convex body in the same frame, mm; empty if the body has capsules only.
+
+    Raises
+    ------
+    InputError : When shapes of arrays differ, a value is not finite or a radius is not positive.
+    """
+
+    name: str
+    #: `p`, `q`: shape (k, 3). Ends of the capsules' axes in the frame of the body, mm; equal ends make a ball.
+    p: FloatArray
+    q: FloatArray
+    radius_mm: FloatArray  #: shape (k,).
+    #: For a body of an arm: the frame it moves with. 0 is the base, i the frame after link i of the chain, and 6 (the
+    #: last) the flange. Bodies of the torch, the part and the bench are given in `tool`, `part` and `world`.
+    link: int = 0
+    hull: FloatArray = ()  # type: ignore[assignment]  # frozen in __post_init__
+    #: For a body of the torch that works close to the part (the nozzle): its own safety distance to the part.
+    to_part_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        p, q, radius = frozen(self.p).reshape(-1, 3), frozen(self.q).reshape(-1, 3), frozen(self.radius_mm).reshape(-1)
+        hull = frozen(self.hull).reshape(-1, 3)
+        if not len(p) == len(q) == len(radius) >= 1:
+            raise InputError(f"shape {self.name}: {len(p)} and {len(q)} ends of axes, {len(radius)} radii; one each")
+        if not all(np.isfinite(values).all() for values in (p, q, radius, hull)):
+            raise InputError(f"shape {self.name}: a value is not finite")
+        if not (radius > 0).all():
+            raise InputError(f"shape {self.name}: a radius must be positive, got {radius.min():g} mm")
+        if not 0 <= self.link <= JOINTS:
+            raise InputError(f"shape {self.name}: link is 0 (base) to {JOINTS} (flange), got {self.link}")
+        for name, values in (("p", p), ("q", q), ("radius_mm", radius), ("hull", hull)):
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
