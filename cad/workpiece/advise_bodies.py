@@ -71,16 +71,13 @@ def advise_bodies(
 ) -> MovedAdvice:
     """Choose the features of a weldment to teach whose bodies may have moved.
 
+    Raises `InputError` or `GeometryError` as in `find_bodies` and `advise_moved`.
+
     Parameters
     ----------
     allowed : sequence of Touchable
         What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
         reached without them.
-    count, tolerance_mm : As in `wpcal.touch.moved_advice.advise_moved`; with neither, two features for each body.
-
-    Raises
-    ------
-    InputError, GeometryError : As in `find_bodies` and `advise_moved`.
     """
     tacked = tacked_bodies(workpiece, seams, choice, seam_options)
     model = tacked.model()

@@ -133,9 +133,7 @@ class PartBodies:
 def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
     """Divide a part into bodies: its solids or groups of them; a part of one solid at its concave edges.
 
-    Returns
-    -------
-    PartBodies. In the order of the solids.
+    Returns PartBodies. In the order of the solids.
 
     Raises
     ------

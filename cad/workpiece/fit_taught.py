@@ -157,13 +157,11 @@ def run_fit(
 ) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
     """Fit what was observed, and predict the error that each seam will see.
 
+    Raises `GeometryError` or `UnitError` when the observations cannot be fitted.
+
     Returns
     -------
     u95_mm : tuple of ndarray. 95 % error at every frame of each seam, mm; one array of shape (frames,) per seam.
-
-    Raises
-    ------
-    GeometryError, UnitError : When the observations cannot be fitted.
     """
     accepted = [seam for seam in seams if seam.accepted]
     bias_mm = max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm)

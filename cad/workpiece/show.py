@@ -38,15 +38,13 @@ class Drawn:
 def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *, port: int | None = None) -> None:
     """Show a part with its seams, their frames and the taught points in the viewer of `ocp_vscode`.
 
+    Raises `InputError` when `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
+
     Parameters
     ----------
     found : WorkpieceCalibration or Workpiece
         A calibrated part is shown in `base`, with seams in the colour of their 95 % error. An opened part is shown in
         `part`, with `seams`.
-
-    Raises
-    ------
-    InputError : When `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
     """
     try:
         import ocp_vscode

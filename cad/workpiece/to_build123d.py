@@ -47,6 +47,9 @@ def seam_planes(frames: SeamFrames) -> list[Plane]:
 def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None = None) -> Wire:
     """Return the curve of a seam as a wire of build123d, in the direction of travel.
 
+    Raises `InputError` when the seam has no pieces: it was read from a file.
+    Raises `KernelError` when the kernel fails.
+
     Parameters
     ----------
     graph : BrepGraph
@@ -58,11 +61,6 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
     build123d.Wire
         One edge per piece of the seam, mm. Where two pieces end up to 0.01 mm apart, they share a vertex of that size.
         The edges are those of the model: if bodies moved, the seam is where its frames are.
-
-    Raises
-    ------
-    InputError : When the seam has no pieces: it was read from a file.
-    KernelError : When the kernel fails.
     """
     from build123d import Location, Wire
 

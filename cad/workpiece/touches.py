@@ -45,15 +45,13 @@ def plan_touches(
 ) -> TouchPlan:
     """Plan the touches that locate a part for its seams.
 
+    Raises `InputError` when the part cannot be read, or has no seam of a given name.
+    Raises `GeometryError` when the part has no seam, or no plan holds it: what would help.
+
     Parameters
     ----------
     bodies : BodiesOptions, optional
         The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as one.
-
-    Raises
-    ------
-    InputError : When the part cannot be read, or has no seam of a given name.
-    GeometryError : When the part has no seam, or no plan holds it: what would help.
     """
     return draw_touches(
         step,

@@ -85,6 +85,9 @@ class Workpiece:
 def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress) -> Workpiece:
     """Read a part and find its reference features.
 
+    Raises `InputError` when the file cannot be read, there is no solid, or a solid has geometry at infinity.
+    Raises `KernelError` when the kernel fails.
+
     Parameters
     ----------
     step : path, build123d or CadQuery shape, iterable of these, or Workpiece
@@ -92,11 +95,6 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
         part. A CadQuery `Workplane` or `Assembly` is taken, too. A part that is open already is returned as it is.
     cache : AnswerCache
         Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is kept.
-
-    Raises
-    ------
-    InputError : When the file cannot be read, there is no solid, or a solid has geometry at infinity.
-    KernelError : When the kernel fails.
     """
     if isinstance(step, Workpiece):
         return step

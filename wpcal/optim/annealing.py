@@ -173,6 +173,8 @@ def anneal(
 ) -> AnnealingReport:
     """Search a box for the state of least cost.
 
+    Raises `InputError` when the box is empty or not finite.
+
     Parameters
     ----------
     cost : Maps states, shape (m, d), to costs, shape (m,).
@@ -183,10 +185,6 @@ def anneal(
     periodic : array_like of bool, shape (d,), optional
         Variables that leave the box at one side and enter at the other (full turns). They are brought back into the
         box between temperatures, so the cost must repeat beyond it. The others stop at its wall.
-
-    Raises
-    ------
-    InputError : When the box is empty or not finite.
     """
     run = _Run(cost, SearchBox.of(lower, upper, periodic), schedule or AnnealingSchedule(), rng, start)
     stop = StopReason.TEMPERATURES

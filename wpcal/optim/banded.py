@@ -74,8 +74,7 @@ class LinearModel:
 
         Returns
         -------
-        diagonal : ndarray, shape (n, k, k)
-            Blocks of the points.
+        diagonal : ndarray, shape (n, k, k). Blocks of the points.
         coupling : ndarray, shape (n - 1, k, k)
             Blocks between each point and the next: rows of the point, columns of the next.
         """
@@ -143,16 +142,13 @@ def damped_step(model: LinearModel, damping: float) -> FloatArray | None:
 def solve_chain(diagonal: FloatArray, coupling: FloatArray, right: FloatArray) -> FloatArray:
     """Solve a symmetric system whose blocks meet only their neighbours, by eliminating every other block.
 
+    Returns ndarray, shape (n, k, m).
+
     Parameters
     ----------
     diagonal : ndarray, shape (n, k, k)
-    coupling : ndarray, shape (n - 1, k, k)
-        Rows of a block, columns of the next.
+    coupling : shape (n - 1, k, k). Rows of a block, columns of the next.
     right : ndarray, shape (n, k, m)
-
-    Returns
-    -------
-    ndarray, shape (n, k, m)
 
     Notes
     -----

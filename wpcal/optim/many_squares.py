@@ -24,16 +24,14 @@ class ManySquares(Protocol):
     def evaluate(self, states: FloatArray, numbers: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Evaluate states.
 
+        Returns `sums`: ndarray, shape (m,).
+        Returns `gradients`: ndarray, shape (m, k). JᵀWr.
+        Returns `normal_matrices`: ndarray, shape (m, k, k). JᵀWJ.
+
         Parameters
         ----------
         states : ndarray, shape (m, ...)
         numbers : shape (m,). The starts from which they come.
-
-        Returns
-        -------
-        sums : ndarray, shape (m,)
-        gradients : ndarray, shape (m, k). JᵀWr.
-        normal_matrices : ndarray, shape (m, k, k). JᵀWJ.
         """
 
     def moved(self, states: FloatArray, steps: FloatArray) -> FloatArray:

@@ -65,6 +65,8 @@ def solve_tabu(
 ) -> TabuResult:
     """Search from `start` for the least cost in the box between `lower` and `upper`.
 
+    Raises `InputError` when the start is outside the bounds.
+
     Parameters
     ----------
     cost : callable
@@ -72,10 +74,6 @@ def solve_tabu(
         in proportion.
     start : array_like, shape (d,)
     lower, upper : array_like, shape (d,)
-
-    Raises
-    ------
-    InputError : When the start is outside the bounds.
     """
     o = options or TabuOptions()
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)

@@ -97,16 +97,14 @@ def run_error_study(
 ) -> ErrorStudy:
     """Simulate calibrations with errors of the taught points.
 
+    Raises `InputError` when the bound is negative, there are no trials, or the criterion is another.
+
     Parameters
     ----------
     p_part : shape (n, 3). Reference points of the model, mm.
     fitted : callable, optional
         Takes the chunks, and yields the first trial and the errors (trials,) in mm of each, in any order. By default
         they are fitted here, one after another.
-
-    Raises
-    ------
-    InputError : When the bound is negative, there are no trials, or the criterion is another.
     """
     if not (np.isfinite(bound_mm) and bound_mm >= 0) or trials < 1:
         raise InputError(
@@ -169,15 +167,13 @@ def unit_errors(rng: np.random.Generator, shape: tuple[int, int, int], place: Er
 def fit_trials(p: FloatArray, q: FloatArray, criterion: Criterion) -> tuple[FloatArray, FloatArray]:
     """Fit many trials of one set of points at once.
 
+    Returns `R`: ndarray, shape (trials, 3, 3).
+    Returns `t`: ndarray, shape (trials, 3). mm.
+
     Parameters
     ----------
     p : shape (n, 3). Model points about their centroid, mm.
     q : shape (trials, n, 3). Taught points, about where that centroid is, mm.
-
-    Returns
-    -------
-    R : ndarray, shape (trials, 3, 3)
-    t : ndarray, shape (trials, 3). mm.
     """
     source = np.broadcast_to(p, q.shape)
     R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / len(p)))

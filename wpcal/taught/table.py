@@ -228,10 +228,8 @@ def _touch_columns(table: Table) -> tuple[tuple[TouchKind, ...], FloatArray]:
 def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> tuple[PointPairs, PointPairs | None]:
     """Find the model point of every taught point.
 
-    Returns
-    -------
-    pairs : PointPairs. The points to fit, mm.
-    check : PointPairs or None. The points that test the fit.
+    Returns `pairs`: PointPairs. The points to fit, mm.
+    Returns `check`: PointPairs or None. The points that test the fit.
 
     Raises
     ------

@@ -281,6 +281,8 @@ def advise_touches(
 ) -> MovedAdvice:
     """Choose touches on plane faces that lower the largest error of the seams of a weldment most.
 
+    Returns MovedAdvice. The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
+
     Parameters
     ----------
     p_part, normal_part : shape (n, 3). Places that may be touched, and outward normals there; `part`, mm.
@@ -288,10 +290,6 @@ def advise_touches(
     seam_p : shape (k, 3). Points of seams, in `part`, mm.
     seam_normals : shape (k, 3) each. Outward normals of the two faces that meet there: of the wall, of the base.
     seam_bodies : length k. The bodies of these faces.
-
-    Returns
-    -------
-    MovedAdvice. The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
 
     Raises
     ------

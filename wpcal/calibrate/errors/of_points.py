@@ -107,15 +107,13 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
 
     Its two parts are then not independent, so their sum is simulated; the scale is good to 5 %.
 
+    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+
     Parameters
     ----------
     p_base : ndarray, shape (n, 3)
         Moved model points, base frame, mm. Of more than `EXCESS_POINTS` only that many are used, which overstates.
     covariances : shape (n, 3, 3). Of the taught points, mm².
-
-    Returns
-    -------
-    ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
     rng = np.random.default_rng(seed)
     n = len(p_base)

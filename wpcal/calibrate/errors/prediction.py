@@ -237,15 +237,13 @@ def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_f
     Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable. The
     quantiles of this sample hold for all points at once.
 
+    Returns ndarray, shape (JOINT_SAMPLES,). mm, in ascending order. The seed is fixed.
+
     Parameters
     ----------
     points_base : shape (k, 3). Base frame, mm.
     covariance : shape (6, 6). Of ξ, about the base's origin.
     degrees_of_freedom : Infinite if the teaching error is stated.
-
-    Returns
-    -------
-    ndarray, shape (JOINT_SAMPLES,). mm, in ascending order. The seed is fixed.
     """
     points = as_points(points_base, name="points")
     centre = points.mean(axis=0)

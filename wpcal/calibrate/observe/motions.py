@@ -72,15 +72,13 @@ class Motions:
     def moves_at(self, body: IntArray, p_part: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how the cross-sections of points of bodies moved within `part`.
 
+        Returns tuple of ndarray, shapes (n, 3, 3) and (n, 3). Of a body that does not bend, those of `moves`.
+
         Parameters
         ----------
         body : ndarray of int, shape (n,)
             -1: a point that belongs to no body, and stays.
         p_part : shape (n, 3). In the model, mm.
-
-        Returns
-        -------
-        tuple of ndarray, shapes (n, 3, 3) and (n, 3). Of a body that does not bend, those of `moves`.
         """
         R, t = (np.concatenate(pair) for pair in zip(self.moves(), (np.eye(3)[None], np.zeros((1, 3))), strict=True))
         R, t = R[body], t[body]
@@ -133,15 +131,13 @@ class Motions:
     def jacobian(self, body: IntArray, p_part: FloatArray) -> FloatArray:
         """Differentiate moved points by the motions of all bodies and the amplitudes of bending.
 
+        Returns ndarray, shape (n, 3, 6 b + k). Of points in `part`, mm per rad and per mm.
+
         Parameters
         ----------
         body : ndarray of int, shape (n,)
             -1: a point that belongs to no body.
         p_part : shape (n, 3). In the model.
-
-        Returns
-        -------
-        ndarray, shape (n, 3, 6 b + k). Of points in `part`, mm per rad and per mm.
         """
         n, b, bends = len(body), len(self.bodies), self.bodies.bends
         J = np.zeros((n, 3, 6 * b + len(bends)))

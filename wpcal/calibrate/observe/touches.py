@@ -50,15 +50,13 @@ class TouchTargets(Protocol):
     def rough_distances(self, rows: IntArray, points: FloatArray, radius_mm: FloatArray) -> FloatArray:
         """Estimate how far balls are from touching their targets; a distance beyond the end of a target counts as well.
 
+        Returns ndarray, shape (m,). mm.
+
         Parameters
         ----------
         rows : ndarray of int, shape (m,)
         points : shape (m, 3). Centres of the balls in `part`, mm.
         radius_mm : ndarray, shape (m,)
-
-        Returns
-        -------
-        ndarray, shape (m,). mm.
         """
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:

@@ -136,16 +136,14 @@ def search_rotations(
 ) -> RotationSearch:
     """Raise the lower bound to `value` - `tolerance`, or find where a better answer may be.
 
+    Returns RotationSearch. It ends early with the centres whose largest distance is below `value`.
+
     Parameters
     ----------
     p, q : shape (n, 3). Points about their centroids, mm.
     value : Largest distance of the best answer known, mm.
     tolerance : Gap to reach, mm.
     pool : shape (k, n). Weights to try first, rows on the simplex.
-
-    Returns
-    -------
-    RotationSearch. It ends early with the centres whose largest distance is below `value`.
     """
     half = np.pi / 2  # two cells a side hold the ball of rotation vectors of length up to pi
     centres = half * np.array(list(product((-1.0, 1.0), repeat=3)))

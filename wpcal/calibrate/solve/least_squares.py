@@ -36,15 +36,13 @@ def rotation_maximising(B: FloatArray) -> FloatArray:
 def kabsch(p: FloatArray, q: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Fit q ≈ R p + t with the least weighted sum of squares; any leading axes are a batch.
 
+    Returns `R`: ndarray, shape (..., 3, 3).
+    Returns `t`: ndarray, shape (..., 3). mm.
+
     Parameters
     ----------
     p, q : shape (..., n, 3). Source and target points, mm.
     weights : shape (..., n). Not negative, each row summing to one.
-
-    Returns
-    -------
-    R : ndarray, shape (..., 3, 3)
-    t : ndarray, shape (..., 3). mm.
     """
     w = weights[..., None, :]
     p_mean, q_mean = w @ p, w @ q  # (..., 1, 3)
@@ -65,6 +63,9 @@ def fit_least_squares(
 ) -> RigidTransform:
     """Fit the rigid transform with the least (weighted) sum of squared distances, in closed form.
 
+    Raises `GeometryError` when there are fewer than three pairs or they are collinear or coincident.
+    Raises `InputError` when the weights are not n finite numbers that are not negative and not all zero.
+
     Parameters
     ----------
     pairs : At least three pairs that are not collinear, mm.
@@ -76,11 +77,6 @@ def fit_least_squares(
     Returns
     -------
     RigidTransform. ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored sets.
-
-    Raises
-    ------
-    GeometryError : When there are fewer than three pairs or they are collinear or coincident.
-    InputError : When the weights are not n finite numbers that are not negative and not all zero.
 
     Examples
     --------

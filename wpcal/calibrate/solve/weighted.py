@@ -56,17 +56,15 @@ def information_matrices(pairs: PointPairs) -> FloatArray:
 def fit_weighted(pairs: PointPairs) -> RigidTransform:
     """Fit with the covariances of the pairs, by damped least squares from many rotations.
 
+    Raises `InputError` when there are no covariances or one is not positive definite.
+    Raises `GeometryError` when the points do not fix a rotation.
+
     Returns
     -------
     RigidTransform
         The best fit found. Where its residuals are larger than the covariances explain, 24 further rotations are tried.
         Good data have one valley; data with a slip may have several, and nothing proves then that
         no better one exists (`weighted_lower_bound`).
-
-    Raises
-    ------
-    InputError : When there are no covariances or one is not positive definite.
-    GeometryError : When the points do not fix a rotation.
     """
     information = information_matrices(pairs)
     problem = _WeightedSquares(pairs, information)
@@ -153,16 +151,14 @@ def refine_once(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Take one Gauss-Newton step from a fit towards the least Σ r Λ r; any leading axes are a batch.
 
+    Returns `R, t`: ndarray, shapes (..., 3, 3), (..., 3). The fits after the step.
+    Returns `sums`: ndarray, shape (...). Σ r Λ r after the step, as the linear model predicts it.
+
     Parameters
     ----------
     p, q : shape (..., n, 3). mm.
     information : shape (..., n, 3, 3). Λ, mm⁻².
     R, t : shapes (..., 3, 3), (..., 3). The fits.
-
-    Returns
-    -------
-    R, t : ndarray, shapes (..., 3, 3), (..., 3). The fits after the step.
-    sums : ndarray, shape (...). Σ r Λ r after the step, as the linear model predicts it.
     """
     gradient, hessian, sums, centre = _normal_equations(p, q, information, R, t)
     step = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)

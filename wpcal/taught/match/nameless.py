@@ -85,16 +85,14 @@ def match_points(
 ) -> Match:
     """Find which feature each taught point is.
 
+    Raises `GeometryError` when no assignment fits, or the points are too few or on one line.
+    Raises `InputError` when a feature's name is unknown.
+
     Parameters
     ----------
     sigma_mm : float, optional
         Teaching error: standard deviation per axis; by default the largest that the points state themselves, or
         `wpcal.calibrate.errors.prediction.USUAL_SIGMA_MM`.
-
-    Raises
-    ------
-    GeometryError : When no assignment fits, or the points are too few or on one line.
-    InputError : When a feature's name is unknown.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     sigma = _stated_sigma(taught, used) if sigma_mm is None else sigma_mm

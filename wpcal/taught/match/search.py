@@ -75,15 +75,13 @@ def find_assignments(
 
     Two taught points may be one model point: it was touched twice.
 
+    Returns Assignments. Mirrored ones are not among them.
+
     Parameters
     ----------
     p_part : shape (N, 3). Points of the model, mm, no two at one place (both would be an answer).
     p_base : shape (n, 3). Taught points, mm; n ≥ 3.
     allowed : length n. The model points that each taught point may be; None for any.
-
-    Returns
-    -------
-    Assignments. Mirrored ones are not among them.
 
     Raises
     ------

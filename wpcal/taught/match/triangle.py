@@ -86,15 +86,13 @@ def fit_triangles(points: FloatArray, rows: IntArray, triangle: Triangle) -> Tri
 def choose_triangle(points: FloatArray, taught: FloatArray, candidates: IntArray, limit: float) -> Triangle:
     """Choose the taught triangle that fewest triangles of the model resemble.
 
+    Raises `GeometryError` when no triangle is wide enough for the teaching error.
+
     Parameters
     ----------
     points : shape (N, 3). Of the model, mm.
     taught : shape (n, 3). mm.
     candidates : shape (n,). Number of model points that each taught point may be.
-
-    Raises
-    ------
-    GeometryError : When no triangle is wide enough for the teaching error.
     """
     rows = _far_apart(taught, candidates)
     near = _partners(points, taught[rows], limit) * candidates[rows] / len(points)  # [a, b]: images of b for one of a

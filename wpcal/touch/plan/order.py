@@ -106,15 +106,13 @@ class Air:
 def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntArray, dict[tuple[int, int], FloatArray]]:
     """Return the shortest order, and the points on the way from each search to the next.
 
+    Returns `order`: ndarray of int, shape (n,).
+    Returns `ways`: dict. By pairs of searches that follow each other; a pair without a free way is not there.
+
     Parameters
     ----------
     approach : ndarray, shape (n, 3)
     R : shape (n, 3, 3). Axes of the tool as columns.
-
-    Returns
-    -------
-    order : ndarray of int, shape (n,)
-    ways : dict. By pairs of searches that follow each other; a pair without a free way is not there.
     """
     n = len(approach)
     ways: dict[tuple[int, int], FloatArray] = {}
