@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.observe.bodies import Bodies, Contacts, TackTolerance
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches, TouchTargets
 from wpcal.calibrate.plane_touches import Planes
@@ -85,7 +85,7 @@ def uprights(touches_each: int, *, on_base: int = 6) -> Weldment:
     return Weldment(bodies, points, normals, np.array(body), Planes(points, normals))
 
 
-def contacts_of_uprights(sigma_mm: float) -> Contacts:
+def contacts_of_uprights(sigma_mm: float) -> KeptContacts:
     """Corners of the feet of the four uprights of `tests.weldments.uprights`, with the base."""
     part = uprights(2)
     p, second = [], []
@@ -97,4 +97,4 @@ def contacts_of_uprights(sigma_mm: float) -> Contacts:
         second += [b] * 4
     k = len(p)
     up = np.tile([0.0, 0.0, 1.0], (k, 1))
-    return Contacts(np.array(p), up, np.zeros(k, dtype=np.int64), np.array(second), np.full(k, sigma_mm))
+    return KeptContacts(np.array(p), up, np.zeros(k, dtype=np.int64), np.array(second), np.full(k, sigma_mm))

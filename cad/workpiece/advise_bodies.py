@@ -11,8 +11,8 @@ from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
 from cad.workpiece.touched_bodies import bodies_at, bodies_of
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate.errors.of_bodies import MeetingPoints
-from wpcal.calibrate.observe.bodies import Contacts
-from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.bodies import KeptContacts
+from wpcal.calibrate.observe.contacts import find_kept_contacts
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.core.arrays import FloatArray
@@ -41,10 +41,10 @@ def tacked_bodies(
     """
     require_seams(seams)
     part = find_bodies(workpiece.trimmed, choice)
-    contacts, gap_mm = Contacts.none(), seam_options.gap_for(workpiece.graph)
+    contacts, gap_mm = KeptContacts.none(), seam_options.gap_for(workpiece.graph)
     if choice.keeps_contacts:
         sigma_mm = choice.contact_sigma_mm or gap_mm * USUAL_CONTACT_SHARE
-        contacts = find_contacts(workpiece.trimmed, part.face_body, gap_mm=gap_mm, sigma_mm=sigma_mm)
+        contacts = find_kept_contacts(workpiece.trimmed, part.face_body, gap_mm=gap_mm, sigma_mm=sigma_mm)
     return Tacked(part.bodies, part.face_body, _seam_points(workpiece, seams, part), contacts)
 
 

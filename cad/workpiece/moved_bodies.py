@@ -15,15 +15,15 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
 from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
-from wpcal.calibrate.observe.bodies import Contacts
-from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.bodies import KeptContacts
+from wpcal.calibrate.observe.contacts import find_kept_contacts
 from wpcal.calibrate.observe.targets import points_as_touches
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solver_report import SolverReport
 from wpcal.calibrate.trust.bodies import BodiesEvidence
 from wpcal.calibrate.trust.criteria import RIVAL, SILENT, TWO_BODIES, Criterion
-from wpcal.calibrate.trust.verdict import judge
+from wpcal.calibrate.trust.verdict import judge_evidence
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
@@ -50,7 +50,7 @@ class MovedWorkpiece:
     errors: tuple[MeetingErrors, ...]  #: At the frames of each seam.
     #: Members count as in contact up to this gap (`SeamOptions.gap_for`); a wider one is told per seam.
     gap_limit_mm: float
-    contacts: Contacts | None = None  #: Where bodies were kept on each other.
+    contacts: KeptContacts | None = None  #: Where bodies were kept on each other.
     contact_sigma_mm: float = 0.0  #: How far they may come apart: standard deviation.
     source: BodiesSource | None = None  #: The file that names the bodies.
 
@@ -180,7 +180,7 @@ def fit_weldment(
     gap_limit_mm = options.seams.gap_for(workpiece.graph)
     contacts, sigma_mm = None, choice.contact_sigma_mm or gap_limit_mm * USUAL_CONTACT_SHARE
     if choice.keeps_contacts:
-        contacts = find_contacts(workpiece.trimmed, part.face_body, gap_mm=gap_limit_mm, sigma_mm=sigma_mm)
+        contacts = find_kept_contacts(workpiece.trimmed, part.face_body, gap_mm=gap_limit_mm, sigma_mm=sigma_mm)
     found = fit_moved_bodies(
         touches,
         body,
@@ -273,7 +273,7 @@ def _judged(
         solver=_then_bodies(rigid.solver),
         sigma=sigma,
         covariance=fit.covariance[:6, :6],
-        judgement=judge(evidence),
+        judgement=judge_evidence(evidence),
         criteria=None,
         issues=tuple(issue for issue in rigid.issues if issue.code in STILL_TRUE),
         distrusted=None,

@@ -20,7 +20,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.progress import no_progress
 from wpcal.touch.plan import Pattern, TouchOptions, TouchPart, plan_touches
-from wpcal.touch.plan.candidates import find_candidates, thinned
+from wpcal.touch.plan.candidates import find_searches, thinned
 from wpcal.touch.plan.part import PartPlace
 from wpcal.touch.plan.patterns import choose_touches
 from wpcal.touch.plan.plan_touches import design_of
@@ -40,7 +40,7 @@ def best_classical(part: TouchPart, options: TouchOptions) -> list[Search]:
     up = np.array([0.0, 0.0, 1.0])
     place = PartPlace.of(part.trimmed, up)
     materials = [ExactMaterial(part.graph, part.trimmed)]
-    found = find_candidates(part.graph, part.trimmed, materials, place, options, no_progress)
+    found = find_searches(part.graph, part.trimmed, materials, place, options, no_progress)
     cos = found.strokes.contacts.cos_angle
     straight = found.strokes.select((cos < STRAIGHT) | (cos > 1.0 - STRAIGHT**2 / 2.0))
     strokes = thinned(straight, place)

@@ -11,7 +11,7 @@ import numpy as np
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.observe.points import PointProblem
 from wpcal.calibrate.trust.criteria import BLUNDER, Criterion
-from wpcal.calibrate.trust.verdict import VerdictEvidence, VerdictKind, judge
+from wpcal.calibrate.trust.verdict import VerdictEvidence, VerdictKind, judge_evidence
 from wpcal.calibrate.trust.without import compare_without
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -71,7 +71,7 @@ def run_verdict_study(
         distrusted = (
             compare_without(problem, wrong, criterion, seam_points=seam_points, known=(fit,)) if wrong else None
         )
-        verdict = judge(
+        verdict = judge_evidence(
             VerdictEvidence(
                 fit=fit,
                 names=names,

@@ -10,8 +10,8 @@ import pytest
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.weldments import contacts_of_uprights, uprights
-from wpcal.calibrate.observe.bodies import Contacts
-from wpcal.calibrate.observe.contacts import find_contacts
+from wpcal.calibrate.observe.bodies import KeptContacts
+from wpcal.calibrate.observe.contacts import find_kept_contacts
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import InputError
@@ -27,7 +27,7 @@ def part() -> tuple[Workpiece, PartBodies]:
 
 def test_each_upright_lies_on_the_base_with_four_corners(part: tuple[Workpiece, PartBodies]) -> None:
     workpiece, bodies = part
-    found = find_contacts(workpiece.trimmed, bodies.face_body, gap_mm=0.5, sigma_mm=0.3)
+    found = find_kept_contacts(workpiece.trimmed, bodies.face_body, gap_mm=0.5, sigma_mm=0.3)
     names = bodies.bodies.names
     pairs = [{names[a], names[b]} for a, b in zip(found.first, found.second, strict=True)]
     for number in range(1, 5):
@@ -44,7 +44,7 @@ def test_each_upright_lies_on_the_base_with_four_corners(part: tuple[Workpiece, 
 
 def test_faces_of_one_body_do_not_touch_each_other(part: tuple[Workpiece, PartBodies]) -> None:
     workpiece, bodies = part
-    assert not len(find_contacts(workpiece.trimmed, np.zeros_like(bodies.face_body), gap_mm=0.5, sigma_mm=0.3))
+    assert not len(find_kept_contacts(workpiece.trimmed, np.zeros_like(bodies.face_body), gap_mm=0.5, sigma_mm=0.3))
 
 
 def test_a_kept_contact_gives_height_and_tilt_that_no_touch_sees() -> None:
@@ -74,7 +74,7 @@ def test_a_loose_contact_changes_nothing() -> None:
     np.testing.assert_allclose(kept.motions.v_mm, free.motions.v_mm, rtol=0, atol=1e-6)
 
 
-def gaps(motions: Motions, contacts: Contacts) -> np.ndarray:
+def gaps(motions: Motions, contacts: KeptContacts) -> np.ndarray:
     apart = motions.apply(contacts.first, contacts.p_part) - motions.apply(contacts.second, contacts.p_part)
     return np.einsum("ki,ki->k", apart, contacts.normal_part)
 

@@ -15,7 +15,7 @@ from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.calibrate.trust.bodies import BodiesEvidence
-from wpcal.calibrate.trust.verdict import VerdictKind, VerdictReason, judge
+from wpcal.calibrate.trust.verdict import VerdictKind, VerdictReason, judge_evidence
 from wpcal.core.issue import Issue
 
 SIGMA_MM, GAP_MM = 0.2, 0.25
@@ -88,7 +88,9 @@ def test_the_verdict_is_one_line_on_the_contacts(apart_mm: float) -> None:
     points = MeetingPoints.on(part.body, found.fit.paired(touches, part.body).p_source)
     none: tuple[Issue, ...] = ()
     sigma = Sigma(SIGMA_MM, SigmaSource.STATED)
-    verdict = judge(BodiesEvidence(found, touches.names, points, ["W1"] * len(part.body), sigma, 0.0, None, none, 5.0))
+    verdict = judge_evidence(
+        BodiesEvidence(found, touches.names, points, ["W1"] * len(part.body), sigma, 0.0, None, none, 5.0)
+    )
     if apart_mm:
         assert (verdict.kind, verdict.reason) == (VerdictKind.FAIL, VerdictReason.CONTRADICTION)
         assert "contradict these contacts" in verdict.sentence

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.weldments import Weldment, uprights
-from wpcal.calibrate.observe.bodies import Bodies, Contacts, TackTolerance
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Nearest, Touches
 from wpcal.calibrate.solve.bodies_problem import Problem
@@ -36,7 +36,7 @@ class Hole:
 def problem_of(part: Weldment, touches: Touches) -> Problem:
     T = RigidTransform.identity(target="base", source="part")
     touches = replace(touches, covariances=np.tile(SIGMA_MM**2 * np.eye(3), (len(touches), 1, 1)))
-    return Problem.of(touches, part.body, part.bodies, Contacts.none(), T)
+    return Problem.of(touches, part.body, part.bodies, KeptContacts.none(), T)
 
 
 def added(part: Weldment) -> FloatArray:

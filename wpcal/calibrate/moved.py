@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from wpcal.calibrate.observe.bending import MODES
-from wpcal.calibrate.observe.bodies import Bodies, Contacts
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
 from wpcal.calibrate.solve.bodies_problem import Whitened
@@ -205,7 +205,7 @@ def fit_moved_bodies(
     *,
     sigma_mm: float | None = None,
     estimate: bool = True,
-    contacts: Contacts | None = None,
+    contacts: KeptContacts | None = None,
     seed: int = 0,
 ) -> MovedBodies:
     """Fit a weldment whose bodies may have moved, and judge whether they did.

@@ -33,7 +33,7 @@ from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.residuals import ResidualEvidence
 from wpcal.calibrate.trust.silent import SilentSearches, silent_issues
 from wpcal.calibrate.trust.touch_evidence import TouchEvidence
-from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge, verdict_issues
+from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge_evidence, verdict_issues
 from wpcal.calibrate.trust.without import Distrusted, compare_without
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FrameError, GeometryError, InputError
@@ -170,7 +170,7 @@ def calibrate(
         covariance=fit.covariance,
         sigma=fit.sigma,
         teaching=model,
-        judgement=judge(
+        judgement=judge_evidence(
             VerdictEvidence(
                 fit=fit,
                 names=observed.names,

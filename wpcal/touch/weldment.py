@@ -22,7 +22,7 @@ import numpy as np
 
 from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, joint_error, meeting_jacobian
 from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
-from wpcal.calibrate.observe.bodies import Bodies, Contacts
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
@@ -41,7 +41,7 @@ class MovedModel:
     centre_part: FloatArray  #: shape (3,). About which the whole turns, in `part`, mm.
     length_mm: float  #: Of the part: a turn of the whole counts as the way at this distance.
     shared: int = 0  #: Number s of errors that all touches share.
-    contacts: Contacts = field(default_factory=Contacts.none)  #: Contacts between bodies that are kept.
+    contacts: KeptContacts = field(default_factory=KeptContacts.none)  #: Between bodies that stay on each other.
 
     @property
     def size(self) -> int:
@@ -116,7 +116,7 @@ class Tacked:
     bodies: Bodies
     face_body: IntArray  #: shape (F,). The body of every face; -1: it does not move.
     seams: SeamPoints  #: Where the error counts.
-    contacts: Contacts = field(default_factory=Contacts.none)
+    contacts: KeptContacts = field(default_factory=KeptContacts.none)
 
     def model(self, shared: int = 0) -> MovedModel:
         """Return its linear model, with a number of errors that all touches share."""

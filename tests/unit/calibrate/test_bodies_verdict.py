@@ -13,7 +13,7 @@ from wpcal.calibrate.errors.of_bodies import MeetingPoints
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.bodies import BodiesEvidence, unchecked_touches
-from wpcal.calibrate.trust.verdict import Verdict, VerdictKind, VerdictReason, judge
+from wpcal.calibrate.trust.verdict import Verdict, VerdictKind, VerdictReason, judge_evidence
 from wpcal.core.issue import Issue
 
 SIGMA_MM = 0.05
@@ -43,7 +43,7 @@ def judged(
     points = MeetingPoints.on(part.body, pairs.p_source)
     seams = ["W1"] * len(part.body)
     sigma = Sigma(sigma_mm, source)
-    return judge(BodiesEvidence(moved, touches.names, points, seams, sigma, 0.0, check, issues, tolerance_mm))
+    return judge_evidence(BodiesEvidence(moved, touches.names, points, seams, sigma, 0.0, check, issues, tolerance_mm))
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,9 @@ def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_eac
     assert (moved.far, moved.wrong) == (("U3",), ())
     points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
     stated = Sigma(SIGMA_MM, SigmaSource.STATED)
-    found = judge(BodiesEvidence(moved, touches.names, points, ["W1"] * len(part.body), stated, 0.0, None, (), 50.0))
+    found = judge_evidence(
+        BodiesEvidence(moved, touches.names, points, ["W1"] * len(part.body), stated, 0.0, None, (), 50.0)
+    )
     assert found.kind is VerdictKind.FAIL
     assert found.sentence.startswith("body U3 is farther from its place in the model"), found.sentence
     assert "state a larger tolerance" in found.sentence

@@ -10,7 +10,7 @@ import pytest
 
 from tests.weldments import Weldment, uprights
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
-from wpcal.calibrate.observe.bodies import Contacts, TackTolerance
+from wpcal.calibrate.observe.bodies import KeptContacts, TackTolerance
 from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
@@ -154,7 +154,7 @@ def test_a_kept_contact_keeps_the_gap() -> None:
     foot = PART.bodies.centroid_part[1:] * [1.0, 1.0, 0.0]
     wall, base = np.arange(1, 5), np.zeros(4, dtype=np.int64)
     up, along = (np.tile(axis, (4, 1)) for axis in ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]))
-    kept = Contacts(foot, up, wall, base, np.full(4, 1e-3))
+    kept = KeptContacts(foot, up, wall, base, np.full(4, 1e-3))
     for part, gap_mm in ((tacked(PART), 1.0), (replace(tacked(PART), contacts=kept), 1e-3)):
         model = part.model()
         C = np.linalg.inv(model.prior())

@@ -37,7 +37,7 @@ class TackTolerance:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Contacts:
+class KeptContacts:
     """Points at which two bodies touch: a tacked plate stays on the face below it, within the gap of the joint."""
 
     p_part: FloatArray  #: shape (k, 3). In `part`, mm.
@@ -51,13 +51,13 @@ class Contacts:
         return len(self.p_part)
 
     @classmethod
-    def joined(cls, parts: Sequence[Contacts]) -> Contacts:
+    def joined(cls, parts: Sequence[KeptContacts]) -> KeptContacts:
         """Return the contacts of all parts."""
         names = ("p_part", "normal_part", "first", "second", "sigma_mm")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
     @classmethod
-    def none(cls) -> Contacts:
+    def none(cls) -> KeptContacts:
         """No contact is kept."""
         empty = np.zeros((0, 3))
         return cls(empty, empty, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0))

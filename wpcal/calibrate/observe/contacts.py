@@ -1,7 +1,7 @@
 """Where bodies of a part lie on each other: plane faces that touch, face to face.
 
-A tacked plate stays on the face below it. With `Contacts` the fit keeps each such face within the gap of the joint: the
-tilt of an upright and its height then follow the base, also where no touch sees them.
+A tacked plate stays on the face below it. With `KeptContacts` the fit keeps each such face within the gap of the joint:
+the tilt of an upright and its height then follow the base, also where no touch sees them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.calibrate.observe.bodies import Contacts
+from wpcal.calibrate.observe.bodies import KeptContacts
 from wpcal.core.arrays import FloatArray, IntArray
 
 PARALLEL_RAD = 0.01  #: Faces that lie on each other are parallel to half a degree; a welded-on wedge is not.
@@ -26,11 +26,11 @@ FLUSH_MM = 0.1
 HELD = 3  #: A plane contact holds one height and two tilts. More points share the weight of three.
 
 
-def find_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, sigma_mm: float) -> Contacts:
+def find_kept_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, sigma_mm: float) -> KeptContacts:
     """Find where plane faces of two bodies lie on each other.
 
     `face_body`: shape (F,). The body of every face; -1: it does not move.
-    Returns Contacts. Three or four points for each pair of faces, at the ends of the overlap.
+    Returns KeptContacts. Three or four points for each pair of faces, at the ends of the overlap.
     """
     face, at, normal = _plane_faces(trimmed)
     i, j = _facing(trimmed, face, at, normal, gap_mm)
@@ -41,15 +41,15 @@ def find_contacts(trimmed: TrimmedFaces, face_body: IntArray, *, gap_mm: float, 
     plane = np.round(np.column_stack([normal[i] / PARALLEL_RAD, np.einsum("ni,ni->n", at[i], normal[i]) / gap_mm]))
     of_pair = np.column_stack([face_body[face[i]], face_body[face[j]], plane])
     patches, patch = np.unique(of_pair, axis=0, return_inverse=True)
-    found = [Contacts.none()]
+    found = [KeptContacts.none()]
     for number in range(len(patches)):
         own = int(np.flatnonzero(patch == number)[0])
         p = _corners(points[patch[pair] == number], normal[i[own]])
         ones = np.ones(len(p), dtype=np.int64)
         sigma = np.full(len(p), sigma_mm * math.sqrt(max(len(p), HELD) / HELD))
         normals = np.tile(normal[i[own]], (len(p), 1))
-        found.append(Contacts(p, normals, ones * face_body[face[i[own]]], ones * face_body[face[j[own]]], sigma))
-    return Contacts.joined(found)
+        found.append(KeptContacts(p, normals, ones * face_body[face[i[own]]], ones * face_body[face[j[own]]], sigma))
+    return KeptContacts.joined(found)
 
 
 def _plane_faces(trimmed: TrimmedFaces) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -24,10 +24,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from wpcal.calibrate.observe.bodies import Bodies, Contacts
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions, left_jacobian
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.solve.bodies_problem import LEAST_HELD, Problem, State, Whitened, linearised_each, touched_poses
+from wpcal.calibrate.solve.bodies_problem import (
+    LEAST_HELD,
+    BodiesState,
+    Problem,
+    Whitened,
+    linearised_each,
+    touched_poses,
+)
 from wpcal.calibrate.solve.curved import on_curved_faces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ConvergenceError, GeometryError, InputError
@@ -88,7 +95,7 @@ def fit_bodies(
     start: RigidTransform,
     *,
     sigma_mm: float | None = None,
-    contacts: Contacts | None = None,
+    contacts: KeptContacts | None = None,
 ) -> BodiesFit:
     """Fit the pose of a weldment and a small motion of every body.
 
@@ -109,7 +116,7 @@ def fit_bodies(
         if sigma_mm is None or not 0.0 < sigma_mm < math.inf:
             raise InputError("the bodies' motions need the error of the touches: state it (sigma_mm)")
         touches = replace(touches, covariances=np.tile(sigma_mm**2 * np.eye(3), (len(touches), 1, 1)))
-    problem = Problem.of(touches, body, bodies, contacts or Contacts.none(), start)
+    problem = Problem.of(touches, body, bodies, contacts or KeptContacts.none(), start)
     first = problem.state(Motions.rigid(bodies, start), problem.first)
     _require_held(problem, first)
     problem = on_curved_faces(problem, first)
@@ -121,7 +128,7 @@ def fit_bodies(
     return fit
 
 
-def _settled(problem: Problem, first: State) -> State:
+def _settled(problem: Problem, first: BodiesState) -> BodiesState:
     """Return the state of least cost near the first one.
 
     Gauss-Newton settles in 5 to 8 steps where the touches hold all bodies. Where they leave one almost free, it is
@@ -155,7 +162,7 @@ def _settled(problem: Problem, first: State) -> State:
     return state
 
 
-def _polished(problem: Problem, state: State, still: float) -> tuple[State, float]:
+def _polished(problem: Problem, state: BodiesState, still: float) -> tuple[BodiesState, float]:
     """Follow Gauss-Newton below the round-off of the cost, and return the slope there too, in standard deviations.
 
     The cost of a hundred touches has a round-off of 1e-14, which hides steps of 1e-7 standard deviations.
@@ -199,7 +206,7 @@ def _require_bodies_held(fit: BodiesFit, body: IntArray) -> None:
             )
 
 
-def _require_held(problem: Problem, state: State) -> None:
+def _require_held(problem: Problem, state: BodiesState) -> None:
     """Refuse touches that leave a motion of the whole free: then no motion of a body is known either."""
     _, H = problem.normal_equations(state)
     values = np.linalg.eigvalsh(H[:6, :6])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wpcal.calibrate.observe.bodies import Bodies, Contacts
+from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions, left_jacobian
 from wpcal.calibrate.observe.touches import Linearised, Touches
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -51,7 +51,7 @@ class Whitened:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class State:
+class BodiesState:
     """Motions with the residuals there."""
 
     motions: Motions
@@ -73,13 +73,15 @@ class Problem:
     shared: FloatArray  #: shape (n, 3, s).
     body: IntArray
     bodies: Bodies
-    contacts: Contacts
+    contacts: KeptContacts
     scales: FloatArray  #: shape (6 b + k,). `Bodies.all_scales`.
     pivot: FloatArray
     length_mm: float
 
     @classmethod
-    def of(cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: Contacts, start: RigidTransform) -> Problem:
+    def of(
+        cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: KeptContacts, start: RigidTransform
+    ) -> Problem:
         """Build it for n touches near a rigid fit; `body` has the shape (n,)."""
         pivot = touches.p_base.mean(axis=0)
         reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
@@ -93,20 +95,20 @@ class Problem:
         """No shared error, shape (s,)."""
         return np.zeros(self.shared.shape[2])
 
-    def state(self, motions: Motions, shared: FloatArray) -> State:
+    def state(self, motions: Motions, shared: FloatArray) -> BodiesState:
         """Return a state with its residuals; `shared` has the shape (s,)."""
         touched = replace(self.touches, p_base=self.touches.p_base - self.shared @ shared)
         at = linearised_each(touched, *touched_poses(touched, self.body, motions))
-        return State(motions, at, at.information(self.own), self._gaps(motions), shared)
+        return BodiesState(motions, at, at.information(self.own), self._gaps(motions), shared)
 
-    def cost(self, state: State) -> float:
+    def cost(self, state: BodiesState) -> float:
         """Return the sum of squares."""
         d = state.at.d
         u = self._scaled(state.motions)
         touched = float(np.einsum("ni,nij,nj->", d, state.weights, d))
         return touched + float(np.sum(u**2)) + float(np.sum(state.gaps**2)) + float(np.sum(state.shared**2))
 
-    def normal_equations(self, state: State) -> tuple[FloatArray, FloatArray]:
+    def normal_equations(self, state: BodiesState) -> tuple[FloatArray, FloatArray]:
         """Return the gradient and the normal matrix, shapes (k,) and (k, k)."""
         J = self.jacobian(state)
         WJ = (state.weights @ J).reshape(-1, J.shape[2])
@@ -128,7 +130,7 @@ class Problem:
         by, b = step[self.of_bodies] * self.scales, 6 * len(self.bodies)
         return by[:b].reshape(-1, 6), by[b:]
 
-    def moved(self, state: State, step: FloatArray) -> State:
+    def moved(self, state: BodiesState, step: FloatArray) -> BodiesState:
         """Move the whole and its bodies by a step of shape (k,).
 
         Bodies go with the whole, or each keeps the place in the base it steps to. Both are the same to first order.
@@ -137,7 +139,7 @@ class Problem:
         """
         return min((self.with_whole(state, step), self.in_place(state, step)), key=self.cost)
 
-    def with_whole(self, state: State, step: FloatArray) -> State:
+    def with_whole(self, state: BodiesState, step: FloatArray) -> BodiesState:
         """Move the bodies within the part by a step of shape (k,)."""
         motions, (by, bent) = state.motions, self._by_bodies(step)
         whole = self._whole(motions.T_base_part, step)
@@ -145,7 +147,7 @@ class Problem:
         moved = Motions(self.bodies, whole, omega, v, motions.bend_mm + bent)
         return self.state(moved, state.shared + step[self.of_bodies.stop :])
 
-    def in_place(self, state: State, step: FloatArray) -> State:
+    def in_place(self, state: BodiesState, step: FloatArray) -> BodiesState:
         """Move the bodies within the base by a step of shape (k,)."""
         motions, (by, bent) = state.motions, self._by_bodies(step)
         T, c = motions.T_base_part, self.bodies.centroid_part
@@ -163,18 +165,18 @@ class Problem:
         t = turn @ (T.t_mm - self.pivot) + self.pivot + step[3:6]
         return RigidTransform(turn @ T.R, t, target=T.target, source=T.source)
 
-    def jacobian(self, state: State) -> FloatArray:
+    def jacobian(self, state: BodiesState) -> FloatArray:
         """Derivative of the residuals by the unknowns, shape (n, 3, 6 + 6 b + k + s)."""
         return np.asarray(-state.at.A @ self.material_jacobian(state))
 
-    def material_jacobian(self, state: State) -> FloatArray:
+    def material_jacobian(self, state: BodiesState) -> FloatArray:
         """Derivative of the touched places of the bodies, in `base`, by the unknowns, shape (n, 3, 6 + 6 b + k + s)."""
         at, T = state.at, state.motions.T_base_part
         whole = point_jacobian(at.centre - self.pivot) / np.repeat([self.length_mm, 1.0], 3)
         by_bodies = T.R @ (state.motions.jacobian(self.body, at.contact_part) * self.scales)
         return np.concatenate([whole, by_bodies, self.shared], axis=2)
 
-    def covariances(self, state: State) -> tuple[FloatArray, FloatArray]:
+    def covariances(self, state: BodiesState) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""
         _, H = self.normal_equations(state)
         kept = self.of_bodies.stop
@@ -185,7 +187,7 @@ class Problem:
         S[6:, 6:] = np.diag(self.scales)
         return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
 
-    def whitened(self, state: State) -> Whitened:
+    def whitened(self, state: BodiesState) -> Whitened:
         """Return the linear model at a state; contacts count as touches of a gap of zero.
 
         Errors that all touches share join the pose: the touches are judged without what such an error explains.

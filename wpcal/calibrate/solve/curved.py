@@ -22,7 +22,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wpcal.calibrate.solve.bodies_problem import Problem, State, touched_poses
+from wpcal.calibrate.solve.bodies_problem import BodiesState, Problem, touched_poses
 
 NODES, WEIGHT = math.sqrt(3.0), 1.0 / 6.0
 """Gauss-Hermite with three nodes along each axis is exact for the square of a curvature; the one in the middle is 0."""
@@ -32,7 +32,7 @@ MOST_MM = 5.0
 LEAST_SHARE = 0.02  #: Of the variance of a touch: a smaller second moment changes no error by more than 1 %.
 
 
-def on_curved_faces(problem: Problem, first: State) -> Problem:
+def on_curved_faces(problem: Problem, first: BodiesState) -> Problem:
     """Return the problem with the variance that touches on curved faces have besides.
 
     Returns

@@ -21,7 +21,7 @@ from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, joint_e
 from wpcal.calibrate.errors.prediction import Sigma, SigmaSource
 from wpcal.calibrate.moved import MovedBodies
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
-from wpcal.calibrate.trust.verdict import CheckPoints, Finding, Predicted, VerdictReason
+from wpcal.calibrate.trust.verdict import CheckPoints, Ground, Predicted, VerdictReason
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
@@ -59,7 +59,7 @@ class BodiesEvidence:
         told = f"{moved.sentence()}; {moved.tolerances_sentence()}"
         return Predicted(seam, float(own[worst[0]]) + self.bias_mm, error_mm, 0.0, told)
 
-    def contradictions(self, _: Predicted) -> Iterator[Finding]:
+    def contradictions(self, _: Predicted) -> Iterator[Ground]:
         """Name touches, contacts or bodies that the others contradict, then residuals that nothing explains."""
         moved, contacts = self.moved, self.moved.contacts
         is_broken = contacts is not None and bool(contacts.broken)
@@ -67,35 +67,35 @@ class BodiesEvidence:
             holding = contacts is not None and not is_broken
             kept, remedy = (" and stay on each other", ", or calibrate without --contacts") if holding else ("", "")
             what = f"the other touches contradict {listed(moved.wrong)}, also if bodies moved{kept}"
-            yield Finding(VerdictReason.CONTRADICTION, what, f"touch there again{remedy}")
+            yield Ground(VerdictReason.CONTRADICTION, what, f"touch there again{remedy}")
         if is_broken:
             remedy = "calibrate without --contacts, or allow a wider gap (--contacts MM)"
-            yield Finding(VerdictReason.CONTRADICTION, moved.contacts_sentence(), remedy)
+            yield Ground(VerdictReason.CONTRADICTION, moved.contacts_sentence(), remedy)
         if moved.doubtful:
-            yield Finding(VerdictReason.CONTRADICTION, moved.far_sentence())
+            yield Ground(VerdictReason.CONTRADICTION, moved.far_sentence())
         if self.sigma.source is SigmaSource.STATED and _is_too_large(moved):
             what = (
                 f"the residuals are larger than the stated error of the touches ({self.sigma.mm:.3g} mm per axis) and "
                 "the motions of the bodies explain: a body is bent or differs from its model, or the stated error is "
                 "too small"
             )
-            yield Finding(VerdictReason.STATED_ERROR, moved.far_sentence() if moved.far else what)
+            yield Ground(VerdictReason.STATED_ERROR, moved.far_sentence() if moved.far else what)
 
-    def doubts(self, _: Predicted) -> Iterator[Finding]:
+    def doubts(self, _: Predicted) -> Iterator[Ground]:
         """Name touches that nothing tests, bodies that are too far away, and residuals that are larger than usual."""
         unchecked = unchecked_touches(self.moved, self.touch_names, self.sigma.mm)
         if unchecked:
             remedy = "if one is wrong, it looks like a motion of its body. Touch its body once more, on the same face"
-            yield Finding(VerdictReason.UNCHECKED, f"nothing tests {listed(unchecked)}", remedy)
+            yield Ground(VerdictReason.UNCHECKED, f"nothing tests {listed(unchecked)}", remedy)
         if self.moved.far:
-            yield Finding.told(VerdictReason.LARGE_RESIDUALS, self.moved.far_sentence())
+            yield Ground.told(VerdictReason.LARGE_RESIDUALS, self.moved.far_sentence())
         if self.sigma.source is not SigmaSource.STATED and _is_too_large(self.moved):
             what = (
                 f"careful touches ({self.sigma.mm:g} mm per axis) and the motions of the bodies do not explain the "
                 "residuals"
             )
             remedy = "look for a bent plate or a wrong model, or state the error of the touches"
-            yield Finding(VerdictReason.LARGE_RESIDUALS, what, remedy)
+            yield Ground(VerdictReason.LARGE_RESIDUALS, what, remedy)
 
     def checked(self) -> CheckPoints | None:
         """Return the touches that test the fit."""

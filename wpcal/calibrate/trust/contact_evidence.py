@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.special import chdtrc
 
-from wpcal.calibrate.observe.bodies import Contacts
+from wpcal.calibrate.observe.bodies import KeptContacts
 from wpcal.calibrate.solve.bodies_problem import Whitened
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
 from wpcal.core.arrays import FloatArray, IntArray
@@ -50,7 +50,7 @@ class ContactEvidence:
     broken: tuple[BrokenContact, ...]  #: Those that do not hold, the worst first.
 
 
-def judge_contacts(touched: Whitened, contacts: Contacts, wrong: IntArray) -> tuple[ContactEvidence, Whitened]:
+def judge_contacts(touched: Whitened, contacts: KeptContacts, wrong: IntArray) -> tuple[ContactEvidence, Whitened]:
     """Judge whether kept contacts hold, with a false alarm in 1 % of the parts.
 
     The pair of bodies whose contacts contradict most is left out, and the others are judged again.

@@ -3,8 +3,8 @@
 The verdict is about the error of the seams, not about the residuals: a fit of three points has small residuals and a
 large error, a fit of many points large residuals and a small error. Residuals are compared with the teaching error.
 
-`judge` holds the order of the rules and all rules that are the same for every kind of observation. What only points and
-touches know is in `VerdictEvidence`, what only moved bodies know in `wpcal.calibrate.trust.bodies.BodiesEvidence`.
+`judge_evidence` holds the order of the rules and the rules of all kinds of observations. What only points and touches
+know is in `VerdictEvidence`, what only moved bodies know in `wpcal.calibrate.trust.bodies.BodiesEvidence`.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Ground:
     """Why a verdict is not `PASS`, and what to do; without a remedy a further observation is asked for."""
 
     reason: VerdictReason
@@ -134,7 +134,7 @@ class Finding:
     remedy: str = ""
 
     @classmethod
-    def told(cls, reason: VerdictReason, message: str) -> Finding:
+    def told(cls, reason: VerdictReason, message: str) -> Ground:
         """Take a message apart that says what is wrong, a colon, and what to do."""
         what, _, remedy = message.partition(": ")
         return cls(reason, what, remedy)
@@ -172,7 +172,7 @@ class CheckPoints:
         return cls(pairs.names, np.linalg.norm(pairs.p_target - moved, axis=1), limits)
 
 
-def judge(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
+def judge_evidence(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
     """Decide whether the seams are shown to be within the tolerance.
 
     Notes
@@ -193,13 +193,13 @@ def judge(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None
     return Verdict(VerdictKind.PASS, evidence.passed(shown), shown.seam, VerdictReason.WITHIN, shown.error_mm)
 
 
-def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Finding]:
+def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Ground]:
     """Say why the fit is shown to be wrong; the first finding counts."""
     yield from evidence.contradictions(shown)
     if shown.least_mm > evidence.tolerance_mm:
         where = f"seam {shown.seam} is" if shown.seam else f"a fitted {evidence.word} is"
         what = f"{where} off by {shown.least_mm:.3g} mm or more with 95 % confidence ({shown.told})"
-        yield Finding(VerdictReason.BEYOND, f"{what}; the tolerance is {evidence.tolerance_mm:g} mm")
+        yield Ground(VerdictReason.BEYOND, f"{what}; the tolerance is {evidence.tolerance_mm:g} mm")
     if check is not None:
         worst = int(np.argmax(check.off_mm / np.maximum(check.limit_mm, np.finfo(float).tiny)))
         off, limit = float(check.off_mm[worst]), float(check.limit_mm[worst])
@@ -208,26 +208,26 @@ def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -
                 f"check {evidence.word} {check.names[worst]} is off by {off:.3g} mm; the errors of the fit and of the "
                 f"touch explain at most {limit:.3g} mm ({evidence.sigma.describe()})"
             )
-            yield Finding(VerdictReason.CHECK_CONTRADICTS, what)
+            yield Ground(VerdictReason.CHECK_CONTRADICTS, what)
 
 
-def _doubts(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Finding]:
+def _doubts(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Ground]:
     """Say why the seams are not shown to be within the tolerance; the first finding counts."""
     for issue in evidence.issues:
         if issue.code in DOUBTS:
-            yield Finding.told(DOUBTS[issue.code], issue.message)
+            yield Ground.told(DOUBTS[issue.code], issue.message)
     tolerance, all_mm = evidence.tolerance_mm, f"{shown.error_mm:.3g} mm"
     if shown.error_mm > tolerance:
         off = f"a fitted {evidence.word} may be off by {all_mm}"
         if shown.seam:
             off = f"seam {shown.seam} may be off by {shown.own_mm:.3g} mm, all seams together by {all_mm}"
         what = f"{off} (95 %; {shown.told}), which is more than the tolerance of {tolerance:g} mm"
-        yield Finding(VerdictReason.ERROR, what, evidence.remedy)
+        yield Ground(VerdictReason.ERROR, what, evidence.remedy)
     yield from evidence.doubts(shown)
     if check is not None and float(check.off_mm.max()) > tolerance:
         worst = int(np.argmax(check.off_mm))
         what = f"check {evidence.word} {check.names[worst]} is off by {check.off_mm[worst]:.3g} mm"
-        yield Finding(VerdictReason.CHECK, f"{what}, which its own error may explain", "touch it again")
+        yield Ground(VerdictReason.CHECK, f"{what}, which its own error may explain", "touch it again")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -271,11 +271,11 @@ class VerdictEvidence:
             fit.sigma.describe(),
         )
 
-    def contradictions(self, shown: Predicted) -> Iterator[Finding]:
+    def contradictions(self, shown: Predicted) -> Iterator[Ground]:
         """Name observations that the others contradict, then residuals that the stated error does not explain."""
         for issue in self.issues:
             if issue.code in CONTRADICTIONS and self._matters(issue, shown.error_mm):
-                yield Finding(VerdictReason.CONTRADICTION, issue.message)
+                yield Ground(VerdictReason.CONTRADICTION, issue.message)
         explained = any(issue.code == TOOL_OFFSET for issue in self.issues)  # the predicted error has an allowance
         if self.residuals.contradicts_stated and not explained:
             sentence = (
@@ -283,7 +283,7 @@ class VerdictEvidence:
                 f"{self.sigma.mm:.3g} mm per axis explains: a {self.word} is wrong, the part differs from its model, "
                 "or the stated error is too small"
             )
-            yield Finding(VerdictReason.STATED_ERROR, sentence)
+            yield Ground(VerdictReason.STATED_ERROR, sentence)
 
     def _matters(self, issue: Issue, error_mm: float) -> bool:
         """Whether contradicted observations were fitted, or a wrong tool may carry a seam out of the tolerance."""
@@ -297,11 +297,11 @@ class VerdictEvidence:
             return True
         return self.distrusted.shift_mm > self.tolerance_mm
 
-    def doubts(self, shown: Predicted) -> Iterator[Finding]:
+    def doubts(self, shown: Predicted) -> Iterator[Ground]:
         """Name what nothing tests, what the others contradict, and residuals that are larger than usual."""
         if self.residuals.unchecked:
             what = f"nothing tests {named(self.residuals.unchecked)}; if one is wrong, no residual shows it"
-            yield Finding(VerdictReason.UNCHECKED, what)
+            yield Ground(VerdictReason.UNCHECKED, what)
         found = self.distrusted
         if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > self.tolerance_mm:
             those = "it" if len(found.names) == 1 else "them"
@@ -309,10 +309,10 @@ class VerdictEvidence:
                 f"the others contradict {named(found.names)}; the seams move by {found.shift_mm:.3g} mm if the fit "
                 f"leaves {those} out"
             )
-            yield Finding(VerdictReason.CONTRADICTION, what, f"touch {those} again")
+            yield Ground(VerdictReason.CONTRADICTION, what, f"touch {those} again")
         for issue in self.issues:
             if issue.code in (NEIGHBOUR, NOT_NAMED) and found is None:
-                yield Finding(VerdictReason.CONTRADICTION, issue.message, "no seam is shown to be outside")
+                yield Ground(VerdictReason.CONTRADICTION, issue.message, "no seam is shown to be outside")
         is_stated = self.sigma.source is SigmaSource.STATED
         if not is_stated and self.largest_mm > self.tolerance_mm and self.residuals.contradicts(USUAL_SIGMA_MM):
             what = (
@@ -320,7 +320,7 @@ class VerdictEvidence:
                 "axis) do not explain the residuals"
             )
             remedy = "look for a bent part or a wrong model, or state the teaching error if the touches were that rough"
-            yield Finding(VerdictReason.LARGE_RESIDUALS, what, remedy)
+            yield Ground(VerdictReason.LARGE_RESIDUALS, what, remedy)
 
     def checked(self) -> CheckPoints | None:
         """Return the points that test the fit."""

@@ -47,7 +47,7 @@ class Likely:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class SeenDirections:
     """The directions in which points are seen, and what is left of them after a rigid motion."""
 
     directions: FloatArray  #: Unit vectors in `part`, one per row.
@@ -65,7 +65,7 @@ class Pattern:
         return np.asarray(along @ self.left)
 
 
-def find_pattern(places: FloatArray, residuals: FloatArray) -> Pattern:
+def find_pattern(places: FloatArray, residuals: FloatArray) -> SeenDirections:
     """Return the directions in which points are seen.
 
     `places`: shape (p, 3). Points in `part`, mm.
@@ -82,13 +82,13 @@ def find_pattern(places: FloatArray, residuals: FloatArray) -> Pattern:
     basis = basis[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-12)]
     left = np.eye(len(owner)) - basis @ basis.T
     growth = left @ np.einsum("mi,mi->m", around[owner], directions)
-    return Pattern(directions, owner, left, growth, len(owner) - basis.shape[1])
+    return SeenDirections(directions, owner, left, growth, len(owner) - basis.shape[1])
 
 
-def likely_cause(step: FloatArray, variance: float, jobs: int, pattern: Pattern) -> Likely:
+def likely_cause(step: FloatArray, variance: float, jobs: int, pattern: SeenDirections) -> Likely:
     """Return the likely cause of a change.
 
-    `step`: shape (m,). Change of the mean of what `Pattern.project` returns, mm.
+    `step`: shape (m,). Change of the mean of what `SeenDirections.project` returns, mm.
     """
     whole = _chi2(step, variance)
     if whole <= chdtri(pattern.freedom, SIGNIFICANCE):

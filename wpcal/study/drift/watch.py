@@ -10,7 +10,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.wording import counted
-from wpcal.study.drift.causes import Likely, Pattern, find_pattern, likely_cause
+from wpcal.study.drift.causes import Likely, SeenDirections, find_pattern, likely_cause
 from wpcal.study.drift.control import FIRST_JOBS, ROUND_OFF, Charts, control_charts, moving_range_sigma
 from wpcal.study.drift.jobs import PartJobs
 from wpcal.study.drift.shifts import find_shifts
@@ -104,7 +104,7 @@ def pose_channels(T_base_part: FloatArray, places: FloatArray) -> FloatArray:
     return np.hstack([at - np.median(at, axis=0), np.degrees(off - np.median(off, axis=0))])
 
 
-def _shifts(cuts: list[int], pose: FloatArray, left: FloatArray, pattern: Pattern | None) -> tuple[Shift, ...]:
+def _shifts(cuts: list[int], pose: FloatArray, left: FloatArray, pattern: SeenDirections | None) -> tuple[Shift, ...]:
     ends = [0, *cuts, len(pose)]
     variance = 0.0
     if pattern is not None and pattern.freedom:

@@ -116,7 +116,7 @@ def sums(label: IntArray, values: FloatArray, count: int) -> FloatArray:
     return total
 
 
-def members(label: IntArray, items: IntArray) -> list[IntArray]:
+def members_of(label: IntArray, items: IntArray) -> list[IntArray]:
     """Return the items of every label, length k. Sorted.
 
     `label`, `items`: shape (n,). Each label 0 … k - 1 occurs at least once.

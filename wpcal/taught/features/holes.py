@@ -12,7 +12,7 @@ from wpcal.core.linked import linked_groups
 from wpcal.taught.features.columns import NAMING_MM, FeatureColumns, first_rows, label_equal
 from wpcal.taught.features.reference import FeatureKind, HoleForm, HoleStep
 from wpcal.taught.features.rounds import faces_of
-from wpcal.taught.features.walls import Coaxial, Ends, Walls
+from wpcal.taught.features.walls import Coaxial, WallEnds, Walls
 
 
 def find_holes(walls: Walls) -> FeatureColumns:
@@ -28,7 +28,9 @@ def find_holes(walls: Walls) -> FeatureColumns:
     of_wall = label[walls.first]
     with_rim = np.isin(label, of_wall[rims.wall[walls.is_hollow[rims.wall]]])
     body_of_face[coaxial.faces] = np.where(with_rim, label, -1)
-    ends = _without_drill_points(Ends.of(coaxial.graph, body_of_face, coaxial.axis[first_rows(label)]), walls, of_wall)
+    ends = _without_drill_points(
+        WallEnds.of(coaxial.graph, body_of_face, coaxial.axis[first_rows(label)]), walls, of_wall
+    )
     rows = _entries(walls, of_wall, ends)
     wall, way = rims.wall[rows], np.where(rims.is_upper[rows], 1.0, -1.0)
     body = of_wall[wall]
@@ -48,7 +50,7 @@ def find_holes(walls: Walls) -> FeatureColumns:
     )
 
 
-def _without_drill_points(ends: Ends, walls: Walls, body_of_wall: IntArray) -> Ends:
+def _without_drill_points(ends: WallEnds, walls: Walls, body_of_wall: IntArray) -> WallEnds:
     """Limit bodies to their borders and cylindrical walls: the point of a drill does not count as depth."""
     low, high = np.full(len(ends.low), np.inf), np.full(len(ends.high), -np.inf)
     hollow = walls.is_hollow
@@ -92,7 +94,7 @@ def _across_steps(coaxial: Coaxial, label: IntArray, takes_part: BoolArray) -> t
     return row[:-1][follows], row[1:][follows]
 
 
-def _entries(walls: Walls, body_of_wall: IntArray, ends: Ends) -> IntArray:
+def _entries(walls: Walls, body_of_wall: IntArray, ends: WallEnds) -> IntArray:
     """Return the entry rim of every body that is a hole: of the open rims the widest, then the upper one."""
     rims = walls.rims
     rows = np.flatnonzero(walls.is_hollow[rims.wall])
@@ -105,7 +107,7 @@ def _entries(walls: Walls, body_of_wall: IntArray, ends: Ends) -> IntArray:
 
 
 def _steps(
-    walls: Walls, body_of_wall: IntArray, ends: Ends, body: IntArray, way: FloatArray
+    walls: Walls, body_of_wall: IntArray, ends: WallEnds, body: IntArray, way: FloatArray
 ) -> list[tuple[HoleStep, ...]]:
     """Return the diameters of each hole, from its entry on."""
     hollow = np.flatnonzero(walls.is_hollow)

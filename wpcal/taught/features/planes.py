@@ -7,7 +7,15 @@ import numpy as np
 from wpcal.brep.curves import evaluate_edges, piece_counts
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.taught.features.columns import AXIS_ROUND, NAMING_MM, FeatureColumns, first_rows, label_equal, members, sums
+from wpcal.taught.features.columns import (
+    AXIS_ROUND,
+    NAMING_MM,
+    FeatureColumns,
+    first_rows,
+    label_equal,
+    members_of,
+    sums,
+)
 from wpcal.taught.features.reference import FeatureKind
 
 LEAST_AREA_MM2 = 1.0  #: Three touches of a tip cannot determine the plane of a smaller face.
@@ -31,7 +39,7 @@ def find_planes(graph: BrepGraph) -> FeatureColumns:
     total = sums(label, area, len(first))
     kept = np.flatnonzero(total >= LEAST_AREA_MM2)
     summed = sums(label, moment, len(first))
-    of_label = members(label, faces)
+    of_label = members_of(label, faces)
     return FeatureColumns(
         kind=FeatureKind.PLANE,
         p=summed[kept] / total[kept, None],

@@ -12,7 +12,7 @@ from wpcal.taught.features.columns import (
     FeatureColumns,
     first_rows,
     label_equal,
-    members,
+    members_of,
     positive_axes,
     sums,
 )
@@ -56,7 +56,7 @@ def find_spheres(graph: BrepGraph) -> FeatureColumns:
         p=centre[first],
         solid=graph.face_solid[faces[first]],
         diameter_mm=2.0 * radius[first],
-        faces=members(label, faces),
+        faces=members_of(label, faces),
     )
 
 
@@ -100,7 +100,7 @@ def best_rows(group: IntArray, rank: FloatArray, rows: IntArray) -> IntArray:
 def faces_of(walls: Walls, wall: IntArray) -> list[IntArray]:
     """Return the faces of each given wall; `wall` has the shape (n,)."""
     faces = np.flatnonzero(walls.of_face >= 0)
-    of_wall = members(walls.of_face[faces], faces)
+    of_wall = members_of(walls.of_face[faces], faces)
     return [of_wall[w] for w in wall]
 
 
@@ -126,5 +126,5 @@ def find_axes(walls: Walls) -> FeatureColumns:
         direction=walls.axis[first],
         diameter_mm=2.0 * walls.radius[first],
         length_mm=high - low,
-        faces=members(label_of_wall[walls.of_face[faces]], faces),
+        faces=members_of(label_of_wall[walls.of_face[faces]], faces),
     )

@@ -10,7 +10,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.taught.features.columns import NAMING_MM, FeatureColumns, label_equal
 from wpcal.taught.features.reference import FeatureKind
-from wpcal.taught.features.walls import Ends, Walls
+from wpcal.taught.features.walls import WallEnds, Walls
 
 HALF_TURN_SPREAD_RAD = 1e-3
 """A wall is half round if it extends half around within this: at a radius of 100 mm this is 0.1 mm."""
@@ -32,7 +32,7 @@ def find_slots(walls: Walls) -> FeatureColumns:
     body_of_face[:] = number[walls.of_face]  # -1, no wall, is the last
     body_of_face[planes[:, 0]] = body_of_face[planes[:, 1]] = np.arange(len(first))
     axis = walls.axis[first]
-    ends = Ends.of(graph, body_of_face, axis)
+    ends = WallEnds.of(graph, body_of_face, axis)
     below, above = ends.is_open()
     is_upper = above | ~below
     height = np.where(is_upper, ends.high, ends.low)

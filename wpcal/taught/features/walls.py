@@ -123,9 +123,9 @@ class Walls:
         return np.asarray(self.coaxial.graph.face_outward[self.coaxial.faces[self.first]] < 0)
 
     @cached_property
-    def ends(self) -> Ends:
+    def ends(self) -> WallEnds:
         """Where each wall begins and ends."""
-        return Ends.of(self.coaxial.graph, self.of_face, self.axis)
+        return WallEnds.of(self.coaxial.graph, self.of_face, self.axis)
 
     @cached_property
     def rims(self) -> Rims:
@@ -160,7 +160,7 @@ class Walls:
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class WallEnds:
     """The edges of bodies, and what lies beyond their two ends; a body is a set of faces around one axis."""
 
     #: `body`, `edge`: shape (k,). One row per use of an edge by a body.
@@ -179,7 +179,7 @@ class Ends:
     high: FloatArray
 
     @classmethod
-    def of(cls, graph: BrepGraph, body_of_face: IntArray, axis: FloatArray) -> Ends:
+    def of(cls, graph: BrepGraph, body_of_face: IntArray, axis: FloatArray) -> WallEnds:
         """Measure bodies along their axes.
 
         Parameters
@@ -223,7 +223,7 @@ class Rims:
     wall: IntArray  #: shape (r,). The wall of each whole circle.
     centre: FloatArray  #: shape (r, 3).
     #: `height`, `lean`: shape (r,). Along the axis of the wall; `lean` is that of the face beyond that leans most out
-    #: of the wall, as in `Ends`.
+    #: of the wall, as in `WallEnds`.
     height: FloatArray
     lean: FloatArray
     is_upper: BoolArray  #: shape (r,). Whether the wall lies below the rim.

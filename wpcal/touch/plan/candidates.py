@@ -15,7 +15,7 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.progress import Progress
 from wpcal.core.wording import counted, listed
 from wpcal.touch.design import farthest_rows
-from wpcal.touch.plan.contacts import BORDER_MM, Contacts, face_words, find_contacts
+from wpcal.touch.plan.contacts import BORDER_MM, TouchPlaces, face_words, find_places
 from wpcal.touch.plan.free import SAFE_MM, Strokes, find_strokes, keeps_above_floor, with_free_torch
 from wpcal.touch.plan.options import TouchOptions, displacement_mm
 from wpcal.touch.plan.part import PartPlace
@@ -33,11 +33,11 @@ class Candidates:
     """What a plan can be chosen from, and what was left out."""
 
     strokes: Strokes
-    small: Contacts  #: Places on faces that are too small for the displacement.
+    small: TouchPlaces  #: Places on faces that are too small for the displacement.
     safe_mm: float  #: Level along `up` on which the torch crosses the part.
 
 
-def find_candidates(
+def find_searches(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
     materials: Sequence[Material],
@@ -50,7 +50,7 @@ def find_candidates(
     Raises `GeometryError` when there is none: what would help.
     """
     progress(f"looking for places to touch on {counted(graph.face_count, 'face')}")
-    held, small = find_contacts(graph, trimmed, place, options)
+    held, small = find_places(graph, trimmed, place, options)
     if len(held) == 0:
         raise GeometryError(too_small_words(graph, small, options))
     held = held.select(_spread(held, MOST_FOLLOWED, place))
@@ -76,7 +76,7 @@ def thinned(strokes: Strokes, place: PartPlace) -> Strokes:
     return strokes.select(_spread(strokes.contacts, MOST_CHOSEN_FROM, place))
 
 
-def too_small_words(graph: BrepGraph, small: Contacts, options: TouchOptions) -> str:
+def too_small_words(graph: BrepGraph, small: TouchPlaces, options: TouchOptions) -> str:
     """Say which faces are too small for the displacement of the part, and what would help."""
     if len(small) == 0:
         return "the part has no face that can be touched from above; check how it stands (--nominal)"
@@ -89,7 +89,7 @@ def too_small_words(graph: BrepGraph, small: Contacts, options: TouchOptions) ->
     )
 
 
-def _spread(contacts: Contacts, most: int, place: PartPlace) -> IntArray:
+def _spread(contacts: TouchPlaces, most: int, place: PartPlace) -> IntArray:
     """Return contacts far from one another in place, normal and wire, of every body that may move as many."""
     size_mm, body = place.size_mm, place.body_of(contacts.face)
     if place.tacked is not None:

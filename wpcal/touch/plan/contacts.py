@@ -48,7 +48,7 @@ WORDS = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Contacts:
+class TouchPlaces:
     """n places to touch with a way to hold the wire; all in `part`."""
 
     face: IntArray  #: shape (n,).
@@ -66,9 +66,9 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.face)
 
-    def select(self, rows: IntArray | BoolArray) -> Contacts:
+    def select(self, rows: IntArray | BoolArray) -> TouchPlaces:
         """Return the contacts at `rows`: integers, or a mask of shape (n,)."""
-        return Contacts(*(getattr(self, one.name)[rows] for one in fields(self)))
+        return TouchPlaces(*(getattr(self, one.name)[rows] for one in fields(self)))
 
     @property
     def cos_angle(self) -> FloatArray:
@@ -98,19 +98,19 @@ def word_of(graph: BrepGraph, face: int) -> str:
     return WORDS.get(kind, "surface")
 
 
-def face_words(graph: BrepGraph, contacts: Contacts, face: int) -> str:
+def face_words(graph: BrepGraph, contacts: TouchPlaces, face: int) -> str:
     """Say which face is meant: ``the plane of web at (100 60 50)``."""
     p = contacts.p[contacts.face == face].mean(axis=0)
     at = " ".join(f"{round(float(v), 1) + 0.0:g}" for v in p)
     return f"the {word_of(graph, face)} of {graph.solid_names[graph.face_solid[face]]} at ({at})"
 
 
-def find_contacts(
+def find_places(
     graph: BrepGraph, trimmed: TrimmedFaces, place: PartPlace, options: TouchOptions
-) -> tuple[Contacts, Contacts]:
+) -> tuple[TouchPlaces, TouchPlaces]:
     """Find the places that a displaced part is still touched at.
 
-    Returns `held, small`: Contacts. Those with room around them, and those on faces where no place has it.
+    Returns `held, small`: TouchPlaces. Those with room around them, and those on faces where no place has it.
     """
     faces = _large_faces(graph, trimmed)
     face, p, normal = _grid(graph, trimmed, faces)
@@ -196,7 +196,7 @@ def _with_wires(
     normal: FloatArray,
     place: PartPlace,
     options: TouchOptions,
-) -> Contacts:
+) -> TouchPlaces:
     """Hold the wire in all ways at places, those with the torch too low left out."""
     up = place.up
     down = _downwards(normal, up)
@@ -223,7 +223,7 @@ def _with_wires(
     covariance = options.nominal.covariances(p, place.centre) + own
     moved, aside = displacement_mm(covariance, tangent), displacement_mm(covariance, np.cross(normal, tangent))
     apart = displacement_mm(2.0 * own, normal)
-    return Contacts(face[row], p, normal, wire, displacement_mm(covariance, normal), moved, aside, apart)
+    return TouchPlaces(face[row], p, normal, wire, displacement_mm(covariance, normal), moved, aside, apart)
 
 
 def _turn_along(
@@ -259,7 +259,7 @@ def surface_labels(graph: BrepGraph) -> IntArray:
     return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1]).ravel()
 
 
-def _has_room(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts) -> BoolArray:
+def _has_room(graph: BrepGraph, trimmed: TrimmedFaces, contacts: TouchPlaces) -> BoolArray:
     """Tell where a displaced part is still touched on the same face.
 
     The tip or rim of the wire needs its room on all sides. The side of the wire needs room across; along the wire it

@@ -18,7 +18,7 @@ from wpcal.brep.material import Material, TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.touch.plan.free import APPROACH_MM, Strokes, tool_axes, torch_is_free
+from wpcal.touch.plan.free import APPROACH_MM, Strokes, tool_axes, torch_keeps_away
 from wpcal.touch.plan.options import HIT_LEVEL, NominalError
 from wpcal.touch.plan.part import PartPlace
 from wpcal.touch.weldment import Tacked
@@ -111,7 +111,7 @@ class DisplacedPart:
             turned = np.einsum("kji,njl->knil", body.R, axes[rows]).reshape(-1, 3, 3)
             clear = np.full(len(turned), STEP_MM / 2.0)
             where = (moved.reshape(-1, 3), turned[:, :, 2], turned[:, :, 0])
-            is_free = torch_is_free([body.material], torch, *where, clear, wire_mm=felt_mm)
+            is_free = torch_keeps_away([body.material], torch, *where, clear, wire_mm=felt_mm)
             free[rows] = is_free.reshape(len(body.R), -1).all(axis=0)
         return free
 

@@ -18,7 +18,7 @@ from wpcal.brep.material import Material
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
-from wpcal.touch.plan.contacts import BORDER_MM, Contacts, surface_labels
+from wpcal.touch.plan.contacts import BORDER_MM, TouchPlaces, surface_labels
 from wpcal.touch.plan.options import TouchOptions
 
 MARGIN_MM = 3.0
@@ -41,7 +41,7 @@ BIN_MM = 2.0  #: Displacements are rounded up to this, so that many poses are co
 class Strokes:
     """n contacts with their searches."""
 
-    contacts: Contacts
+    contacts: TouchPlaces
     radius_mm: FloatArray  #: shape (n,). Distance of the tool centre point from the face at contact.
     #: `before_mm`, `after_mm`: shape (n,). Length of the search before and behind the planned contact.
     before_mm: FloatArray
@@ -76,7 +76,7 @@ def tool_axes(strokes: Strokes) -> FloatArray:
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, options: TouchOptions) -> Strokes:
+def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: TouchPlaces, options: TouchOptions) -> Strokes:
     """Find start and end of the search of each contact; those that are not possible are left out."""
     wire_radius = options.wire_mm / 2.0
     sin = np.sqrt(np.maximum(1.0 - contacts.cos_angle**2, 0.0))
@@ -97,7 +97,7 @@ def find_strokes(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, op
     return strokes.select(_meets_its_face_first(graph, trimmed, strokes, options))
 
 
-def _next_body_mm(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, length_mm: FloatArray) -> FloatArray:
+def _next_body_mm(graph: BrepGraph, trimmed: TrimmedFaces, contacts: TouchPlaces, length_mm: FloatArray) -> FloatArray:
     """Return how far behind the face the next body begins, along the search; infinite beyond `length_mm`."""
     skin = 1e-3
     hits = find_hits(graph, trimmed, contacts.p - skin * contacts.normal, -contacts.normal, length_mm=length_mm)
@@ -203,11 +203,11 @@ def _is_free(
             break
         clear = contacts.normal_mm[rows] + LEAST_GAP_MM
         where = (tips[rows], contacts.wire[rows], strokes.bend[rows])
-        free[rows] = torch_is_free(materials, torch, *where, clear, wire_mm=felt_mm)
+        free[rows] = torch_keeps_away(materials, torch, *where, clear, wire_mm=felt_mm)
     return free
 
 
-def torch_is_free(
+def torch_keeps_away(
     materials: Sequence[Material],
     torch: TorchShape,
     tips: FloatArray,

@@ -18,7 +18,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import log_rotation
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.touch.plan.displaced import DisplacedPart, poses_between
-from wpcal.touch.plan.free import BIN_MM, torch_is_free
+from wpcal.touch.plan.free import BIN_MM, torch_keeps_away
 
 STEP_MM = 10.0  #: Places on a straight way are this far apart; the torch is felt wider by half of it.
 STEP_RAD = math.radians(6.0)  #: And the torch turns by at most this between them.
@@ -49,7 +49,7 @@ class Air:
         """
         tips, frames = poses_between(p, R, STEP_MM, STEP_RAD)
         clear = np.full(len(tips), math.ceil((self.clear_mm + STEP_MM / 2) / BIN_MM) * BIN_MM)
-        free = torch_is_free(
+        free = torch_keeps_away(
             self.materials,
             self.torch,
             tips,

@@ -18,7 +18,7 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.seam.seam import Seam
-from wpcal.touch.plan.candidates import Candidates, find_candidates, thinned, too_small_words
+from wpcal.touch.plan.candidates import Candidates, find_searches, thinned, too_small_words
 from wpcal.touch.plan.choose import TouchDesign, advise_searches, fewest_set, joint_error_of
 from wpcal.touch.plan.contacts import face_words
 from wpcal.touch.plan.displaced import DisplacedPart
@@ -32,7 +32,7 @@ from wpcal.touch.searches import PlannedBody, SeamPrediction, Search, Served, To
 from wpcal.touch.weldment import Tacked
 
 
-class Reach(Protocol):
+class SearchingArm(Protocol):
     """The arm that makes the searches."""
 
     def turned(self, strokes: Strokes) -> tuple[Strokes, tuple[str, ...]]:
@@ -48,7 +48,7 @@ def plan_touches(
     options: TouchOptions,
     T_base_part: RigidTransform | None = None,
     bodies: Sequence[Material] = (),
-    reach: Reach | None = None,
+    reach: SearchingArm | None = None,
     progress: Progress = no_progress,
 ) -> TouchPlan:
     """Choose searches with the least predicted 95 % error of the seams, order them, and find the ways between them.
@@ -67,7 +67,7 @@ def plan_touches(
     up = T.R.T @ (np.array(options.up_base) / np.linalg.norm(options.up_base))
     place = PartPlace.of(part.trimmed, up, part.tacked)
     materials = [part.material or ExactMaterial(part.graph, part.trimmed), *bodies]
-    found = find_candidates(part.graph, part.trimmed, materials, place, options, progress)
+    found = find_searches(part.graph, part.trimmed, materials, place, options, progress)
     notes: tuple[str, ...] = ()
     displaced = _displaced(part, materials[0], place, options)
     strokes = found.strokes.select(displaced.lets_start(found.strokes, options.torch, options.wire_mm))

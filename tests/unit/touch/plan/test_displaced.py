@@ -10,7 +10,7 @@ from wpcal.core.errors import GeometryError
 from wpcal.core.tangent import exp_rotation
 from wpcal.touch.plan import NominalError, TouchOptions, plan_touches
 from wpcal.touch.plan.displaced import DisplacedPart, poses_between
-from wpcal.touch.plan.free import torch_is_free
+from wpcal.touch.plan.free import torch_keeps_away
 from wpcal.touch.searches import TouchPlan
 
 NOMINAL = NominalError(1.0, np.radians(0.6))
@@ -55,7 +55,7 @@ def test_the_torch_passes_a_displaced_part() -> None:
         R, t = exp_rotation(d[:3] * NOMINAL.sigma_rad), d[3:] * NOMINAL.sigma_mm
         p = centre + (tips - centre - t) @ R
         A = R.T @ axes
-        free = torch_is_free(
+        free = torch_keeps_away(
             [material], options.torch, p, A[:, :, 2], A[:, :, 0], np.zeros(len(p)), wire_mm=options.wire_mm
         )
         assert free.all()

@@ -16,9 +16,9 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.plan import NominalError, Pattern, TouchOptions, plan_touches
-from wpcal.touch.plan.candidates import find_candidates
+from wpcal.touch.plan.candidates import find_searches
 from wpcal.touch.plan.choose import TouchDesign, best_set
-from wpcal.touch.plan.contacts import find_contacts, surface_labels
+from wpcal.touch.plan.contacts import find_places, surface_labels
 from wpcal.touch.plan.free import find_strokes
 from wpcal.touch.plan.part import PartPlace
 from wpcal.touch.plan.plan_touches import design_of
@@ -58,7 +58,7 @@ def test_the_choice_on_a_part_is_the_best_of_all_sets() -> None:
     part, options = touch_part("tee"), TouchOptions(touches=6)
     place = PartPlace.of(part.trimmed, UP)
     materials = [ExactMaterial(part.graph, part.trimmed)]
-    found = find_candidates(part.graph, part.trimmed, materials, place, options, no_progress)
+    found = find_searches(part.graph, part.trimmed, materials, place, options, no_progress)
     some = np.random.default_rng(0).choice(len(found.strokes), 18, replace=False)
     design = design_of(part, found.strokes.select(some), place, options)
     every = np.array(list(combinations(range(18), 6)))
@@ -122,7 +122,7 @@ def test_every_search_keeps_the_rules(name: str) -> None:
 
 def test_rounds_are_not_touched_although_they_look_everywhere() -> None:
     part = touch_part("rounded-upright")
-    found, _ = find_contacts(part.graph, part.trimmed, PartPlace.of(part.trimmed, UP), TouchOptions())
+    found, _ = find_places(part.graph, part.trimmed, PartPlace.of(part.trimmed, UP), TouchOptions())
     strokes = find_strokes(part.graph, part.trimmed, found, TouchOptions())
     radius = part.graph.face_param[strokes.contacts.face, 0]
     round_ = part.graph.face_kind[strokes.contacts.face] == SurfaceKind.CYLINDER
