@@ -32,7 +32,7 @@ def calibrate(
 ) -> int:
     """Fit PART.step to the points in TAUGHT and write its weld seams in robot coordinates.
 
-    TAUGHT is a table (.csv) or the controller's own program (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as).
+    TAUGHT is a table (.csv) or the controller's own program (`wpcal taught` shows what it reads).
     With --touches, TAUGHT is the file (or a folder with the files) in which a touch program stored its results; the
     criterion is then weighted if none is given, and the place of the part in the plan is the nominal place.
 

@@ -47,7 +47,7 @@ def cell() -> None:
 @click.option(
     "--tool-from",
     metavar="PROGRAM[#NAME]",
-    help="Tool data of a program: tooldata (RAPID), TOOL_DATA (KRL), set_tcp (UR).",
+    help="Tool data of a program, as the controller states them.",
 )
 @click.option(
     "--tool-axis",
@@ -93,7 +93,7 @@ def cell() -> None:
     "--coupled",
     metavar="JOINT:ADDS[:FACTOR]",
     multiple=True,
-    help="Joint whose shown angle does not hold the motion of another: joint_3:joint_2 for FANUC. Repeatable.",
+    help="Joint whose shown angle does not hold the motion of another: as joint_3:joint_2. Repeatable.",
 )
 @option_of("wpcal.planning.cell.new_cell:NewCell.safety_mm", "--safety-mm", help="Least distance between bodies.")
 @click.option(

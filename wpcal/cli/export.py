@@ -76,7 +76,7 @@ def export(
     """
     from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
     from wpcal.cli.progress import shown_progress
-    from wpcal.controllers.audit.programs import check_written, unjudged_arcs
+    from wpcal.controllers.audit.programs import check_written, unjudged_parts
     from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable, new_directory
@@ -110,7 +110,7 @@ def export(
         with new_directory(targets[name], overwrite=force, leave_out=earlier[name].ours) as temporary:
             for file, data in files.items():
                 (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
-    unjudged = {each for name, files in contents.items() for each in unjudged_arcs(files, forms[name], name=name)}
+    unjudged = {each for name, files in contents.items() for each in unjudged_parts(files, forms[name], name=name)}
     tell_earlier(earlier, targets)
     _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
     program = forms[exporters[0].name]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: TAUGHT.csv.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the points.")
 def taught(*, program: Path, out: Path | None, reading: PointsAsked, force: bool, as_json: bool) -> int:
-    """Read taught points from PROGRAM (RAPID .mod, KRL .dat, FANUC .ls, INFORM .jbi, AS .as) in base coordinates.
+    """Read taught points from PROGRAM, a file of a robot controller, in base coordinates.
 
     The column feature repeats the name of the point. Replace it by the name of the touched feature. `wpcal calibrate`
     reads programs directly; this command shows what it reads.

@@ -7,11 +7,11 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from wpcal.controllers.taught_program import ENCODING
+from wpcal.controllers.language.grammar import ENCODING
+from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.input_file import read_bytes
 
 OURS = re.compile(r"written by wpcal\b")
-CALL = re.compile(r"^[ \t]*+(?:\d++:)?[ \t]*+CALL (?:JOB:)?(?P<name>[\w.]++)", re.MULTILINE)
 MOST_BYTES = 10_000_000
 """Of a program that calls others; a larger file is not looked into."""
 
@@ -45,6 +45,8 @@ def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
             continue
         text = read_bytes(path).decode(ENCODING)
         if OURS.search(text):
-            called |= {f"{match['name']}{path.suffix}" for match in CALL.finditer(text)}
+            grammar = grammar_of_file(path)
+            calls = re.finditer(grammar.calls, text, re.MULTILINE) if grammar is not None and grammar.calls else ()
+            called |= {f"{match['name']}{path.suffix}" for match in calls}
     ours = tuple(name for name in kept if name in called)
     return EarlierJobs(ours, tuple(name for name in kept if name not in called))

@@ -20,8 +20,8 @@ class PointsAsked:
 
     uframe: tuple[str, ...] = opt(
         (),
-        "User frame in the base, as on the pendant: X,Y,Z,A,B,C (KUKA), X,Y,Z,W,P,R (FANUC), X,Y,Z,Rx,Ry,Rz (Yaskawa), "
-        "X,Y,Z,Q1,Q2,Q3,Q4 (ABB); or `base`, or a frame that the file contains. NAME is its name or number in the "
+        "User frame in the base, in the order of this controller's pendant: X,Y,Z,A,B,C, X,Y,Z,W,P,R, X,Y,Z,Rx,Ry,Rz, "
+        "X,Y,Z,O,A,T or X,Y,Z,Q1,Q2,Q3,Q4; or `base`, or a frame of the file. NAME is its name or number in the "
         "program; without NAME it is used for every point whose frame is not known. Repeatable.",
         metavar="[NAME=]VALUES",
         many=True,

@@ -7,7 +7,7 @@ To add a controller, make one folder and one entry-point line. The folder holds 
 .. code-block:: toml
 
     [project.entry-points."wpcal.controllers"]
-    rapid = "wpcal.controllers.abb:RAPID"
+    acme = "acme_robots:ACME"
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
+    from wpcal.controllers.language.grammar import Grammar
     from wpcal.controllers.program.coordinated_program import CoordinatedProgram, SyncProgram
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup
@@ -58,14 +59,15 @@ class Controller:
     coordinated_writer: str | None = None  #: A function from `CoordinatedProgram` to file names and contents.
     touch_writer: str | None = None  #: A function from `TouchProgram` to file names and contents.
     touch_results_reader: str | None = None  #: A `wpcal.touch.searches.TouchResultsReader`.
-    #: Names of the files that it reads together, as patterns, lower case: ``posreg.va``, ``*.mod``.
+    #: Names of the files that it reads together, as patterns, lower case.
     touch_results: tuple[str, ...] = ()
     #: How `coordinated_writer` moves the robot that holds the part: on lines, otherwise by joints.
     holder_on_line: bool = False
     coordinates_arcs: bool = True  #: Whether the torch may move on arcs in `coordinated_writer`.
     brands: tuple[str, ...] = ()  #: What people also call it, lower case: the maker. Taken wherever `name` is.
-    #: Whether `reader` also reads what `writer` writes. Programs are then read back before they are put in place.
-    reads_back: bool = False
+    #: A `wpcal.controllers.language.grammar.Grammar`. Without one, what `writer` writes is never called checked.
+    grammar: str | None = None
+    program_suffixes: tuple[str, ...] = ()  #: Suffixes of the files that it understands.
     #: Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
     takes_arcs: bool = False
     takes_plans: bool = False  #: Whether `writer` writes plans: joint moves between seams, and external axes.
@@ -153,6 +155,10 @@ class Controller:
             raise InputError(f"controller {self.name!r}: {self.reader} is not a wpcal.taught.ProgramReader")
         return reader
 
+    def load_grammar(self) -> Grammar | None:
+        """Return what understands the programs of this controller; None if nothing does."""
+        return None if self.grammar is None else self._load(self.grammar)
+
     def _load(self, reference: str) -> Any:
         try:
             return resolve_name(reference)
@@ -230,8 +236,28 @@ def controller_of_file(path: Path) -> Controller | None:
     ------
     InputError : When two controllers claim the suffix.
     """
+    return _claiming(path, lambda controller: controller.suffixes)
+
+
+def grammar_of_file(path: Path) -> Grammar | None:
+    """Return what understands a file, by its suffix; None when no controller claims it.
+
+    Raises
+    ------
+    InputError : When two controllers claim the suffix.
+    """
+    claimed = _claiming(path, lambda controller: controller.program_suffixes)
+    return None if claimed is None else claimed.load_grammar()
+
+
+def grammars() -> tuple[Grammar, ...]:
+    """Return the grammars of all controllers that have one."""
+    return tuple(grammar for each in controllers() if (grammar := each.load_grammar()) is not None)
+
+
+def _claiming(path: Path, suffixes: Callable[[Controller], tuple[str, ...]]) -> Controller | None:
     suffix = path.suffix.lower()
-    claims = [controller for controller in controllers() if suffix in controller.suffixes]
+    claims = [controller for controller in controllers() if suffix in suffixes(controller)]
     if len(claims) > 1:
         raise InputError(f"{path}: {suffix} files are claimed by {' and '.join(claim.name for claim in claims)}")
     return claims[0] if claims else None

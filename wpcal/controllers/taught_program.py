@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import Controller, controller_of_file, controllers
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.taught.programs import TaughtProgram
 from wpcal.taught.table import TaughtPoints
 from wpcal.taught.user_frames import ProgramReading, points_in_base
-
-ENCODING = "latin-1"
-"""Controllers write one byte per character. Every byte is a character of Latin-1; only names can hold such bytes."""
 
 
 def is_program(path: Path) -> bool:
@@ -40,7 +38,7 @@ def read_taught_program(path: Path, reading: ProgramReading | None = None) -> Ta
 
     Parameters
     ----------
-    path : A file with a suffix that a controller reads, for example RAPID ``.mod`` or KRL ``.dat``.
+    path : A file with a suffix that a controller reads.
 
     Returns
     -------

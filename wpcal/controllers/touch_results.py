@@ -5,8 +5,8 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import Controller, controller_named, controllers
-from wpcal.controllers.taught_program import ENCODING
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.wording import listed

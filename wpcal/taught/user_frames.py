@@ -27,8 +27,8 @@ class ProgramReading:
     """Which points of a program are read, and what brings them into the base."""
 
     #: User frames by the name or number that the program uses. The key ``""`` is for all points whose frame is not
-    #: known otherwise. A value is a list of numbers in the order of that controller's pendant (mm and degrees; RAPID:
-    #: mm and q1 to q4), the word ``base``, or the name of a frame that the file contains.
+    #: known otherwise. A value is a list of numbers in the order of that controller's pendant (mm and degrees, or
+    #: mm and a quaternion), the word ``base``, or the name of a frame that the file contains.
     uframes: Mapping[str, str | Sequence[float]] = field(default_factory=dict)
     #: x, y, z of the tool centre point in the flange, mm, for points recorded without a tool.
     tool: Sequence[float] | None = None

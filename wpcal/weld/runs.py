@@ -46,8 +46,7 @@ class RunChoice:
     tacks: Tacks = opt(Tacks.FIRST, "Tack welds of the weld data: before all welds, only these, or none.")
     weave: WeaveBy = opt(
         WeaveBy.CONTROLLER,
-        "Weaves of the weld data: an instruction of the controller, or points, for Universal Robots, Staubli and KUKA "
-        "without ArcTech.",
+        "Weaves of the weld data: an instruction of the controller, or points, for languages without weaves.",
     )
 
 

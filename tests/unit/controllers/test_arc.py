@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.controllers.audit.arc import LANGUAGES, arc_faults
+from wpcal.controllers.audit.arc import arc_faults
+from wpcal.controllers.registry import controllers
 
 OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 LANGUAGE_FILES = {
@@ -350,7 +351,7 @@ def test_tacks_only_without_tacks_is_one_line(exported):
 
 
 def test_programs_of_others_are_not_judged():
-    for suffix in LANGUAGES:
+    for suffix in (suffix for each in controllers() for suffix in each.program_suffixes):
         assert arc_faults(b"ARCON ASF#(1)\nMOVL C00001 V=5.0\n", Path(f"theirs{suffix}")) == []
 
 

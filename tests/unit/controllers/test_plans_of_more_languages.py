@@ -8,9 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
-from wpcal.controllers.audit.moves import places_between, read_moves
 from wpcal.controllers.audit.programs import check_written
-from wpcal.controllers.audit.read_back import read_poses_back
+from wpcal.controllers.audit.read_back import places_between, read_moves, read_poses_back
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named

@@ -10,6 +10,8 @@ import pytest
 
 from wpcal.cli.main import run
 from wpcal.controllers import Controller, controller_named, controllers, read_taught_program
+from wpcal.controllers.audit import audit_path
+from wpcal.controllers.audit.read_back import read_moves
 from wpcal.controllers.program.coordinated_program import SyncProgram
 from wpcal.controllers.program.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
@@ -79,6 +81,16 @@ def acme(tmp_path, monkeypatch):
     install(tmp_path, monkeypatch, FOLDER, "acme = acme_robots:ACME")
 
 
+@pytest.mark.usefixtures("acme")
+def test_a_language_without_a_grammar_is_never_called_checked(finished_folder, tmp_path):
+    program = tmp_path / "WPCAL.acme"
+    program.write_text("W1 base 1 2 3\n")
+    with pytest.raises(InputError, match=r"WPCAL\.acme: no language is known whose programs are \.acme files"):
+        read_moves(program.read_bytes(), program)
+    with pytest.raises(InputError, match="nothing is audited"):
+        audit_path(program)
+
+
 def two_robots() -> SyncProgram:
     arms = (find_arm("irb1600_6_12"), find_arm("mh6"))
     return SyncProgram("W1", arms, (np.zeros((4, 6)), np.zeros((4, 6))), np.ones(3), 1, 2)
@@ -91,6 +103,7 @@ def test_a_new_controller_is_listed_and_written(finished_folder, tmp_path, capsy
         run(["export", str(finished_folder()), "-f", "acme", "-o", str(tmp_path / "out")])
     assert ended.value.code == 0
     assert (tmp_path / "out" / "acme" / "WPCAL.acme").read_text().startswith("W1 ")
+    assert "NOT CHECKED: the written program: acme has no grammar" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         run(["export", str(tmp_path), "-f", "list"])
     assert "acme       Acme: NAME.acme" in capsys.readouterr().out

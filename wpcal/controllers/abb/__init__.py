@@ -11,10 +11,11 @@ RAPID = Controller(
     touch_results=("*.mod",),
     suffixes=(".mod", ".prg", ".sys"),
     reader="wpcal.controllers.abb.read:READER",
-    reads_back=True,
     sync_writer="wpcal.controllers.abb.two_robots:write_sync_rapid",
     coordinated_writer="wpcal.controllers.abb.two_robots:write_coordinated_rapid",
     brands=("abb",),
+    grammar="wpcal.controllers.abb.grammar:GRAMMAR",
+    program_suffixes=(".mod", ".prg", ".sys"),
     takes_arcs=True,
     takes_plans=True,
 )

@@ -14,6 +14,7 @@ ABB, Application manual SmarTac (Search_1D).
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from wpcal.controllers.abb.write import (
     JOINT_SPEED,
@@ -76,7 +77,13 @@ class _RapidTouches(TouchWriter):
             raise InputError(f"{what}: expected a folder of the controller, as HOME:")
         results = f"{self.name}_res"
         off, on = ([], []) if self.program.arm is not None else (list(OFF), list(ON))
-        names = {"tool": tool, "folder": folder, "results": results, "wobj": self.wobj, "signal": self.signal}
+        names: dict[str, Any] = {
+            "tool": tool,
+            "folder": folder,
+            "results": results,
+            "wobj": self.wobj,
+            "signal": self.signal,
+        }
         names |= self.sensing(self.signal, self.enable)
         home = self.home(HOME, JOINT_SPEED)
         more = {"off": off, "on": on, "home": home, "data": self._data(), "held_mm": f"{HELD_MM:g}"}

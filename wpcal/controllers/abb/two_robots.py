@@ -59,7 +59,7 @@ def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
     width = program.label_width
     stem = safe_names([program.seam], NAMES, room=max(width + 1, LONGEST_PREFIX))[program.seam]
     labels, last = [f"{stem}_{mark:0{width}d}" for mark in program.marks], len(program) - 1
-    files = {}
+    files = dict[str, str]()
     for robot in ROBOTS:
         tool = safe_name(program.controller.tool_name, NAMES) if robot == 1 else NO_TOOL
         moves = []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.controllers.audit.arc import arc_faults, has_arc_language
+from wpcal.controllers.audit.arc import arc_faults
 from wpcal.controllers.audit.fault import AuditReport, Fault, FileAudit
 from wpcal.controllers.audit.programs import Surroundings, audit_program
 from wpcal.controllers.audit.read_back import is_weld_program
@@ -17,6 +17,7 @@ from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
 from wpcal.controllers.audit.touches import is_touch_program, touch_faults
 from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
+from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
@@ -123,10 +124,10 @@ class _Audit:
         if suffix == ".urdf":
             read_urdf(path)
             return FileAudit(str(path), "robot description")
-        return self._program(path) if is_weld_program(path) or has_arc_language(path) else None
+        return self._program(path) if grammar_of_file(path) is not None else None
 
     def _program(self, path: Path) -> FileAudit:
-        """Audit a program; of a file whose poses are elsewhere, as in KRL, only the arc instructions."""
+        """Audit a program; of a file whose poses are in another, only the arc instructions."""
         raw, suffix, output = read_bytes(path), path.suffix.lower(), self.around.arc_output
         if is_of_two_robots(raw, path):
             faults = two_robot_faults(raw, path, output)

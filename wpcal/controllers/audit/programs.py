@@ -15,12 +15,13 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.arc import arc_faults, count_switches
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.moves import Step, places_between, read_moves
-from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back
+from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, places_between, read_moves, read_poses_back
+from wpcal.controllers.language.grammar import Step
 from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.reachable_spin import ArmAtTool
+from wpcal.controllers.registry import find_controller
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, InputError, WpcalError
 from wpcal.core.tangent import log_rotation
@@ -243,15 +244,17 @@ def _refuse_wrong_arcs(files: Mapping[str, str | bytes], program: WeldProgram, n
             raise WrittenWrongError(what)
 
 
-def unjudged_arcs(files: Mapping[str, str | bytes], program: WeldProgram, *, name: str) -> tuple[str, ...]:
-    """Say what could not be checked about the arc, because templates of the user write it in words of their own.
+def unjudged_parts(files: Mapping[str, str | bytes], program: WeldProgram, *, name: str) -> tuple[str, ...]:
+    """Say what could not be checked: a language without a grammar, and arcs that templates write in their own words.
 
     Parameters
     ----------
     files : Names and contents.
     name : Of the format.
     """
-    folder = program.controller.templates
+    controller, folder = find_controller(name), program.controller.templates
+    if controller is not None and controller.grammar is None:
+        return (f"the written program: {name} has no grammar with which it could be read back",)
     if folder is None:
         return ()
     if program.arc is None:

@@ -1,35 +1,28 @@
-"""Read the poses of written programs back, with the readers of the controllers; URScript and VAL3 are read here.
-
-No person teaches points with files of these two languages, so wpcal has no other reader of them.
-"""
+"""Read programs back with the grammars of their languages: the poses, the moves between them, and where these lead."""
 
 from __future__ import annotations
 
-import re
-import xml.etree.ElementTree as ET
-from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from wpcal.controllers.registry import controller_of_file
-from wpcal.controllers.taught_program import ENCODING, parse_program
+from wpcal.controllers.language.grammar import ENCODING, Grammar, Step
+from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.numbers import parse_number
-from wpcal.core.rotations import rotation_from_zyx
-from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.moves.interpolation import Moves, turns_between
 from wpcal.taught.programs import BASE
 
-URSCRIPT, VAL3 = ".script", ".dtx"
-_NUMBER = r"\s*+([^,\]\s]{1,60}+)\s*+"  # possessive and bounded: the time stays proportional to the size
-_POSE = r"p\[" + ",".join([_NUMBER] * 6) + r"\]"
-_UR_FRAME = re.compile(r"^[ \t]*+(\w++)[ \t]*+=\s*+" + _POSE, re.MULTILINE)
-UR_MOVE = re.compile(r"(?:move[jlpc]\(|\bwpt_goal\s*+=|(?<=\))\s*+,)\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
-"""The first pose of a move, the second of `movec`, which follows the first, and where a search ends."""
+STEP_MM = 1.0
+"""Places along a move: as fine as weld poses are compared with the part before they are written."""
+STEP_RAD = np.radians(2.0)
+"""Turns of a tool of 300 mm move its end by 10 mm in a step."""
+LARGEST_MOVE_MM = 20_000.0
+"""No robot makes longer moves; they are not followed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,10 +37,18 @@ class ReadPose:
     in_base: bool = True
 
 
+def require_grammar(path: Path) -> Grammar:
+    """Return the grammar of a file by its suffix; `InputError` in one line when no controller has one."""
+    grammar = grammar_of_file(path)
+    if grammar is None:
+        raise InputError(f"{path}: no language is known whose programs are {path.suffix or 'without a suffix'} files")
+    return grammar
+
+
 def is_weld_program(path: Path) -> bool:
     """Tell by the suffix whether the poses of a file can be read back."""
-    controller = controller_of_file(path)
-    return path.suffix.lower() in (URSCRIPT, VAL3) or (controller is not None and controller.reads_back)
+    grammar = grammar_of_file(path)
+    return grammar is not None and path.suffix.lower() in grammar.poses_in
 
 
 def read_poses_back(
@@ -57,35 +58,30 @@ def read_poses_back(
 
     Parameters
     ----------
-    raw : Of the file.
     path : Its suffix tells the language. Messages name it.
     T_base_part : The user frame of points whose own frame is not in the file: the part as calibrated.
     is_carried : Whether points in a frame that another unit carries are taken as points in the part.
 
     Raises
     ------
-    InputError : When no reader knows the suffix.
+    InputError : When no grammar knows the suffix.
     FormatError
         When the file breaks its format, or a point of a weld program cannot be used. Joint values are left out, and so
         are points of other programs that have no coordinates.
     """
-    suffix = path.suffix.lower()
-    if suffix == URSCRIPT:
-        return _urscript(raw.decode(ENCODING), str(path))
-    if suffix == VAL3:
-        return _val3(raw, str(path))
-    program = parse_program(raw, path)
+    found = require_grammar(path).read(raw.decode(ENCODING), str(path))
     poses = []
-    for point in program.found.points:
+    for point in found.points:
+        line = point.line or None
         if point.joints is not None or (point.fault and T_base_part is None):
             continue
         if point.fault and not (is_carried and np.isfinite(point.p_mm).all()):
-            raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=point.line)
-        T = None if point.at_flange else _frame_of(point.frame, program.found.frames, T_base_part)
+            raise FormatError(f"point {point.name}: {point.fault}", path=str(path), line=line)
+        T = None if point.at_flange else _frame_of(point.frame, found.frames, T_base_part)
         if T is None:
-            poses.append(ReadPose(point.name, point.line, point.p_mm, point.R, in_base=False))
+            poses.append(ReadPose(point.name, line, point.p_mm, point.R, in_base=False))
         else:
-            poses.append(ReadPose(point.name, point.line, T.apply(point.p_mm), T.R @ point.R))
+            poses.append(ReadPose(point.name, line, T.apply(point.p_mm), T.R @ point.R))
     return poses
 
 
@@ -97,68 +93,67 @@ def _frame_of(
     return carried.get(frame or "", T_base_part)
 
 
-def _urscript(text: str, path: str) -> list[ReadPose]:
-    """Read the moves of a script: positions in m, rotation vectors in rad, in the frame of ``pose_trans``."""
-    line_ends = [match.start() for match in re.finditer("\n", text)]
-    frames = {
-        match[1]: _ur_pose(match.groups()[1:], path, bisect_left(line_ends, match.start(1)) + 1)
-        for match in _UR_FRAME.finditer(text)
-    }
-    poses = []
-    for number, match in enumerate(UR_MOVE.finditer(text), 1):
-        line = bisect_left(line_ends, match.start()) + 1
-        p, R = _ur_pose(match.groups()[1:], path, line)
-        if match[1] is not None:
-            if match[1] not in frames:
-                raise FormatError(f"move {number}: the frame {match[1]} is not in the file", path=path, line=line)
-            p0, R0 = frames[match[1]]
-            p, R = p0 + R0 @ p, R0 @ R
-        poses.append(ReadPose(f"move {number}", line, p, R))
-    return poses
+def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
+    """Return the moves of a program; in each list one leads to the next.
+
+    Only what is between two poses of one file, or of a pair of files, is read: the first move of a procedure comes from
+    wherever its caller left the tool. Loops over the points of an array are not followed.
+
+    Parameters
+    ----------
+    raw : Of the file that holds the poses.
+    path : Its suffix tells the language. The moves may be in another file beside it.
+
+    Raises
+    ------
+    InputError : When no grammar knows the suffix.
+    """
+    return require_grammar(path).chains_of(raw, path)
 
 
-def _ur_pose(cells: tuple[str, ...], path: str, line: int) -> tuple[FloatArray, FloatArray]:
-    values = _numbers(cells, path, line)
-    return 1000.0 * values[:3], exp_rotation(values[3:])
+def places_between(
+    poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]]
+) -> tuple[FloatArray, FloatArray, list[ReadPose]]:
+    """Return where the tool is between the poses of a program.
 
+    Parameters
+    ----------
+    poses : Sound ones, in `base`.
+    chains : As `read_moves` returns them; steps that name other poses are left out.
 
-def _numbers(cells: tuple[str | None, ...], path: str, line: int | None) -> FloatArray:
-    try:
-        return np.array([parse_number(cell or "") for cell in cells])
-    except InputError as error:
-        raise FormatError(f"a pose of six numbers: {error}", path=path, line=line) from None
-
-
-def _val3(raw: bytes, path: str) -> list[ReadPose]:
-    """Read the points of a database: mm, and degrees of ``Rx Ry Rz``, in the frame that is their father."""
-    try:
-        database = ET.fromstring(raw)
-    except ET.ParseError as error:
-        line, column = error.position
-        raise FormatError(f"is not XML: {error.msg}", path=path, line=line, column=column) from None
-    data = {e.get("name", ""): e for e in database.iter() if e.tag.rpartition("}")[2] == "Data"}
-    frames = {
-        f"{name}[{number}]": _val3_pose(value, path)
-        for name, element in data.items()
-        if (element.get("type") or "").lower() == "frame"
-        for number, value in enumerate(element)
-    }
-    poses = []
-    for name, element in data.items():
-        if not (element.get("type") or "").lower().startswith("point"):
-            continue
-        for number, value in enumerate(element):
-            label, father = f"{name}[{number}]", value.get("fatherId") or ""
-            p, R = _val3_pose(value, path)
-            if father not in frames and not father.startswith("world"):
-                raise FormatError(f"point {label}: the frame {father or 'unknown'} is not in the file", path=path)
-            p0, R0 = frames.get(father, (np.zeros(3), np.eye(3)))
-            poses.append(ReadPose(label, None, p0 + R0 @ p, R0 @ R))
-    return poses
-
-
-def _val3_pose(element: ET.Element, path: str) -> tuple[FloatArray, FloatArray]:
-    x, y, z, rx, ry, rz = _numbers(tuple(element.get(key) for key in ("x", "y", "z", "rx", "ry", "rz")), path, None)
-    about_x, about_y, about_z = (np.radians(a) for a in (rx, ry, rz))
-    R = rotation_from_zyx(about_x, 0, 0) @ rotation_from_zyx(0, about_y, 0) @ rotation_from_zyx(0, 0, about_z)
-    return np.array([x, y, z]), R
+    Returns
+    -------
+    p, R : ndarray, shapes (m, 3) and (m, 3, 3). In `base`.
+    to : list of ReadPose. The end of the move of each place.
+    """
+    named = {pose.name.lower(): pose for pose in poses}
+    by_name: Mapping[str, ReadPose] = {
+        **{f"x{name}": pose for name, pose in named.items()},
+        **named,
+    }  # folds name points without their X
+    rows = list[tuple[ReadPose, ReadPose, FloatArray]]()
+    for chain in chains:
+        for before, step in pairwise(chain):
+            known = [by_name.get(name.lower()) for name in (before[-1], *step)]
+            start, end = known[0], known[-1]
+            if start is None or end is None or None in known:
+                continue
+            if np.linalg.norm(end.p_base - start.p_base) > LARGEST_MOVE_MM:
+                continue
+            middle = known[1] if len(known) == 3 else None
+            rows.append((start, end, np.full(3, np.nan) if middle is None else middle.p_base))
+    if not rows:
+        return np.zeros((0, 3)), np.zeros((0, 3, 3)), []
+    starts, ends, via = zip(*rows, strict=True)
+    p0, p1 = (np.array([pose.p_base for pose in side]) for side in (starts, ends))
+    R0, R1 = (np.array([pose.R_base for pose in side]) for side in (starts, ends))
+    turn = turns_between(R0, R1)
+    moves = Moves.between(p0, R0, p1, turn, np.array(via))
+    length = np.maximum(np.linalg.norm(moves.chord, axis=1), moves.sweep * np.linalg.norm(moves.u, axis=1))
+    steps = np.maximum(length / STEP_MM, np.linalg.norm(turn, axis=1) / STEP_RAD)
+    counts = np.maximum(np.ceil(steps).astype(np.int64) - 1, 0)
+    own = np.repeat(np.arange(len(counts)), counts)
+    number = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = (number + 1) / (counts[own] + 1)
+    at = moves.select(own)
+    return at.positions(share), at.rotations(share), [ends[row] for row in own]

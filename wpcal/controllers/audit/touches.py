@@ -10,27 +10,16 @@ import numpy as np
 
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, first_without_match, pose_faults
-from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back
+from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
+from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
-from wpcal.controllers.taught_program import ENCODING
+from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import TouchPlan, read_touch_plan
 from wpcal.touch.searches.record import TOUCHES_FILE
 
-RESULT = re.compile(r"wptP_|WPR_|WPPLACE\b|wptp_|XWPT_\w+_M$", re.IGNORECASE)
-"""Names of places that a program stores, and of those between start and end of a search of TouchSense."""
-_MARKS = {
-    ".mod": re.compile(r"\bwptO_\w+"),
-    ".src": re.compile(r"\bWPFIND\(|\bTS_Search\(XWPT_"),
-    ".dat": re.compile(r"\bWPO_\w+"),
-    ".ls": re.compile(r"\bSkip,LBL\[\d+\],PR\[|\bSearch Start\["),
-    ".jbi": re.compile(r"\bSRCH RIN#\("),
-    ".script": re.compile(r"\bwpt_search\(\)"),
-    ".as": re.compile(r"\bwpto_\w+"),
-}
-"""By the suffix: what only touch programs of wpcal, and their results, have."""
 _FINGERPRINT = re.compile(r"touches\.json,\s*(?:;\s*)?(?:\d+:)?[\s!;'#]*fingerprint[\s!;'#:\d]*?\b([0-9a-f]{8})\b")
 """In the header, which may be wrapped into remarks."""
 CHECKED = "finite, rotations, the plan of touches beside it"
@@ -38,8 +27,8 @@ CHECKED = "finite, rotations, the plan of touches beside it"
 
 def is_touch_program(raw: bytes, path: Path) -> bool:
     """Tell whether a file is a touch program of wpcal, or holds its results."""
-    mark = _MARKS.get(path.suffix.lower())
-    return mark is not None and mark.search(raw.decode(ENCODING)) is not None
+    grammar = grammar_of_file(path)
+    return grammar is not None and grammar.is_touch_program(raw, path)
 
 
 def touch_faults(raw: bytes, path: Path) -> list[Fault]:
@@ -78,7 +67,9 @@ def _plan_near(path: Path) -> TouchPlan | None:
 
 def _poses(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[ReadPose]:
     """Return the poses that a program goes to."""
-    return [pose for pose in read_poses_back(raw, path, T_base_part) if RESULT.match(pose.name) is None]
+    stored = require_grammar(path).results
+    poses = read_poses_back(raw, path, T_base_part)
+    return [pose for pose in poses if not (stored and re.match(stored, pose.name, re.IGNORECASE))]
 
 
 def check_touches_written(files: Mapping[str, str], program: TouchProgram, *, name: str) -> int:

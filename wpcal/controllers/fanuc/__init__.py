@@ -14,7 +14,8 @@ FANUC = Controller(
     coordinates_arcs=False,
     suffixes=(".ls",),
     reader="wpcal.controllers.fanuc.read:READER",
-    reads_back=True,
+    grammar="wpcal.controllers.fanuc.grammar:GRAMMAR",
+    program_suffixes=(".ls",),
     takes_arcs=True,
     takes_plans=True,
 )

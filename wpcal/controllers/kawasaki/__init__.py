@@ -12,7 +12,8 @@ AS = Controller(
     suffixes=(".as",),
     reader="wpcal.controllers.kawasaki.read:READER",
     brands=("kawasaki",),
-    reads_back=True,
+    grammar="wpcal.controllers.kawasaki.grammar:GRAMMAR",
+    program_suffixes=(".as",),
     takes_arcs=True,
     takes_plans=True,
 )

@@ -11,10 +11,11 @@ KRL = Controller(
     touch_results=("*.dat",),
     suffixes=(".dat",),
     reader="wpcal.controllers.kuka.read:READER",
-    reads_back=True,
     coordinated_writer="wpcal.controllers.kuka.two_robots:write_coordinated_krl",
     holder_on_line=True,
     brands=("kuka",),
+    grammar="wpcal.controllers.kuka.grammar:GRAMMAR",
+    program_suffixes=(".src", ".dat"),
     takes_arcs=True,
     takes_plans=True,
 )

@@ -7,7 +7,8 @@ and keeps the present ones for PTP.
 
 References
 ----------
-KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (E6POS, FRAME, $BASE, S and T).
+KUKA, System Software 8.x: Operating and Programming Instructions for System Integrators (E6POS, FRAME, $BASE, S and T,
+orientation control for LIN and CIRC; the orientation of the middle of an arc is not used).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One job per seam and a job that calls them all, relative to a user frame: what FANUC and Yaskawa have in common.
+"""One job per seam and a job that calls them all, relative to a user frame: what languages of jobs have in common.
 
 A job cannot contain the values of its user frame. Comments of the main job list the six numbers for a person to type,
 rounded as the pendant takes them, and the points are relative to exactly these rounded numbers. A job cannot leave the

@@ -253,7 +253,9 @@ def whole_template(language: str, name: str, names: Mapping[str, Any]) -> list[s
     ----------
     name : Of the file, without its ending.
     """
-    text = (_package(language) / f"{name}{ENDING}").read_text(encoding="utf-8")
+    package = _package(language)
+    assert package is not None
+    text = (package / f"{name}{ENDING}").read_text(encoding="utf-8")
     lines = _whole_environment().from_string(text).render(names).split("\n")
     return [line for line in lines[:-1] if line.strip() != NO_LINE]
 

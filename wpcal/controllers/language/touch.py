@@ -21,7 +21,7 @@ FOUND, MISSED, ACTIVE, NOT_RUN = (
     STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
 )
 MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
-"""After the name of a search, in the message at which a program stops: FANUC shows 24 characters after a name."""
+"""After the name of a search, in the message at which a program stops: a pendant may show 24 characters after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,10 @@ class TouchWriter:
             first += len(names)
         self.searches = found
 
-    first_point = 0  #: The number of the first point of a search.
+    @property
+    def first_point(self) -> int:
+        """The number of the first point of a search."""
+        return 0
 
     def check(self) -> None:
         """Refuse what the controller does not have."""

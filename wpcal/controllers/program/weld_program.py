@@ -68,7 +68,7 @@ class ControllerSettings:
     #: Never guessed.
     configurations: Mapping[str, str] = opt(
         None,
-        'Configuration of the arm as the pendant shows it, for FANUC, Yaskawa: --config fanuc="N U T, 0, 0, 0". '
+        'Configuration of the arm as the pendant shows it, for languages that state it: "N U T, 0, 0, 0". '
         "Without FORMAT it is used for every format. Repeatable.",
         "--config",
         default_factory=dict,

@@ -7,6 +7,8 @@ VAL3 = Controller(
     title="Staubli VAL3: NAME.pjx, NAME.dtx, start.pgx with the part's frame and points",
     writer="wpcal.controllers.staubli.write:write_val3",
     brands=("staubli",),
+    grammar="wpcal.controllers.staubli.grammar:GRAMMAR",
+    program_suffixes=(".dtx", ".pgx"),
     takes_arcs=True,
     takes_plans=True,
 )

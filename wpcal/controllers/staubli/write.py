@@ -134,7 +134,7 @@ class _Val3(WeldWriter):
         joint = _motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)
         if planned is not None:
             joint = _motion(PLANNED_MM_S, "off", percent=round(planned.joint_percent))
-        data = [
+        data: list[tuple[str, str, tuple[str, ...]]] = [
             ("fPart", "frame", (frame,)),
             ("mAir", "mdesc", (_motion(program.motion.air_speed_mm_s, "off"),)),
             ("mJoint", "mdesc", (joint,)),

@@ -10,6 +10,8 @@ URSCRIPT = Controller(
     touch_results_reader="wpcal.controllers.ur.touch_results:read_touch_results",
     touch_results=("*.log", "*.txt"),
     brands=("ur", "universal-robots"),
+    grammar="wpcal.controllers.ur.grammar:GRAMMAR",
+    program_suffixes=(".script",),
     takes_arcs=True,
     takes_plans=True,
 )

@@ -10,7 +10,8 @@ The language has no arc instructions: a digital output switches the arc, or two 
 
 References
 ----------
-Universal Robots, The URScript Programming Language (movej, movel, pose_trans, set_standard_digital_out, sleep).
+Universal Robots, The URScript Programming Language (movej, movel, pose_trans, set_standard_digital_out, sleep; movec:
+"pose_via: path point (note: only position is used)"; mode 0 turns from the current pose to the target pose).
 """
 
 from __future__ import annotations

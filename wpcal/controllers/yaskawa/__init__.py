@@ -11,10 +11,11 @@ INFORM = Controller(
     touch_results=("var.dat",),
     suffixes=(".jbi",),
     reader="wpcal.controllers.yaskawa.read:READER",
-    reads_back=True,
     sync_writer="wpcal.controllers.yaskawa.two_robots:write_sync_inform",
     coordinated_writer="wpcal.controllers.yaskawa.two_robots:write_coordinated_inform",
     brands=("yaskawa", "motoman"),
+    grammar="wpcal.controllers.yaskawa.grammar:GRAMMAR",
+    program_suffixes=(".jbi",),
     takes_arcs=True,
     takes_plans=True,
 )

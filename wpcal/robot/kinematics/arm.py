@@ -41,7 +41,7 @@ class Joint:
 class Coupling:
     """A joint whose shown angle does not hold the motion of another one: ``true angle = shown + factor · other``.
 
-    FANUC shows J3 against the horizontal, so J3 takes up J2 with factor 1.
+    Where a pendant shows J3 against the horizontal, J3 takes up J2 with factor 1.
     """
 
     joint: str

@@ -41,7 +41,8 @@ def find_arm(name_or_path: str) -> Arm:
 
     Notes
     -----
-    A URDF file knows no couplings of joints: FANUC's J3 is then counted as the elbow turns, not as shown.
+    A URDF file knows no couplings of joints: a J3 that is shown against the horizontal is then counted as the elbow
+    turns.
     """
     if name_or_path in shipped_arms():
         with resources.as_file(_folder() / f"{name_or_path}.json") as path:

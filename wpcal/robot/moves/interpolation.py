@@ -2,25 +2,12 @@ r"""What a controller does on a line and on a circular arc.
 
 The tool centre point goes on the straight line, or on the circle through three points. The tool turns at a constant
 rate about one axis that is fixed in the frame of the targets, from the orientation at the start to that at the end
-(slerp), in proportion to the length of the path. This holds in every language that wpcal writes:
-
-* On a line: RAPID `MoveL`, KRL `LIN` with ``$ORI_TYPE=#VAR``, TP ``L``, INFORM ``MOVL``, URScript and VAL3 `movel`.
-* On an arc it holds in the mode that the programs state. RAPID: ``CirPathMode\ObjectFrame`` (the default
-  ``\PathFrame`` turns the tool with the tangent instead). KRL: ``$CIRC_TYPE=#BASE`` (``#PATH`` turns it with the
-  tangent). URScript: ``mode=0``, unconstrained.
-* RAPID, KRL and URScript do not use the orientation of the point in the middle. Others lead the tool through it (TP,
-  INFORM, VAL3). wpcal therefore writes there exactly the orientation that the tool has in the middle of the turn: both
-  ways are then the same motion.
+(slerp), in proportion to the length of the path. This holds on lines in every language that wpcal writes, and on arcs
+in the mode that its programs state; the writers of `wpcal.controllers` say which and cite the manuals. Some controllers
+do not use the orientation of the point in the middle of an arc, others lead the tool through it. wpcal therefore writes
+there exactly the orientation that the tool has in the middle of the turn: both ways are then the same motion.
 
 A turn of nearly 180 degrees can go one way or the other; `LARGEST_TURN_RAD` keeps away from it.
-
-References
-----------
-ABB, Technical reference manual: RAPID Instructions, Functions and Data types (CirPathMode, MoveC). KUKA, System
-Software 8.x: Operating and Programming Instructions for System Integrators (orientation control for LIN and CIRC).
-Universal Robots, Script manual, `movec`: "pose_via: path point (note: only position is used)"; mode 0 interpolates the
-orientation from the current pose to the target pose. AUBO documents the same three ways for its circle (fixed,
-unconstrained, through the via point), which are all that there are.
 """
 
 from __future__ import annotations
@@ -37,11 +24,11 @@ from wpcal.core.tangent import exp_rotation
 LARGEST_TURN_RAD = np.radians(170.0)
 """Of the tool within one move."""
 LEAST_SWEEP_RAD = np.radians(4.0)
-"""Of an arc. Seen from its start, its middle is then a degree beside its end: RAPID refuses less."""
+"""The least of an arc. Seen from its start, its middle is then a degree beside its end: controllers refuse less."""
 LARGEST_SWEEP_RAD = np.radians(200.0)
-"""Of an arc: half a circle, and some more where its points do not divide a circle in two. RAPID refuses 240 degrees."""
+"""The most of an arc: half a circle, and more where its points do not divide it in two. 240 degrees are refused."""
 LEAST_CHORD_MM = 0.1
-"""Between the start, the middle and the end of an arc: RAPID refuses less."""
+"""Between the start, the middle and the end of an arc: controllers refuse less."""
 NO_TURN_RAD = 1e-12
 """Smaller turns have no axis."""
 

@@ -7,9 +7,8 @@ import pytest
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh import PartMesh, SolidMesh
-from wpcal.controllers.audit.moves import places_between, read_moves
 from wpcal.controllers.audit.programs import Surroundings, audit_program
-from wpcal.controllers.audit.read_back import is_weld_program, read_poses_back
+from wpcal.controllers.audit.read_back import is_weld_program, places_between, read_moves, read_poses_back
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named

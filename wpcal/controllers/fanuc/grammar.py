@@ -1,0 +1,53 @@
+"""What the text of a TP program says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from wpcal.controllers.fanuc.read import read_fanuc
+from wpcal.controllers.language.grammar import Complaint, Does, Grammar, rule
+
+_LINE = r"^[ \t]*+(?:\d++:)?[ \t]*+"
+_POSITION = re.compile(r"^P\[(\d{1,9}+)[^\]\n]*+\]\{([^{}]*+)\};", re.MULTILINE)
+
+
+def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
+    """Yield positions without both groups, and moves in which the torch would not follow the part."""
+    split = next((row for row, line in enumerate(lines) if line.startswith("/POS")), len(lines))
+    found = _POSITION.findall("\n".join(lines[split:]))
+    groups = {name: ("GP1:" in block, "GP2:" in block) for name, block in found}
+    leader = {name: block.partition("GP2:")[2].split() for name, block in found}
+    before: str | None = None
+    for number, line in enumerate(lines[:split], 1):
+        match = re.match(r"\s*\d+:\s*([JLC]) P\[(\d+)", line)
+        if match is None:
+            continue
+        if match[2] not in groups:
+            yield f"there is no position P[{match[2]}]", number
+        elif not all(groups[match[2]]):
+            yield f"P[{match[2]}] does not hold both groups", number
+        rests, before = before is not None and leader.get(before) == leader.get(match[2]), match[2]
+        if match[1] == "L" and "COORD" not in line and not rests:
+            yield "a move of both groups without COORD: the torch would not follow the part", number
+
+
+GRAMMAR = Grammar(
+    comment=f"{_LINE}!",
+    rules=(
+        rule(_LINE + r"Weld Start\[", Does.ON),
+        rule(_LINE + r"Weld End\[", Does.OFF),
+        rule(_LINE + r"C ?P\[(?P<a>\d++)", Does.MOVE, kind="V", prefix="P"),  # its end is on the next line
+        rule(r"^[ \t]++:[ \t]*+P\[(?P<a>\d++)", Does.POINT, kind="C", prefix="P"),
+        rule(_LINE + r"(?P<kind>[JL]) ?P\[(?P<a>\d++)", Does.MOVE, prefix="P"),
+        rule(_LINE + r"A ?P\[", Does.MOVE),
+        rule(r"^/POS", Does.STOP),
+    ),
+    read=read_fanuc,
+    poses_in=(".ls",),
+    touches={".ls": r"\bSkip,LBL\[\d+\],PR\[|\bSearch Start\["},
+    in_step=r"^[ \t]*+\d++:[LC] [^\n;]*\bCOORD\b",
+    judge_step=_judge_step,
+    calls=r"^[ \t]*+(?:\d++:)?[ \t]*+CALL (?P<name>[\w.]++)",
+)

@@ -1,0 +1,72 @@
+"""What the text of a KRL program and of its data list says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from wpcal.controllers.kuka.read import read_krl
+from wpcal.controllers.language.grammar import ENCODING, Complaint, Does, Grammar, rule
+from wpcal.core.input_file import read_bytes
+from wpcal.core.numbers import parse_number
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+
+LARGEST = 1e4
+_TOOL = re.compile(r"(\$TOOL|TOOL_DATA\s*\[\s*\d+\s*\])\s*=\s*\{([^}]*)\}", re.IGNORECASE)
+_TOOL_AXIS = re.compile(r"\b([XYZABC])\s+([-+0-9.eE]+)", re.IGNORECASE)
+_IN_STEP = re.compile(r"^[ \t]*+S(?:LIN|CIRC)[ \t]++(?:(\w++),)?(\w++)", re.IGNORECASE)
+
+
+def _tools(text: str) -> dict[str, RigidTransform]:
+    """Read ``TOOL_DATA[3]={X …,Y …,Z …,A …,B …,C …}`` and ``$TOOL={…}``."""
+    found = {}
+    for name, body in _TOOL.findall(text):
+        axes = {key.upper(): parse_number(cell, most=LARGEST) for key, cell in _TOOL_AXIS.findall(body)}
+        if not {"X", "Y", "Z"} <= set(axes):
+            continue
+        a, b, c = (np.radians(axes.get(key, 0.0)) for key in "ABC")
+        place = np.array([axes[key] for key in "XYZ"])
+        found[re.sub(r"\s", "", name).upper()] = RigidTransform(rotation_from_zyx(c, b, a), place, "flange", "tool")
+    return found
+
+
+def _judge_step(lines: list[str], path: Path) -> Iterator[Complaint]:
+    """Yield moves that do not wait for the other robot, and points that the data list does not have."""
+    beside = path.with_suffix(".dat")
+    names = set(re.findall(r"E6POS (\w+)=", read_bytes(beside).decode(ENCODING))) if beside.is_file() else None
+    for number, line in enumerate(lines, 1):
+        match = _IN_STEP.match(line)
+        if match is None:
+            continue
+        if "$SYNC_ID" not in line.upper():
+            yield "a move that does not wait for the other robot ($SYNC_ID)", number
+        for name in (match[1], match[2]):
+            if name and names is not None and name not in names:
+                yield f"there is no point {name} in {beside.name}", number
+
+
+GRAMMAR = Grammar(
+    comment=r"^[ \t]*+;",
+    rules=(
+        rule(r"^[ \t]*+(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\()", Does.ON),
+        rule(r"^[ \t]*+(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\()", Does.OFF),
+        rule(r"^[ \t]*+S?(?P<kind>LIN|CIRC|PTP)\b(?:[ \t]++(?P<a>\w++)[ \t]*+(?:,[ \t]*+(?P<b>\w++))?)?", Does.MOVE),
+        rule(r"^[ \t]*+END\b[ \t]*+$", Does.STOP),
+    ),
+    read=read_krl,
+    poses_in=(".dat",),
+    moves_of=lambda path: path.with_suffix(".src"),
+    stated_output=r"\$OUT\[(\d{1,9}+)\] switches the arc",
+    set_output=r"^[ \t]*+\$OUT\[{number}\][ \t]*+=[ \t]*+{state}\b",
+    touches={".src": r"\bWPFIND\(|\bTS_Search\(XWPT_", ".dat": r"\bWPO_\w+"},
+    results=r"WPR_|WPPLACE\b|XWPT_\w+_M$",  # the last are between start and end of a search of TouchSense
+    in_step=r"(?i)\$SYNC_ID\[\]",
+    mark=r"(?i)\$SYNC_ID\[\]=\"(\w{1,40}+)\"",
+    judge_step=_judge_step,
+    tools=_tools,
+    tools_in_words="TOOL_DATA or $TOOL (KRL)",
+)

@@ -1,0 +1,68 @@
+"""What the data and the programs of a VAL3 application say. No person teaches points with such files."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from wpcal.controllers.language.grammar import ENCODING, Does, Grammar, rule
+from wpcal.core.errors import FormatError, InputError
+from wpcal.core.numbers import parse_number
+from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.transform import RigidTransform
+from wpcal.taught.programs import BASE, ProgramPoint, ProgramPoints
+
+WORLD = "world"
+NO_LINE = 0
+"""XML says names of points, no lines."""
+
+
+def read_val3(text: str, path: str) -> ProgramPoints:
+    """Read the points of a database: mm, and degrees of ``Rx Ry Rz``, in the frame that is their father."""
+    try:
+        database = ET.fromstring(text.encode(ENCODING))
+    except ET.ParseError as error:
+        line, column = error.position
+        raise FormatError(f"is not XML: {error.msg}", path=path, line=line, column=column) from None
+    data = {e.get("name", ""): e for e in database.iter() if e.tag.rpartition("}")[2] == "Data"}
+    frames, points = {}, []
+    for is_frame in (True, False):
+        for name, element in data.items():
+            kind = (element.get("type") or "").lower()
+            if not (kind == "frame" if is_frame else kind.startswith("point")):
+                continue
+            for number, value in enumerate(element):
+                label, father, T = f"{name}[{number}]", value.get("fatherId") or "", _pose(value, path)
+                if is_frame:
+                    frames[label] = T
+                    continue
+                if father not in frames and not father.startswith(WORLD):
+                    raise FormatError(f"point {label}: the frame {father or 'unknown'} is not in the file", path=path)
+                points.append(ProgramPoint(label, NO_LINE, T.t_mm, T.R, father if father in frames else BASE))
+    return ProgramPoints(tuple(points), frames)
+
+
+def _pose(element: ET.Element, path: str) -> RigidTransform:
+    try:
+        values = [parse_number(element.get(key) or "") for key in ("x", "y", "z", "rx", "ry", "rz")]
+    except InputError as error:
+        raise FormatError(f"a pose of six numbers: {error}", path=path, line=None) from None
+    x, y, z = np.radians(values[3:])
+    R = rotation_from_zyx(x, 0, 0) @ rotation_from_zyx(0, y, 0) @ rotation_from_zyx(0, 0, z)
+    return RigidTransform(R, np.array(values[:3]), "base", "frame")
+
+
+_POINT = r"\w++\[\w++\]"
+GRAMMAR = Grammar(
+    comment=r"^[ \t]*+//",
+    rules=(
+        rule(r"^[ \t]*+(?:call arcStart\(|doArc=true)", Does.ON),
+        rule(r"^[ \t]*+(?:call arcEnd\(|doArc=false)", Does.OFF),
+        rule(rf"^[ \t]*+move(?P<kind>[jlc])\((?:\s*+(?P<a>{_POINT})\s*+,\s*+(?:(?P<b>{_POINT})\s*+,)?)?", Does.MOVE),
+        rule(r"^end\]\]>", Does.STOP),
+    ),
+    read=read_val3,
+    poses_in=(".dtx",),
+    moves_of=lambda path: path.parent / "start.pgx",
+)

@@ -1,0 +1,43 @@
+"""What the text of an INFORM job says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from wpcal.controllers.language.grammar import Complaint, Does, Grammar, rule
+from wpcal.controllers.yaskawa.read import read_inform
+
+
+def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
+    """Yield coordinated moves without the master, and positions that are not there."""
+    positions = {line.split("=")[0] for line in lines if re.match(r"E?C\d{5}=", line)}
+    groups = [line for line in lines if line.startswith("///GROUP")]
+    if any(line.startswith("SMOV") for line in lines) and len(groups) != 2:
+        yield "a coordinated job has two groups: ///GROUP1 the torch, ///GROUP2 the master", None
+    for number, line in enumerate(lines, 1):
+        if line.startswith("SMOV") and "+MOV" not in line:
+            yield "a coordinated move without that of the master (+MOVJ)", number
+        for name in re.findall(r"\bE?C\d{5}\b", line) if line.startswith(("MOV", "SMOV")) else ():
+            if name not in positions:
+                yield f"there is no position {name}", number
+
+
+GRAMMAR = Grammar(
+    comment=r"^'",
+    rules=(
+        rule(r"^ARCON\b", Does.ON),
+        rule(r"^ARCOF\b", Does.OFF),
+        rule(r"^MOV(?P<kind>[JLC])\b(?:[ \t]++(?P<a>[CP]\d++))?", Does.MOVE),
+        rule(r"^S?MOV[JLCS]\b", Does.MOVE),
+        rule(r"^END\b", Does.STOP),
+    ),
+    read=read_inform,
+    poses_in=(".jbi",),
+    three_on_arcs=True,
+    touches={".jbi": r"\bSRCH RIN#\("},
+    in_step=r"^SMOV[LC]\b|^TSYNC\b",
+    judge_step=_judge_step,
+    calls=r"^[ \t]*+CALL JOB:(?P<name>[\w.]++)",
+)
