@@ -60,8 +60,8 @@ bench: $(VENV)/ready ## ratios against named peers, measured in this run
 
 fixtures: $(VENV)/ready ## write fixtures/ anew (golden results only with tests/golden --regenerate), and the files in docs/how-to
 	$(BIN)/python -m cad.samples.parts fixtures
-	$(BIN)/python -m cad.samples.uprights fixtures/uprights
-	$(BIN)/python -m cad.samples.graphs fixtures/graphs
+	$(BIN)/python -m tests.samples.uprights fixtures/uprights
+	$(BIN)/python -m tests.samples.graphs fixtures/graphs
 	$(BIN)/python docs/make_controller_files.py
 
 viewer: ## build the pages' JavaScript anew; needs Node

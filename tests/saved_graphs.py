@@ -1,4 +1,4 @@
-"""The saved graphs in fixtures/graphs, for tests that need no CAD kernel; `cad.samples.graphs` makes them."""
+"""The saved graphs in fixtures/graphs, for tests that need no CAD kernel; `tests.samples.graphs` makes them."""
 
 from functools import cache
 from pathlib import Path

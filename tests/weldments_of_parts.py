@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import cad
-from cad.samples.uprights import bodies, planned_touches
+from tests.samples.uprights import bodies, planned_touches
 from tests.weldments import Weldment
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces

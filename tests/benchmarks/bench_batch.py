@@ -17,11 +17,11 @@ import numpy as np
 from rich.table import Table
 
 from cad.pick.part import read_pick_part
-from cad.samples.steel_structure import steel_structure
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.bench_pick import NOISE_MM, touched
+from tests.samples.steel_structure import steel_structure
 from wpcal.core.pairs import PointPairs
 from wpcal.seam import SeamOptions
 

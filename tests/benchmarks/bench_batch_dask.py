@@ -16,13 +16,13 @@ from pathlib import Path
 from rich.table import Table
 
 from cad.pick.part import read_pick_part
-from cad.samples.steel_structure import steel_structure
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.bench_batch import JOBS, write_jobs
 from tests.benchmarks.bench_pick import touched
 from tests.cad.dask_processes import DaskProcesses, dask_processes
+from tests.samples.steel_structure import steel_structure
 from wpcal.seam import SeamOptions
 
 ROUNDS = int(os.environ.get("WPCAL_BENCH_ROUNDS", "3"))

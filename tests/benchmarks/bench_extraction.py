@@ -1,7 +1,7 @@
 """Features and seams of large parts against the kernel's raw reader on the same file, in the same run.
 
 The raw reader is the kernel's own `STEPControl_Reader`, parsing and transfer. The part is
-`cad.samples.steel_structure`, whose seams are known in closed form; it is written without edges as curves in surface
+`tests.samples.steel_structure`, whose seams are known in closed form; it is written without edges as curves in surface
 parameters, as most CAD systems do. Each size runs in a process of its own, whose peak memory after the first run is
 stated. Times are processor times, the least of `REPEATS` runs.
 """
@@ -49,8 +49,8 @@ def main() -> Table:
 
 def measured(bays: int) -> dict[str, float]:
     """Write a structure and measure its reading in a fresh process."""
-    from cad.samples.steel_structure import steel_structure
     from cad.step.new_file import new_step_text
+    from tests.samples.steel_structure import steel_structure
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "structure.step"
@@ -62,7 +62,7 @@ def measured(bays: int) -> dict[str, float]:
 
 def measure(path: Path, bays: int) -> dict[str, float]:
     """Read, find features and seams; then read again with the raw reader."""
-    from cad.samples.steel_structure import seam_counts
+    from tests.samples.steel_structure import seam_counts
 
     rounds = [extraction(path)]
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -2,7 +2,7 @@
 
 The bare fit is `wpcal.calibrate.run` on pairs in hand. The picker's answer goes the whole way: JSON over HTTP,
 the text of the table, names to features, the fit, the errors at every seam's frames, JSON back. The parts are
-structures with hundreds of seams (`cad.samples.steel_structure`).
+structures with hundreds of seams (`tests.samples.steel_structure`).
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.server import PickServer
 from cad.pick.session import PickSession
 from cad.pick.shared_table import SharedTable
-from cad.samples.steel_structure import steel_structure
 from cad.step.new_file import new_step_text
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.timing import least_seconds
+from tests.samples.steel_structure import steel_structure
 from wpcal.calibrate import calibrate
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform

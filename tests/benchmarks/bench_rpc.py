@@ -20,13 +20,13 @@ from rich.table import Table
 
 from cad.pick.part import read_pick_part
 from cad.pick.rows import Rows
-from cad.samples.steel_structure import steel_structure
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.bench_pick import touched
 from tests.benchmarks.timing import least_seconds
+from tests.samples.steel_structure import steel_structure
 from wpcal.seam import SeamOptions
 
 BAYS = (1, 10)

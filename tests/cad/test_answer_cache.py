@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.samples.graphs import saddle
 from cad.step.new_file import new_step_text
 from cad.workpiece import answer_cache, versions
 from cad.workpiece.advise import AdviseOptions
@@ -22,6 +21,7 @@ from cad.workpiece.seams import SeamChoice
 from cad.workpiece.step_file import StepFile
 from cad.workpiece.workpiece import open_workpiece
 from tests.running import FINISHED, kernel_work_here, run_here
+from tests.samples.graphs import saddle
 from wpcal.core import own_code
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions

@@ -8,10 +8,10 @@ import pytest
 
 from cad.kernel.geometry import to_location
 from cad.kernel.to_brep import to_brep
-from cad.samples.graphs import saddle
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.copied_groups import FAR, MOVED_MM, check_same, moved, together
+from tests.samples.graphs import saddle
 from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions, SeamSource, search
 

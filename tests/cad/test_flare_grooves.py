@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from cad.kernel.geometry import to_location
 from cad.kernel.to_brep import to_brep
-from cad.samples.flares import (
+from tests.samples.flares import (
     SIDE_MM,
     Solids,
     bar_on_plate,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.samples.graphs import GRAPHS, build_graph
+from tests.samples.graphs import GRAPHS, build_graph
 from tests.saved_graphs import GRAPHS as FOLDER
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph

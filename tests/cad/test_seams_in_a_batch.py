@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cad.kernel.to_brep import to_brep
-from cad.samples.flares import flush_tubes, half_ring_on_plate
+from tests.samples.flares import flush_tubes, half_ring_on_plate
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces

@@ -10,9 +10,9 @@ from OCP.BRepClass3d import BRepClass3d_SolidClassifier
 from OCP.gp import gp_Pnt
 from OCP.TopAbs import TopAbs_IN
 
-from cad.samples.graphs import GRAPHS
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
+from tests.samples.graphs import GRAPHS
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import FloatArray

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import pytest
 
 from cad.kernel.to_brep import to_brep
-from cad.samples.graphs import saddle
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece
+from tests.samples.graphs import saddle
 from tests.saved_graphs import saved_graph
 from wpcal.seam import SeamOptions, detect_seams
 

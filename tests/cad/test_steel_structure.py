@@ -3,7 +3,7 @@
 import pytest
 
 from cad.kernel.to_brep import to_brep
-from cad.samples.steel_structure import seam_counts, steel_structure
+from tests.samples.steel_structure import seam_counts, steel_structure
 from wpcal.seam import detect_seams
 
 BAYS = 2

@@ -26,7 +26,7 @@ CASES: dict[str, tuple[dict[tuple[str, str], int], float]] = {
     "pin-flush": ({("corner", "fillet"): 1, ("corner", "groove"): 1}, 2 * 2 * math.pi * 5),
     "rod-through": ({("tee", "fillet"): 2}, 2 * 2 * math.pi * 30),
 }
-"""Saved graphs (`cad.samples.graphs`), the joints and welds on them, and the length of all seams, mm."""
+"""Saved graphs (`tests.samples.graphs`), the joints and welds on them, and the length of all seams, mm."""
 WITH_ENDS = ("joint-tee", "joint-tee-gap", "joint-tee-in-one", "joint-corner", "joint-butt")
 """On these, two seams go across the ends of a plate beside long ones."""
 

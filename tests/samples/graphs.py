@@ -1,6 +1,6 @@
 """Small parts whose seams and features anybody can count, saved as graphs for the tests that need no kernel.
 
-`python -m cad.samples.graphs FOLDER` writes all of them, and those of the sample parts.
+`python -m tests.samples.graphs FOLDER` writes all of them, and those of the sample parts.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from cad.kernel.geometry import to_location
 from cad.kernel.modelling import disc, fused, rounded
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
-from cad.samples.bolted import BOLTED_GRAPHS
 from cad.samples.parts import SAMPLES
 from cad.step.new_file import Member
+from tests.samples.bolted import BOLTED_GRAPHS
 from wpcal.brep import BrepGraph
 from wpcal.brep.graph_file import graph_bytes
 from wpcal.core.records import write_file

@@ -1,6 +1,6 @@
 """A sample weldment whose plates moved: four long uprights on a base plate, with its true motions and seams.
 
-`python -m cad.samples.uprights FOLDER` writes it.
+`python -m tests.samples.uprights FOLDER` writes it.
 """
 
 from __future__ import annotations
