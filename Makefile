@@ -28,6 +28,7 @@ lint: $(VENV)/ready
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.lint.docstrings
+	$(BIN)/python -m tests.lint.structure
 
 js: ## format, lint and unit tests of the pages' JavaScript; skipped, and says so, without Node
 	sh .ci/javascript

@@ -230,10 +230,10 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
         If the table, its draft or its last version would be a folder or the part itself, it is named like a draft, or
         it cannot be written.
     """
-    from cad.pick.draft import KEPT_ENDINGS, backup_of, draft_of, is_read_only, require_name, require_room
+    from cad.pick.draft import KEPT_ENDINGS, backup_of, draft_of, is_read_only, require_table_name, require_table_room
     from wpcal.core.errors import InputError
 
-    require_name(out)
+    require_table_name(out)
     if out.is_dir():
         raise InputError(f"{out}: is a directory; expected the name of a table to save")
     for path in (out, draft_of(out), backup_of(out)):
@@ -247,7 +247,7 @@ def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
         raise InputError(f"{out.parent}: no such folder to save into")
     if is_asked and is_read_only(out):
         raise InputError(f"{out}: is read-only; give -o and another name")
-    require_room(out)
+    require_table_room(out)
 
 
 def calibrate_command(
@@ -260,10 +260,10 @@ def calibrate_command(
     bodies: Path | None = None,
 ) -> str:
     """Return the line that calibrates from the saved table with the options and the decisions that were given here."""
-    from cad.pick.shared_seams import options_of
+    from cad.pick.shared_seams import seam_options_of
 
     given = [] if seams.used_file is None else ["--seams", str(seams.used_file)]
-    given += [*options_of(seams.judging), *session.moving.words(bodies)]
+    given += [*seam_options_of(seams.judging), *session.moving.words(bodies)]
     left_out = {*NOT_CALIBRATE, *OF_SOLIDS, *option_names(POINTS), *option_names(BODIES)}
     left_out |= set(OF_RIGID_PARTS if session.moving.is_on else ())
     for parameter in ctx.command.params:

@@ -1,4 +1,4 @@
-"""Solids fused, edges rounded, discs whose rim has many arcs: more shapes for test parts. Lengths are mm."""
+"""Solids fused, edges filleted, discs whose rim has many arcs: more shapes for test parts. Lengths are mm."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def fused(a: KernelObject, b: KernelObject, *, unified: bool = True) -> KernelOb
     return only_solid(union)
 
 
-def rounded(shape: KernelObject, radius: float, on_edge: Callable[[float, float, float], bool]) -> KernelObject:
+def filleted(shape: KernelObject, radius: float, on_edge: Callable[[float, float, float], bool]) -> KernelObject:
     """Return a solid with rounds along the edges whose middle point `on_edge` accepts."""
     fillet = BRepFilletAPI_MakeFillet(shape)
     for edge, _ in sub_shape_uses(shape, EDGE):

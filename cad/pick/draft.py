@@ -130,7 +130,7 @@ def is_read_only(path: Path) -> bool:
     return path.exists() and (not path.stat().st_mode & 0o222 or not os.access(path, os.W_OK))
 
 
-def require_name(out: Path) -> None:
+def require_table_name(out: Path) -> None:
     """Refuse a name that the file system cannot give to the table, its draft and its last version.
 
     Raises `InputError` when it is too long, or contains NUL.
@@ -153,7 +153,7 @@ def _unwritable(out: Path, error: Exception) -> InputError:
     return InputError(f"{out}: cannot be written: {reason}; give -o and another table")
 
 
-def require_room(out: Path) -> None:
+def require_table_room(out: Path) -> None:
     """Refuse a table beside which no draft can be written, before a person types anything.
 
     Raises `InputError` when no file can be made there, or none with such a name.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from cad.pick.part import PickPart
-from cad.pick.shared_seams import seams_of, solids_of
+from cad.pick.shared_seams import seams_of, solids_record
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.pages.html import build_page, json_blob
 from wpcal.taught.columns import USES
@@ -32,7 +32,7 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
         "seams": shown["seams"],
         "seams_revision": revision,
         "join_mm": part.seam_options.most_join_mm,
-        **solids_of(part),
+        **solids_record(part),
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
     }

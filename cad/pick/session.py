@@ -14,7 +14,7 @@ import numpy as np
 from cad.pick.next_touches import next_for_bodies
 from cad.pick.part import PickPart
 from cad.pick.rows import Rows, read_rows
-from cad.pick.touches import predict_touches, touch_at
+from cad.pick.touches import predict_touches, touch_on_face
 from cad.workpiece.bodies import BodyGroup, find_bodies
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.moved_bodies import fit_weldment
@@ -194,11 +194,11 @@ class PickSession:
         }
 
     def touch(self, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
-        """Return what a click on the part touches; see `cad.pick.touches.touch_at`.
+        """Return what a click on the part touches; see `cad.pick.touches.touch_on_face`.
 
         `point`, `normal`: shape (3,). In `part`, mm.
         """
-        return touch_at(self.part, point, normal)
+        return touch_on_face(self.part, point, normal)
 
     def promise(self, rows: Rows) -> dict[str, Any]:
         """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`.

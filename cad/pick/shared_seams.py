@@ -146,7 +146,7 @@ class SharedSeams:
     def _state(self) -> dict[str, Any]:
         name = "" if self.path is None else str(self.path)
         state = {"revision": self._session.seams_revision, "file": name, **seams_of(self._session.part)}
-        return state if self._search is None else {**state, **solids_of(self._session.part)}
+        return state if self._search is None else {**state, **solids_record(self._session.part)}
 
     def _store(self) -> str:
         """Write the file. Return why that failed, or nothing."""
@@ -195,14 +195,14 @@ def seams_of(part: PickPart) -> dict[str, Any]:
     }
 
 
-def solids_of(part: PickPart) -> dict[str, Any]:
+def solids_record(part: PickPart) -> dict[str, Any]:
     """Return what a page shows of the solids: ``members``, and ``options`` that say what was said about them."""
     notes = part.workpiece.member_notes
     members = [] if notes is None else notes.to_record()["members"]
-    return {"members": members, "options": shlex.join(options_of(part.seam_options.judging))}
+    return {"members": members, "options": shlex.join(seam_options_of(part.seam_options.judging))}
 
 
-def options_of(judging: Judging) -> list[str]:
+def seam_options_of(judging: Judging) -> list[str]:
     """Return the options of a command that say what is said about solids."""
     pairs = [("--weld", name) for name in judging.weld] + [("--not", name) for name in judging.not_welded]
     return [word for pair in pairs for word in pair]

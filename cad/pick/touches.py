@@ -27,7 +27,7 @@ from wpcal.taught.touched_face import touched_face
 MODEL_DIGITS = 4  #: Decimals of mm in the table: a click on the screen is known to some tenths of a millimetre.
 
 
-def touch_at(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
+def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
     """Return what a click on the part touches.
 
     Parameters

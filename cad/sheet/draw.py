@@ -30,7 +30,7 @@ AXIS_PART = 0.55  #: Length of the axes in the corner of a view, relative to the
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class SheetRow:
     """One point in the table, as text."""
 
     number: str
@@ -83,12 +83,12 @@ class Pen:
         return f"{text.rstrip()}…"
 
 
-def draw_views(pen: Pen, layout: SheetLayout, rows: Sequence[Row]) -> list[list[Label]]:
+def draw_views(pen: Pen, layout: SheetLayout, rows: Sequence[SheetRow]) -> list[list[Label]]:
     """Draw the views with their points and labels, and return the labels of each view."""
     return [_draw_view(pen, place, rows) for place in layout.places]
 
 
-def _draw_view(pen: Pen, place: Place, rows: Sequence[Row]) -> list[Label]:
+def _draw_view(pen: Pen, place: Place, rows: Sequence[SheetRow]) -> list[Label]:
     view, room = place.view, pen.paper.label_room
     drawn = place.on_paper(view.segments)
     for layer, segments in (("OUTLINE", drawn), ("SMOOTH", place.on_paper(view.smooth))):
@@ -115,7 +115,7 @@ def _label_width(pen: Pen, name: str) -> float:
     return (2 * BALLOON + 0.5) * pen.paper.text + pen.width(name, LABEL_TEXT)
 
 
-def _label(pen: Pen, label: Label, row: Row) -> None:
+def _label(pen: Pen, label: Label, row: SheetRow) -> None:
     radius = BALLOON * pen.paper.text
     x, y = label.box.x + radius, label.box.y + label.box.height / 2
     pen.space.add_circle((x, y), radius, dxfattribs={"layer": "LABELS"})
@@ -137,7 +137,7 @@ def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
     )
 
 
-def _arrows(pen: Pen, place: Place, p: FloatArray, rows: Sequence[Row]) -> FloatArray:
+def _arrows(pen: Pen, place: Place, p: FloatArray, rows: Sequence[SheetRow]) -> FloatArray:
     """Draw an arrow that ends at every point with a way; return what labels avoid, shape (k, 2, 2)."""
     text, drawn = pen.paper.text, []
     for point, row in zip(p, rows, strict=True):

@@ -122,20 +122,20 @@ def _features(workpiece: Workpiece, options: SheetOptions, progress: Progress) -
 
 
 def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:
-    from cad.sheet.draw import Row
+    from cad.sheet.draw import SheetRow
     from wpcal.touch.advice import what_it_is
 
     return [
-        Row(str(number), feature.name, " ".join(what_it_is(feature).split()), _place(feature.p_mm))
+        SheetRow(str(number), feature.name, " ".join(what_it_is(feature).split()), _place(feature.p_mm))
         for number, feature in enumerate(features, 1)
     ]
 
 
 def _touch_rows(touches: Sequence[DrawnTouch]) -> list[Any]:
-    from cad.sheet.draw import Row
+    from cad.sheet.draw import SheetRow
 
     return [
-        Row(str(number), touch.name, touch.where, _place(touch.p_part), touch.way_part)
+        SheetRow(str(number), touch.name, touch.where, _place(touch.p_part), touch.way_part)
         for number, touch in enumerate(touches, 1)
     ]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ezdxf.enums import TextEntityAlignment as Align
 
-from cad.sheet.draw import Pen, Row
+from cad.sheet.draw import Pen, SheetRow
 from cad.sheet.paper import HEADING_ROWS, Box, SheetLayout, scale_words
 
 COLUMNS = {"No": 0.7, "point": 1.3, "where": 5.2, "x": 1.6, "y": 1.6, "z": 1.6, "X": 2.4, "Y": 2.4, "Z": 2.4}
@@ -26,7 +26,7 @@ class TitleBlock:
     made_by: str
 
 
-def draw_table(pen: Pen, box: Box, rows: Sequence[Row]) -> None:
+def draw_table(pen: Pen, box: Box, rows: Sequence[SheetRow]) -> None:
     """Draw the heading and one line per point. The robot's coordinates are left empty."""
     edges = _edges(box)
     row, top = pen.paper.row, box.top
@@ -60,7 +60,7 @@ def _edges(box: Box) -> list[float]:
     return edges
 
 
-def _row(pen: Pen, cells: Row, edges: list[float], y: float) -> None:
+def _row(pen: Pen, cells: SheetRow, edges: list[float], y: float) -> None:
     pad = PAD * pen.paper.text
     pen.text(cells.number, (edges[0] + edges[1]) / 2, y, align=Align.MIDDLE_CENTER)
     pen.text(cells.name, edges[1] + pad, y, 1.1)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cad.step.part21 import Part21File
-from cad.step.part21_values import Record, Ref, encode_string, format_real
+from cad.step.part21_values import Ref, StepRecord, encode_string, format_real
 from cad.step.products import Root, argument, axis_placement, find_roots
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError
@@ -175,7 +175,7 @@ def add_product(writer: EntityWriter, file: Part21File, root: Root, name: str) -
     return new_definition, writer.add(f"PRODUCT_DEFINITION_SHAPE('','',{new_definition})")
 
 
-def _product_records(file: Part21File, root: Root) -> tuple[Record | None, Record | None]:
+def _product_records(file: Part21File, root: Root) -> tuple[StepRecord | None, StepRecord | None]:
     """Records of a root's ``PRODUCT`` and ``PRODUCT_DEFINITION``."""
     instance = file.instance(root.definition)
     definition = None if instance is None else instance.records[0]

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cad.step.part21 import Part21File
-from cad.step.part21_values import Instance, Record, Ref, Value
+from cad.step.part21_values import Instance, Ref, StepRecord, Value
 from cad.step.xcaf_tree import usable_name
 
 MATERIAL = re.compile(r"material|werkstoff|mat[ée]riau|\bmatière\b|材料|材質|材质|материал", re.IGNORECASE)
@@ -162,7 +162,7 @@ def _densities(file: Part21File, names: list[str], item: Instance) -> Iterator[f
     if not any(DENSITY.search(text) for text in texts):
         return
     value, unit = (_argument(measure, 0), _argument(measure, 1)) if measure else (_argument(own, 1), _argument(own, 2))
-    number = _argument(value, 0) if isinstance(value, Record) else value
+    number = _argument(value, 0) if isinstance(value, StepRecord) else value
     if isinstance(number, int | float) and number > 0:
         density = density_kg_m3(float(number), is_pound=_is_pound(file, unit, MOST_STEPS))
         if density is not None:
@@ -219,7 +219,7 @@ def _follow(file: Part21File, value: Value) -> Instance | None:
     return file.instance(value) if isinstance(value, Ref) else None
 
 
-def _argument(record: Record | None, index: int) -> Value:
+def _argument(record: StepRecord | None, index: int) -> Value:
     return record.arguments[index] if record is not None and index < len(record.arguments) else None
 
 

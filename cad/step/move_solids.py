@@ -25,7 +25,7 @@ from cad.step.append import (
 )
 from cad.step.occurrences import LeafUse, Link, Occurrence, Solid, find_occurrences
 from cad.step.part21 import Part21File
-from cad.step.part21_values import Instance, Record, Ref, Value, encode_string, format_instance
+from cad.step.part21_values import Instance, Ref, StepRecord, Value, encode_string, format_instance
 from cad.step.products import context_and_items
 from cad.step.xcaf_tree import usable_name
 from wpcal.core.arrays import FloatArray
@@ -276,7 +276,7 @@ class _Editor:
         instance = self._instance(number)
         old = instance.record(keyword) or instance.records[0]
         arguments = (*old.arguments[:index], value, *old.arguments[index + 1 :])
-        records = tuple(Record(old.keyword, arguments) if record is old else record for record in instance.records)
+        records = tuple(StepRecord(old.keyword, arguments) if record is old else record for record in instance.records)
         self.changed[number] = replace(instance, records=records)
 
     def _set_items(self, number: int, without: Sequence[int], new: Sequence[str]) -> None:
@@ -287,7 +287,7 @@ class _Editor:
         self._set(number, "REPRESENTATION", 1, (*kept, *(Ref(text[1:]) for text in new)))
         if without:
             instance = self.changed[number]
-            records: tuple[Record, ...] = (Record("SHAPE_REPRESENTATION", instance.records[0].arguments),)
+            records: tuple[StepRecord, ...] = (StepRecord("SHAPE_REPRESENTATION", instance.records[0].arguments),)
             if len(instance.records) > 1:
                 records = tuple(r for r in instance.records if not r.keyword.endswith("BREP_SHAPE_REPRESENTATION"))
             self.changed[number] = replace(instance, records=records)

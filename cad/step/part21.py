@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.step.part21_values import MOST_DIGITS, Instance, Record, Value, parse_instance, parse_value
+from cad.step.part21_values import MOST_DIGITS, Instance, StepRecord, Value, parse_instance, parse_value
 from wpcal.core.arrays import IntArray
 from wpcal.core.errors import FormatError
 from wpcal.core.wording import shown
@@ -41,7 +41,7 @@ class Part21File:
     #: `starts`, `ends`: shape (n,). Positions of the ``#`` and the ``;`` of each instance, in the order of `ids`.
     starts: IntArray
     ends: IntArray
-    header: tuple[Record, ...]  #: The statements of the header.
+    header: tuple[StepRecord, ...]  #: The statements of the header.
     data_end: int  #: Position of the ``ENDSEC`` of the last data section. New instances go before it.
     byte_order_mark: bytes = b""  #: What an editor put before the text; `text` and all positions are without it.
 
@@ -224,9 +224,11 @@ def _instance_numbers(characters: NDArray[np.uint8], starts: IntArray, text: byt
     return numbers
 
 
-def _sections(clean: bytes, starts: IntArray, ends: IntArray, text: bytes, name: str) -> tuple[tuple[Record, ...], int]:
+def _sections(
+    clean: bytes, starts: IntArray, ends: IntArray, text: bytes, name: str
+) -> tuple[tuple[StepRecord, ...], int]:
     """Walk the few statements that are not instances: header records, and the end of the last data section."""
-    header: list[Record] = []
+    header: list[StepRecord] = []
     section, data_end = "", -1
     for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
         statement = clean[start:end].rstrip()
@@ -244,11 +246,11 @@ def _sections(clean: bytes, starts: IntArray, ends: IntArray, text: bytes, name:
     return tuple(header), data_end
 
 
-def _header_record(statement: bytes, text: bytes, start: int, name: str) -> Record:
+def _header_record(statement: bytes, text: bytes, start: int, name: str) -> StepRecord:
     try:
         value = parse_value(statement)
     except FormatError as error:
         raise FormatError(str(error), path=name, line=line_of(text, start)) from None
-    if not isinstance(value, Record):
+    if not isinstance(value, StepRecord):
         raise FormatError("expected a header record", path=name, line=line_of(text, start))
     return value

@@ -36,14 +36,14 @@ class Enumeration(str):
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class StepRecord:
     """One ``KEYWORD(arguments)``: a whole instance, a part of a complex instance, or a typed argument."""
 
     keyword: str
     arguments: tuple[Value, ...]
 
 
-Value: TypeAlias = "int | float | str | bytes | Ref | Enumeration | Record | tuple[Value, ...] | None"
+Value: TypeAlias = "int | float | str | bytes | Ref | Enumeration | StepRecord | tuple[Value, ...] | None"
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +51,14 @@ class Instance:
     """One instance: its number and its record (several records for a complex instance)."""
 
     id: int
-    records: tuple[Record, ...]
+    records: tuple[StepRecord, ...]
 
     @property
     def keyword(self) -> str:
         """Keyword of a simple instance; the first keyword of a complex one."""
         return self.records[0].keyword
 
-    def record(self, keyword: str) -> Record | None:
+    def record(self, keyword: str) -> StepRecord | None:
         """Return the record with this keyword, or None."""
         return next((record for record in self.records if record.keyword == keyword), None)
 
@@ -70,8 +70,8 @@ class Instance:
             value = stack.pop()
             if isinstance(value, Ref):
                 found.append(int(value))
-            elif isinstance(value, Record | tuple):
-                stack.extend(reversed(value.arguments if isinstance(value, Record) else value))
+            elif isinstance(value, StepRecord | tuple):
+                stack.extend(reversed(value.arguments if isinstance(value, StepRecord) else value))
         return tuple(found)
 
 
@@ -83,17 +83,17 @@ def parse_instance(statement: bytes) -> Instance:
     Examples
     --------
     >>> parse_instance(b"#7=DIRECTION('',(0.,0.,1.))")
-    Instance(id=7, records=(Record(keyword='DIRECTION', arguments=('', (0.0, 0.0, 1.0))),))
+    Instance(id=7, records=(StepRecord(keyword='DIRECTION', arguments=('', (0.0, 0.0, 1.0))),))
     """
     left, _, right = statement.partition(b"=")
     number = left.strip()
     if not (number[:1] == b"#" and number[1:].isdigit() and len(number) <= MOST_DIGITS + 1):
         _refuse(statement, "expected an instance #number=")
     value = parse_value(right)
-    if isinstance(value, Record):
+    if isinstance(value, StepRecord):
         return Instance(int(number[1:]), (value,))
-    if isinstance(value, tuple) and value and all(isinstance(part, Record) for part in value):
-        return Instance(int(number[1:]), tuple(part for part in value if isinstance(part, Record)))
+    if isinstance(value, tuple) and value and all(isinstance(part, StepRecord) for part in value):
+        return Instance(int(number[1:]), tuple(part for part in value if isinstance(part, StepRecord)))
     return _refuse(statement, "expected a keyword with arguments")
 
 
@@ -125,7 +125,7 @@ def parse_value(text: bytes) -> Value:
             if len(stack) == 1:
                 _refuse(text, "a bracket closes that was not opened")
             name, values = stack.pop()
-            stack[-1][1].append(tuple(values) if name is None else Record(name, tuple(values)))
+            stack[-1][1].append(tuple(values) if name is None else StepRecord(name, tuple(values)))
         elif token == b"=":
             _refuse(text, "an equals sign inside a value")
         elif token != b",":
@@ -149,9 +149,9 @@ def format_instance(instance: Instance) -> bytes:
 
 def _format_value(value: Value) -> str:
     match value:
-        case Record() | tuple():
-            inner = ",".join(map(_format_value, value.arguments if isinstance(value, Record) else value))
-            text = f"{value.keyword if isinstance(value, Record) else ''}({inner})"
+        case StepRecord() | tuple():
+            inner = ",".join(map(_format_value, value.arguments if isinstance(value, StepRecord) else value))
+            text = f"{value.keyword if isinstance(value, StepRecord) else ''}({inner})"
         case None:
             text = "$"
         case Ref():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cad.step.part21 import Part21File
-from cad.step.part21_values import Enumeration, Instance, Record, Ref, Value
+from cad.step.part21_values import Enumeration, Instance, Ref, StepRecord, Value
 from wpcal.core.errors import FormatError
 
 SI_PREFIX_METRES = {
@@ -170,7 +170,7 @@ def _measure(measure: Instance | None) -> tuple[float | None, Value]:
     """Value and unit of a ``LENGTH_MEASURE_WITH_UNIT``, simple or complex."""
     for record in () if measure is None else measure.records:
         value, unit = argument(record, 0), argument(record, 1)
-        number = argument(value, 0) if isinstance(value, Record) else value
+        number = argument(value, 0) if isinstance(value, StepRecord) else value
         if isinstance(unit, Ref) and isinstance(number, int | float) and number > 0:
             return float(number), unit
     return None, None
@@ -217,11 +217,11 @@ def follow(file: Part21File, value: Value) -> Instance | None:
     return file.instance(value) if isinstance(value, Ref) else None
 
 
-def record_of(instance: Instance | None, keyword: str) -> Record | None:
+def record_of(instance: Instance | None, keyword: str) -> StepRecord | None:
     """Return the record of an instance with a keyword; None if it has none."""
     return None if instance is None else instance.record(keyword)
 
 
-def argument(record: Record | None, index: int) -> Value:
+def argument(record: StepRecord | None, index: int) -> Value:
     """Return an argument of a record; None if there is none."""
     return record.arguments[index] if record is not None and index < len(record.arguments) else None

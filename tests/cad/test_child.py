@@ -20,7 +20,7 @@ from tests.running import needs_proc
 from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
 from wpcal.core.issue import Issue
 from wpcal.seam import SeamOptions
-from wpcal.seam.seam import Finding, Groove, JointType, Seam, SeamPieces, WeldType
+from wpcal.seam.seam import Finding, FlareGroove, JointType, Seam, SeamPieces, WeldType
 
 LIMIT_S = 60.0
 """More than any of these files needs on a busy machine, so that reaching it means a hang."""
@@ -175,7 +175,7 @@ def test_many_objects_of_one_class_are_few_arrays() -> None:
         for k, (joint, own) in enumerate(zip(JointType, pieces, strict=False))
     )
     findings = (Finding("bolt", 0.5, "a bolt", "S1"), Finding("short", 0.25, "short"))
-    seams = (*seams[:3], replace(seams[3], lean_rad=np.eye(2), findings=findings, groove=Groove(1.0, 2.0, 3.0)))
+    seams = (*seams[:3], replace(seams[3], lean_rad=np.eye(2), findings=findings, groove=FlareGroove(1.0, 2.0, 3.0)))
     packet = pack((seams, seams[0].pieces))
     found, _ = unpack(packet)
     assert repr(found) == repr(seams)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cad.sheet import SheetOptions, make_sheet
-from cad.sheet.draw import Pen, Row, draw_views
+from cad.sheet.draw import Pen, SheetRow, draw_views
 from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
 from cad.sheet.touches import read_touches_to_make, touches_of_plan
@@ -85,7 +85,7 @@ def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, p
     z, x = front.on_paper(front.view.p)[:, 1], front.on_paper(front.view.p)[:, 0]
     np.testing.assert_allclose(left.on_paper(left.view.p)[:, 1], z, rtol=0, atol=PAPER_MM)
     np.testing.assert_allclose(top.on_paper(top.view.p)[:, 0], x, rtol=0, atol=PAPER_MM)
-    rows = [Row(str(k), name, "", ("", "", "")) for k, name in enumerate(names, 1)]
+    rows = [SheetRow(str(k), name, "", ("", "", "")) for k, name in enumerate(names, 1)]
     for labels in draw_views(Pen(_new_document().modelspace(), paper), layout, rows):
         boxes = [label.box for label in labels]
         for i, a in enumerate(boxes):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cad.kernel.geometry import to_location
-from cad.kernel.modelling import disc, fused, rounded
+from cad.kernel.modelling import disc, filleted, fused
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
 from cad.samples.parts import SAMPLES
@@ -127,7 +127,7 @@ def _disc_of_short_arcs() -> Solids:
 def bead_tee() -> Any:
     """Return in one piece a web of 8 mm across a whole plate, with a bead of 6 mm on both sides."""
     shape = fused(box(200, 100, 10, (0, 0, 0)), box(200, 8, 80, (0, 46, 10)), unified=False)
-    return rounded(shape, 6.0, lambda x, y, z: abs(z - 10) < 1e-6 and abs(abs(y - 50) - 4) < 1e-6 and 1 < x < 199)
+    return filleted(shape, 6.0, lambda x, y, z: abs(z - 10) < 1e-6 and abs(abs(y - 50) - 4) < 1e-6 and 1 < x < 199)
 
 
 def bead_pipe(tilt_deg: float) -> Any:
@@ -137,7 +137,7 @@ def bead_pipe(tilt_deg: float) -> Any:
     low, lower = ((-length * axis[0], 0.0, -length * axis[2]) for length in (60, 150))
     pipe = cut(cylinder(30, 160, low, axis), box(400, 400, 100, (-200, -200, -100)))
     shape = fused(box(200, 200, 10, (-100, -100, -10)), pipe, unified=False)
-    shape = rounded(shape, 5.0, lambda x, y, z: abs(z) < 1e-6 and math.hypot(x, y) < 60)
+    shape = filleted(shape, 5.0, lambda x, y, z: abs(z) < 1e-6 and math.hypot(x, y) < 60)
     return cut(shape, cylinder(27, 300, lower, axis))
 
 
@@ -364,7 +364,7 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "post-base": _post_base,
     "hollow-corner": _hollow_corner,
     "pockets": _pockets,
-    "bent-block": lambda: [("block", rounded(box(100, 60, 40, (0, 0, 0)), 5.0, lambda x, y, z: abs(z - 40) < 1e-6))],
+    "bent-block": lambda: [("block", filleted(box(100, 60, 40, (0, 0, 0)), 5.0, lambda x, y, z: abs(z - 40) < 1e-6))],
     "block": partial(_machined, _block),
     "block-shifted": partial(_machined, lambda b: b.Pos(*BLOCK_SHIFT_MM) * _block(b)),
     "block-turned": partial(_machined, _turned_block),

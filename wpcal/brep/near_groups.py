@@ -21,7 +21,7 @@ GROUP_ROWS, GROUP_RAD = 8, 0.35
 PAIRS = 100_000  #: Pairs of a ray and a face handled in one array: some 50 MB.
 
 
-def first_rows(owner: IntArray, way: FloatArray) -> IntArray:
+def first_of_groups(owner: IntArray, way: FloatArray) -> IntArray:
     """Divide rows into groups that run side by side: of one owner, few, and turned little from the first to the last.
 
     `owner`: shape (n,). Ascending.
@@ -212,7 +212,7 @@ def first_faces(
     each = np.broadcast_to(rays if rays.ndim == 3 else rays[:, None], origins.shape).reshape(-1, 3)
     length = np.broadcast_to(length_mm if length_mm.ndim == 2 else length_mm[:, None], (n, k)).ravel()
     p0 = origins.reshape(-1, 3)
-    first = first_rows(owner, each[::k])
+    first = first_of_groups(owner, each[::k])
     near = find_near_faces(graph, trimmed, p0, p0 + length[:, None] * each, k * first)
     group = np.repeat(np.arange(len(first)), np.diff(first, append=n))
     rows = np.flatnonzero(near.counts[group])

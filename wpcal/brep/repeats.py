@@ -27,7 +27,7 @@ What is found about them then differs by less than 1e-9 mm."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Group:
+class SolidGroup:
     """Solids with nothing else near them."""
 
     #: `solids`, `faces`, `edges`, `coedges`: Numbers in the graph, ascending.
@@ -43,8 +43,8 @@ class Copy:
     """A group that is the same as another one at another place. Equal positions in their arrays are the same thing."""
 
     #: `first`, `group`: The group that stands for both, and this one.
-    first: Group
-    group: Group
+    first: SolidGroup
+    group: SolidGroup
 
     @property
     def shift_mm(self) -> FloatArray:
@@ -70,7 +70,7 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
         Solids, faces and edges of a copy have the same order as those of the first group. Copies with another order
         are not found.
     """
-    like: dict[bytes, list[Group]] = defaultdict(list)
+    like: dict[bytes, list[SolidGroup]] = defaultdict(list)
     copies = []
     for group in _groups(graph, trimmed, within_mm):
         alike = like[_kinds(graph, group)]
@@ -82,7 +82,7 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
     return tuple(copies)
 
 
-def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[Group]:
+def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[SolidGroup]:
     """Yield the groups of solids; a solid without faces belongs to none."""
     count = len(graph.solid_names)
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, count)
@@ -96,7 +96,7 @@ def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterat
     none = np.zeros(0, dtype=np.int64)
     for key, own in faces.items():
         inside = solids[key]
-        yield Group(inside, own, edges.get(key, none), coedges.get(key, none), low[inside].min(axis=0))
+        yield SolidGroup(inside, own, edges.get(key, none), coedges.get(key, none), low[inside].min(axis=0))
 
 
 def _divided(key: IntArray, rows: IntArray) -> dict[int, IntArray]:
@@ -106,7 +106,7 @@ def _divided(key: IntArray, rows: IntArray) -> dict[int, IntArray]:
     return {int(key[order[a]]): rows[order[a:b]] for a, b in pairwise(ends) if b > a}
 
 
-def _kinds(graph: BrepGraph, group: Group) -> bytes:
+def _kinds(graph: BrepGraph, group: SolidGroup) -> bytes:
     """Return what is whole numbers in a group: equal bytes for groups that may be the same."""
     faces, edges, coedges = group.faces, group.edges, group.coedges
     columns = (
@@ -122,7 +122,7 @@ def _kinds(graph: BrepGraph, group: Group) -> bytes:
     return b"|".join(np.asarray(column, dtype=np.int64).tobytes() for column in columns)
 
 
-def _are_same(graph: BrepGraph, a: Group, b: Group) -> bool:
+def _are_same(graph: BrepGraph, a: SolidGroup, b: SolidGroup) -> bool:
     """Tell whether two groups of the same kinds have the same shapes, one of them moved."""
     shift = b.low - a.low
     pairs = []
@@ -242,7 +242,7 @@ def copy_added_edges(
     return graph, np.concatenate([firsts.edges, own]), tuple(more)
 
 
-def _with_edges(group: Group, edges: IntArray) -> Group:
+def _with_edges(group: SolidGroup, edges: IntArray) -> SolidGroup:
     return replace(group, edges=np.concatenate([group.edges, edges]))
 
 

@@ -117,8 +117,8 @@ def _walk(start: int, link: dict[int, int], used: BoolArray) -> Chain:
     return Chain(np.array(rows, dtype=np.int64), np.array(flip, dtype=bool), closed)
 
 
-def rounded(p: FloatArray) -> tuple[float, ...]:
-    """Return a point, shape (3,), for comparing places: rounded to `ROUND_MM`, without a negative zero."""
+def rounded_place(p: FloatArray) -> tuple[float, ...]:
+    """Return a point, shape (3,), for comparing places: rounded_place to `ROUND_MM`, without a negative zero."""
     return tuple((np.round(p / ROUND_MM) * ROUND_MM + 0.0).tolist())
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
-from wpcal.seam.chain import rounded
+from wpcal.seam.chain import rounded_place
 from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import candidates_of
 from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
-from wpcal.seam.find.contact import candidate_pairs, find_contacts
+from wpcal.seam.find.contact import candidate_pairs, find_edge_contacts
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
@@ -65,13 +65,13 @@ def detect_seams(
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
     options = with_play(graph, trimmed, options)
-    found = find_candidates(
+    found = find_seam_candidates(
         graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked
     )
     return judge_candidates(graph, CopiedSeams.none(found), options, trimmed=trimmed)
 
 
-def find_candidates(
+def find_seam_candidates(
     graph: BrepGraph,
     options: SeamOptions,
     *,
@@ -92,7 +92,7 @@ def find_candidates(
         solids = np.stack([graph.edge_solid[edge], graph.face_solid[face]], axis=1)
         counts = count_solids(graph, trimmed, solids).all(axis=1)
         edge, face = edge[counts], face[counts]
-    touching = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    touching = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
     joined = join_contacts(graph, trimmed, touching, gap_mm=gap_mm)
     joined = without_duplicates(graph, joined, gap_mm=gap_mm)
     contacts, found = joined, []
@@ -149,7 +149,7 @@ def judge_candidates(
 def _in_order(seam: Seam) -> tuple[bool, tuple[float, ...], tuple[float, ...]]:
     """Return what seams are sorted by. An added edge without a contact comes last: the others keep their names."""
     is_more = seam.source is SeamSource.ADDED and seam.joint is JointType.UNKNOWN
-    return is_more, rounded(np.round(seam.frames.p[0], 3)), rounded(np.round(seam.frames.p[-1], 3))
+    return is_more, rounded_place(np.round(seam.frames.p[0], 3)), rounded_place(np.round(seam.frames.p[-1], 3))
 
 
 def _with_wide_gaps(

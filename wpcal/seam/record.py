@@ -21,7 +21,7 @@ from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.record_check import check_seams
 from wpcal.seam.seam import (
     Finding,
-    Groove,
+    FlareGroove,
     Hiding,
     JointType,
     OtherTorch,
@@ -220,7 +220,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         spin_rad=spin,
         more_wire_mm=float(seam.get("more_wire_mm", 0.0)),
         other_torch=None if other is None else OtherTorch(**other),
-        groove=Groove(**seam["groove"]) if "groove" in seam else None,
+        groove=FlareGroove(**seam["groove"]) if "groove" in seam else None,
         wrap_of=seam.get("wrap_of"),
     )
 

@@ -145,7 +145,7 @@ class SeamFrames:
 
 
 @dataclass(frozen=True, slots=True)
-class Groove:
+class FlareGroove:
     """The cross-section of a flare groove in the middle of its seam."""
 
     depth_mm: float  #: From the root, where the two surfaces are nearest, to where the first of the two faces ends.
@@ -237,7 +237,7 @@ class Seam:
     #: What the torch would reach of a blocked stretch without one of the solids in its way.
     hiding: tuple[Hiding, ...] = ()
     other_torch: OtherTorch | None = None  #: A torch that reaches the seam, if the stated one does not.
-    groove: Groove | None = None  #: The cross-section of a flare groove; None for another weld.
+    groove: FlareGroove | None = None  #: The cross-section of a flare groove; None for another weld.
     #: The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
     #: other seam.
     wrap_of: str | None = None

@@ -14,7 +14,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
 from wpcal.seam.copies import CopiedSeams, renumbered
-from wpcal.seam.detect import find_candidates, judge_candidates
+from wpcal.seam.detect import find_seam_candidates, judge_candidates
 from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
@@ -58,7 +58,7 @@ class _Added:
         return SeamPieces.joined(parts if self.sections is None else [self.sections, *parts])
 
     def find(self, trimmed: TrimmedFaces, options: SeamOptions, marked: MarkedEdges | None = None) -> list[Seam]:
-        return find_candidates(
+        return find_seam_candidates(
             trimmed.graph,
             options,
             trimmed=trimmed,

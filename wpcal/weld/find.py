@@ -18,7 +18,7 @@ from wpcal.core.wording import listed
 from wpcal.seam.path.position import UP, weld_positions
 from wpcal.seam.seam import JointType, Seam, WeldType
 from wpcal.weld.groove import Groove, measure_groove
-from wpcal.weld.place import Place, pair, place_of
+from wpcal.weld.place import SeamPlace, pair, place_of
 from wpcal.weld.record import PART_FILE, SEAMS_FILE, StatedWeld
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld, Source, weld_for
@@ -110,14 +110,14 @@ def _of_welds(welds: Sequence[SeamWeld]) -> list[str]:
     return [f"{listed(names)}: {what}" for names, what in ((unsized, size), (at_root, root)) if names]
 
 
-def seam_places(seams: Sequence[Seam], T_base_part: RigidTransform) -> list[tuple[str, Place]]:
+def seam_places(seams: Sequence[Seam], T_base_part: RigidTransform) -> list[tuple[str, SeamPlace]]:
     """Return the name and the place in `part` of every seam, whose frames are in `base`."""
     return [(seam.name, place_of(seam, T_base_part.inverse())) for seam in seams]
 
 
 def _weld(
     seam: Seam,
-    place: Place,
+    place: SeamPlace,
     rules: RuleTable,
     material: TriangleMaterial | None,
     stated: StatedWeld,

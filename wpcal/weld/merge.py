@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from wpcal.weld.place import Place, pair
+from wpcal.weld.place import SeamPlace, pair
 from wpcal.weld.record import StatedWeld
 
 
 def merge_stated(
-    first: Sequence[StatedWeld], second: Sequence[StatedWeld], places: Sequence[tuple[str, Place]]
+    first: Sequence[StatedWeld], second: Sequence[StatedWeld], places: Sequence[tuple[str, SeamPlace]]
 ) -> tuple[tuple[StatedWeld, ...], tuple[str, ...]]:
     """Add what a second file states to what a first one states.
 

@@ -24,7 +24,7 @@ MOVED_LEAST_MM = 2.0  #: The least of these limits, for short seams.
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SeamPlace:
     """Where a seam is, in coordinates of the part."""
 
     #: `start_mm`, `middle_mm`: Points at the start and at half the length.
@@ -38,18 +38,18 @@ class Place:
         return {"start_part_mm": start, "middle_part_mm": middle, "length_mm": self.length_mm}
 
     @classmethod
-    def from_record(cls, record: dict[str, Any]) -> Place:
+    def from_record(cls, record: dict[str, Any]) -> SeamPlace:
         """Return the place that a record holds, whose types were checked."""
         x, y, z = (float(v) for v in record["start_part_mm"])
         u, v, w = (float(v) for v in record["middle_part_mm"])
         return cls((x, y, z), (u, v, w), float(record["length_mm"]))
 
-    def is_same(self, other: Place) -> bool:
+    def is_same(self, other: SeamPlace) -> bool:
         """Tell whether two places are one, welded in either direction."""
         off_mm = abs(self.length_mm - other.length_mm)
         return bool(off_mm <= SAME_MM and np.linalg.norm(self._middle - other._middle) <= SAME_MM)
 
-    def moved_mm(self, other: Place) -> float | None:
+    def moved_mm(self, other: SeamPlace) -> float | None:
         """Return by how much a seam has moved or changed; None if it is too much for the same seam."""
         off = max(float(np.linalg.norm(self._middle - other._middle)), abs(self.length_mm - other.length_mm))
         return off if off <= max(MOVED_SHARE * self.length_mm, MOVED_LEAST_MM) else None
@@ -59,11 +59,11 @@ class Place:
         return np.array(self.middle_mm)
 
 
-def place_of(seam: Seam, T_part_frame: RigidTransform) -> Place:
+def place_of(seam: Seam, T_part_frame: RigidTransform) -> SeamPlace:
     """Return the place of a seam."""
     s, p = seam.frames.s_mm, T_part_frame.apply(seam.frames.p)
     middle = [float(np.interp(seam.length_mm / 2.0, s, p[:, axis])) for axis in range(3)]
-    return Place(_xyz(p[0].tolist()), _xyz(middle), seam.length_mm)
+    return SeamPlace(_xyz(p[0].tolist()), _xyz(middle), seam.length_mm)
 
 
 def _xyz(values: Sequence[float]) -> tuple[float, float, float]:
@@ -81,7 +81,7 @@ class Paired:
 
 
 def pair(
-    old: Sequence[tuple[str, Place | None]], now: Sequence[tuple[str, Place]], *, worth_telling: Sequence[bool]
+    old: Sequence[tuple[str, SeamPlace | None]], now: Sequence[tuple[str, SeamPlace]], *, worth_telling: Sequence[bool]
 ) -> Paired:
     """Find the seam of every weld in a file: first by place, then by name."""
     rows: dict[str, int] = {}
@@ -110,6 +110,6 @@ def pair(
     return Paired(rows, tuple(notes), tuple(free))
 
 
-def _is_at(weld: tuple[str, Place | None], name: str | None, place: Place) -> bool:
+def _is_at(weld: tuple[str, SeamPlace | None], name: str | None, place: SeamPlace) -> bool:
     """Tell whether a weld of a file is at a place, and has a name if one is asked for."""
     return weld[1] is not None and weld[1].is_same(place) and name in (None, weld[0])

@@ -14,7 +14,7 @@ from typing import Any
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.records import read_json
 from wpcal.weld.passes import Bead
-from wpcal.weld.place import Place
+from wpcal.weld.place import SeamPlace
 from wpcal.weld.rules import RuleTable
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import VALUE_NAMES, describe_weld, plain, refuse_unknown
@@ -30,7 +30,7 @@ class StatedWeld:
     """What a person stated about one weld in a file."""
 
     name: str  #: Of the seam.
-    place: Place | None  #: None in a file that was written by hand.
+    place: SeamPlace | None  #: None in a file that was written by hand.
     user: Mapping[str, Any]  #: Names of values and values as JSON holds them; null for none.
     #: Values that another file stated, with its name.
     files: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
@@ -130,9 +130,9 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
     return tuple(found)
 
 
-def _place(record: Any, name: str, *, path: str) -> Place | None:
+def _place(record: Any, name: str, *, path: str) -> SeamPlace | None:
     try:
-        return None if record is None else Place.from_record(record)
+        return None if record is None else SeamPlace.from_record(record)
     except KeyError as error:
         raise FormatError(f"weld {name}: place: lacks {error.args[0]}", path=path) from None
 

@@ -106,7 +106,7 @@ def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
             if is_whole:
                 runs.append(WeldRun(replace(moved, name=name), weld, bead, u95_mm))
             else:
-                cut, u95 = cut_seam(moved, start, end, u95_mm)
+                cut, u95 = runs_of_seam(moved, start, end, u95_mm)
                 runs.append(WeldRun(replace(cut, name=name), weld, bead, u95))
     return tuple(runs)
 
@@ -120,7 +120,7 @@ def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
     leaning = replace(seam, lean_rad=_leans(seam, weld, None))
     runs = []
     for number, (start, end) in enumerate(weld.tacks_mm, 1):
-        cut, u95 = cut_seam(leaning, start, end, u95_mm)
+        cut, u95 = runs_of_seam(leaning, start, end, u95_mm)
         runs.append(WeldRun(replace(cut, name=f"{seam.name}.t{number}"), plain, None, u95, is_tack=True))
     return tuple(runs)
 
@@ -179,7 +179,7 @@ def _moved(frames: SeamFrames, bead: Bead) -> SeamFrames:
     return replace(frames, p=p)
 
 
-def cut_seam(
+def runs_of_seam(
     seam: Seam, start_mm: float, end_mm: float, u95_mm: FloatArray | None = None
 ) -> tuple[Seam, FloatArray | None]:
     """Cut a stretch out of a seam. Between two frames the position is on the chord, and the axes turn evenly.

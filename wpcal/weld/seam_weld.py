@@ -18,7 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam.seam import JointType, Seam, WeldType
 from wpcal.weld.groove import Groove
 from wpcal.weld.passes import Bead, place_beads
-from wpcal.weld.place import Place
+from wpcal.weld.place import SeamPlace
 from wpcal.weld.rules import Case, Row, RuleTable
 from wpcal.weld.section import Section, section_of
 from wpcal.weld.stitch import stretches
@@ -52,7 +52,7 @@ class SeamWeld:
     """The weld in one seam."""
 
     name: str  #: Of the seam.
-    place: Place  #: By which the seam is recognised under another name.
+    place: SeamPlace  #: By which the seam is recognised under another name.
     #: `joint`, `weld`: Of the seam.
     joint: JointType
     weld: WeldType
@@ -89,7 +89,7 @@ class _Draft:
 
 def weld_for(
     seam: Seam,
-    place: Place,
+    place: SeamPlace,
     rules: RuleTable,
     *,
     user: Mapping[str, Any] | None = None,

@@ -5,7 +5,7 @@ import pytest
 
 from tests.saved_graphs import saved_graph
 from wpcal.brep.hits import find_hits
-from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_faces, first_rows
+from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 
@@ -27,7 +27,7 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
     trimmed = TrimmedFaces.of(graph)
     origins, way, length = bundles(graph.size_mm, graph.vertex_p.mean(axis=0), 300)
     owner = np.repeat(np.arange(10), 30)
-    first = first_rows(owner, way)
+    first = first_of_groups(owner, way)
     assert 30 < len(first) < 200
     p0, rays, far = origins.reshape(-1, 3), np.repeat(way, 5, axis=0), np.repeat(length, 5)
     near = find_near_faces(graph, trimmed, p0, p0 + far[:, None] * rays, 5 * first)
@@ -45,5 +45,5 @@ def test_groups_lose_no_hit_and_add_none(name: str) -> None:
 
 def test_a_group_starts_with_each_owner_and_after_each_turn() -> None:
     way = np.array([[1.0, 0, 0]] * 5 + [[0, 1.0, 0]] * 5)
-    assert first_rows(np.array([0] * 3 + [1] * 7), way).tolist() == [0, 3, 5]
-    assert first_rows(np.zeros(20, dtype=int), np.tile([1.0, 0, 0], (20, 1))).tolist() == [0, 8, 16]
+    assert first_of_groups(np.array([0] * 3 + [1] * 7), way).tolist() == [0, 3, 5]
+    assert first_of_groups(np.zeros(20, dtype=int), np.tile([1.0, 0, 0], (20, 1))).tolist() == [0, 8, 16]

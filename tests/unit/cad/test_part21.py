@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from cad.step.part21 import index_part21
 from cad.step.part21_values import (
     Enumeration,
-    Record,
     Ref,
+    StepRecord,
     decode_string,
     encode_string,
     format_real,
@@ -48,7 +48,7 @@ values = st.recursive(
     leaves,
     lambda inner: st.one_of(
         st.lists(inner, max_size=4).map(tuple),
-        st.builds(Record, names, st.lists(inner, max_size=4).map(tuple)),
+        st.builds(StepRecord, names, st.lists(inner, max_size=4).map(tuple)),
     ),
     max_leaves=12,
 )
@@ -58,7 +58,7 @@ comments = st.sampled_from(["", "/**/", "/* ; ' ( */", "/* don't; #9=X(); */", "
 
 def written(value: object, gap: str) -> str:
     """Write a value as Part 21 text, with blanks wherever they are allowed."""
-    if isinstance(value, Record):
+    if isinstance(value, StepRecord):
         return f"{value.keyword}{gap}{written(value.arguments, gap)}"
     if isinstance(value, tuple):
         return f"({gap}{f'{gap},{gap}'.join(written(item, gap) for item in value)}{gap})"
@@ -79,7 +79,7 @@ def written_leaf(value: object) -> str:
 
 def same(a: object, b: object) -> bool:
     """Equal, and of one type: 1 is not 1.0, and a reference is not its number."""
-    if isinstance(a, Record) and isinstance(b, Record):
+    if isinstance(a, StepRecord) and isinstance(b, StepRecord):
         return a.keyword == b.keyword and same(a.arguments, b.arguments)
     if isinstance(a, tuple) and isinstance(b, tuple):
         return len(a) == len(b) and all(map(same, a, b))
@@ -131,7 +131,7 @@ def test_a_complex_instance_has_its_records_in_order() -> None:
     instance = parse_instance(b"#12 = ( LENGTH_UNIT() NAMED_UNIT(*)\r\nSI_UNIT(.MILLI.,.METRE.) )")
     assert instance.id == 12
     assert [record.keyword for record in instance.records] == ["LENGTH_UNIT", "NAMED_UNIT", "SI_UNIT"]
-    assert instance.record("SI_UNIT") == Record("SI_UNIT", (Enumeration("MILLI"), Enumeration("METRE")))
+    assert instance.record("SI_UNIT") == StepRecord("SI_UNIT", (Enumeration("MILLI"), Enumeration("METRE")))
     assert instance.record("AREA_UNIT") is None
 
 
@@ -172,7 +172,7 @@ def test_every_instance_is_found_whatever_stands_in_strings_and_comments(
     records, random, newline, comment, gap
 ) -> None:
     ids = random.sample(range(1, 1000), len(records))
-    expected = {number: Record(*record) for number, record in zip(ids, records, strict=True)}
+    expected = {number: StepRecord(*record) for number, record in zip(ids, records, strict=True)}
     lines = [f"#{n}{gap}={gap}{comment}{written(record, gap)}{gap};{comment}" for n, record in expected.items()]
     file = index_part21(part21(newline.join(lines) + newline), name="part.step")
     assert file.ids.tolist() == sorted(ids)

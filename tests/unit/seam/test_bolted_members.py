@@ -11,7 +11,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.judge.doubted import why_none_is_taken, why_nothing_is_found, would_be_taken
 from wpcal.seam.limits import Level
-from wpcal.seam.member.clamped import find_clamps, find_holes
+from wpcal.seam.member.clamped import find_bolt_holes, find_clamps
 from wpcal.seam.member.note import Member, take_members
 from wpcal.seam.options import Judging
 
@@ -66,7 +66,7 @@ def test_a_panel_that_is_bolted_to_brackets_is_not_welded_to_their_post() -> Non
 
 def test_a_slot_has_two_axes_and_a_hole_one() -> None:
     graph = saved_graph("slots-in-line")
-    holes = find_holes(graph, TrimmedFaces.of(graph))
+    holes = find_bolt_holes(graph, TrimmedFaces.of(graph))
     lengths = sorted(float(abs(holes.end[k] - holes.o[k]).sum()) for k in range(len(holes)))
     assert lengths == pytest.approx([0.0, 0.0, 20.0, 20.0], rel=0, abs=1e-9)
     assert len(find_clamps(holes, {})) == 2

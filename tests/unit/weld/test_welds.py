@@ -15,13 +15,13 @@ from wpcal.core.schemas import schema_text
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import read_finished
 from wpcal.seam.seam import JointType, SeamFrames, WeldType
-from wpcal.weld.place import Place, pair, place_of
+from wpcal.weld.place import SeamPlace, pair, place_of
 from wpcal.weld.rules import Case, read_rules, shipped_rules, shipped_text
-from wpcal.weld.runs import cut_seam, weld_runs
+from wpcal.weld.runs import runs_of_seam, weld_runs
 from wpcal.weld.seam_weld import RECOVERY, Source, weld_for
 from wpcal.weld.thickness import plate_thicknesses, thinner
 
-PLACE = Place((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), 100.0)
+PLACE = SeamPlace((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), 100.0)
 HALF = math.sqrt(0.5)
 ROUND_OFF = 1e-12
 """Of a turn that is none."""
@@ -144,7 +144,7 @@ def test_the_thickness_of_both_plates_is_felt_on_a_fillet_and_on_a_butt(make_sea
 
 
 def test_a_stretch_of_a_seam_is_cut_at_its_ends(make_seam):
-    cut, u95 = cut_seam(straight(make_seam), 12.0, 55.5, np.linspace(0.0, 1.0, 11))
+    cut, u95 = runs_of_seam(straight(make_seam), 12.0, 55.5, np.linspace(0.0, 1.0, 11))
     assert (cut.length_mm, cut.frames.s_mm[0], cut.frames.s_mm[-1]) == (43.5, 0.0, 43.5)
     assert cut.frames.p[[0, -1], 0] == pytest.approx([12.0, 55.5])
     assert u95[[0, -1]] == pytest.approx([0.12, 0.555])

@@ -133,7 +133,7 @@ def built_up_shares(
         yield lines.share(graph, trimmed, counted, count)
 
 
-def surface_points(
+def sampled_surface(
     graph: BrepGraph, trimmed: TrimmedFaces, solid: int, count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return random points that are spread evenly over the surface of a solid.

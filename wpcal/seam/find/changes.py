@@ -18,7 +18,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.seam.chain import Chain, chain_pieces
-from wpcal.seam.find.contact import Contacts
+from wpcal.seam.find.contact import EdgeContacts
 from wpcal.seam.find.sides import CONTINUES, Sides, Stretches, find_sides, step_mm
 from wpcal.seam.limits import LEAST_CHANGE_MM
 from wpcal.seam.seam import SeamPieces
@@ -41,7 +41,7 @@ class _Part:
 
 
 def without_small_changes(
-    graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, stretches: Stretches, *, gap_mm: float
+    graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, stretches: Stretches, *, gap_mm: float
 ) -> Stretches:
     """Give stretches the side of their neighbours where the change is not one; join equal neighbours on one contact.
 
@@ -75,7 +75,7 @@ class _Run:
     #: `graph`, `trimmed`, `contacts`: The part and its contacts.
     graph: BrepGraph
     trimmed: TrimmedFaces
-    contacts: Contacts
+    contacts: EdgeContacts
     contact: IntArray  #: shape (k,). The contact of each piece.
     pieces: SeamPieces  #: k pieces, of this run and of others.
     chain: Chain  #: The run.
@@ -88,7 +88,7 @@ class _Run:
         cls,
         graph: BrepGraph,
         trimmed: TrimmedFaces,
-        contacts: Contacts,
+        contacts: EdgeContacts,
         contact: IntArray,
         pieces: SeamPieces,
         chain: Chain,
@@ -175,7 +175,7 @@ def _runs_out(run: _Run, part: _Part, *, at_end: bool) -> bool:
     return bool(find_sides(run.graph, run.trimmed, run.contacts, contact, t, ledge_mm=ledge_mm).continues[0])
 
 
-def _like(graph: BrepGraph, contacts: Contacts, at: Sides, rows: IntArray, model: IntArray) -> Sides:
+def _like(graph: BrepGraph, contacts: EdgeContacts, at: Sides, rows: IntArray, model: IntArray) -> Sides:
     """Return sides of which those at `rows` have the base of those at `model`, or go on like them."""
     base, n_base, continues = at.base.copy(), at.n_base.copy(), at.continues.copy()
     goes_on = at.continues[model]

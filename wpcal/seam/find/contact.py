@@ -30,7 +30,7 @@ Holds: TypeAlias = Callable[[IntArray, IntArray, FloatArray], BoolArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Contacts:
+class EdgeContacts:
     """Intervals of edges that lie on faces of other solids."""
 
     #: `edge`, `face`: shape (k,).
@@ -42,14 +42,14 @@ class Contacts:
     gap_mm: FloatArray  #: shape (k, 3). Least, mean and largest distance of the edge from the face.
 
 
-def find_contacts(
+def find_edge_contacts(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
     *,
     gap_mm: float,
     edges: IntArray | None = None,
     pairs: tuple[IntArray, IntArray] | None = None,
-) -> Contacts:
+) -> EdgeContacts:
     """Find every interval of an edge that lies on a face of another solid within a gap.
 
     Parameters
@@ -60,7 +60,7 @@ def find_contacts(
 
     Returns
     -------
-    Contacts. Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the face.
+    EdgeContacts. Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the face.
 
     Notes
     -----
@@ -85,7 +85,7 @@ def find_contacts(
     long_enough = np.maximum(chord, middle) >= max(LEAST_CANDIDATE_MM, 2.0 * gap_mm)
     kept = long_enough | _joins_others(graph, e, f, t0, t1, long_enough)
     e, f, t0, t1 = e[kept], f[kept], t0[kept], t1[kept]
-    return Contacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
+    return EdgeContacts(e, f, t0, t1, _gaps(graph, e, f, t0, t1))
 
 
 def _joins_others(

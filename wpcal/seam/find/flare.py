@@ -21,7 +21,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import USUAL_TORCH
-from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_roots, pipe_ranges
+from wpcal.seam.find.flare_sections import FacePairs, Roots, ball_centres, face_pairs, find_groove_roots, pipe_ranges
 from wpcal.seam.limits import FLUSH_MM, GAP_ROUND_OFF_MM
 
 BALLS_MM = (0.6, 1.0, 1.5)
@@ -103,7 +103,7 @@ class FlareSearch:
         near = np.zeros(s.shape, dtype=bool)
         for own in (slice(first, first + step) for first in range(0, len(pairs), step)):
             rows = np.repeat(np.arange(len(pairs))[own], s.shape[1])
-            roots = find_roots(self.graph, pairs.select(rows), s[own].ravel())
+            roots = find_groove_roots(self.graph, pairs.select(rows), s[own].ravel())
             near[own] = self._is_near(roots).reshape(near[own].shape)
         kept = np.flatnonzero(near.any(axis=1))
         pairs, s, near = pairs.select(kept), s[kept], near[kept]
@@ -150,7 +150,7 @@ class FlareSearch:
         `s`: shape (n,). A place on each groove.
         `ball_mm`: shape (n,). Radii of balls that touch both faces there.
         """
-        roots = find_roots(self.graph, pairs, s)
+        roots = find_groove_roots(self.graph, pairs, s)
         nozzle = ball_centres(self.graph, pairs, roots, np.full(len(pairs), USUAL_TORCH.nozzle_radius_mm))
         most = np.maximum(ball_mm, MOST_BALL_MM)
 
@@ -187,7 +187,7 @@ class FlareSearch:
             middle = (good + bad) / 2
             here = self.holds(pairs, s, middle)
             good, bad = np.where(here, middle, good), np.where(here, bad, middle)
-        c = ball_centres(self.graph, pairs, find_roots(self.graph, pairs, s), good)
+        c = ball_centres(self.graph, pairs, find_groove_roots(self.graph, pairs, s), good)
         feet = [project_to_faces(self.graph, face, c).p for face in (pairs.pipe, pairs.other)]
         is_open = np.linalg.norm(feet[0] - feet[1], axis=1) > self.gap_mm
         low[kept] = np.where(is_open, INSIDE_SHARE * good, 0.0)
@@ -212,7 +212,7 @@ class FlareSearch:
 
     def holds(self, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> BoolArray:
         """Tell at which places s (n,) balls touch both faces of pairs inside their boundaries; shape (n,)."""
-        roots = find_roots(self.graph, pairs, s)
+        roots = find_groove_roots(self.graph, pairs, s)
         p = ball_centres(self.graph, pairs, roots, ball_mm)
         held = self._is_near(roots) & np.isfinite(p).all(axis=1)
         for face in (pairs.pipe, pairs.other):

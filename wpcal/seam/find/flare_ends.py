@@ -10,7 +10,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.flare import FlareSearch
-from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_roots
+from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_groove_roots
 from wpcal.seam.limits import FLUSH_MM
 
 SECANTS = 12  #: Steps of the secant method from 0.01 mm beside the edge to round-off; 6 were enough.
@@ -64,7 +64,7 @@ def _speeds(graph: BrepGraph, pairs: FacePairs) -> FloatArray:
 
 def _feet(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return where the ball touches the rounded face and the other face, two arrays (n, 3)."""
-    c = ball_centres(search.graph, pairs, find_roots(search.graph, pairs, s), ball_mm)
+    c = ball_centres(search.graph, pairs, find_groove_roots(search.graph, pairs, s), ball_mm)
     first, second = (project_to_faces(search.graph, face, c).p for face in (pairs.pipe, pairs.other))
     return first, second
 

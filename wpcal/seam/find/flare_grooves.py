@@ -13,12 +13,12 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.flare import FlareSearch, Grooves
 from wpcal.seam.find.flare_ends import exact_ends
 from wpcal.seam.find.flare_rims import along_rims
-from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_roots
+from wpcal.seam.find.flare_sections import FacePairs, ball_centres, find_groove_roots
 from wpcal.seam.find.flare_shape import measure_grooves
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import SeamOptions
-from wpcal.seam.seam import Groove, JointType, Seam, SeamPieces, WeldType
+from wpcal.seam.seam import FlareGroove, JointType, Seam, SeamPieces, WeldType
 
 EXACT_MM = 1e-8
 """A path this near to a line or a circle at all its points is one: ten times the round-off on a part of one metre."""
@@ -31,7 +31,7 @@ class FlareGrooves:
     """Flare grooves as pieces of seams."""
 
     joined: JoinedPieces  #: The wall is the rounded face.
-    groove: dict[int, Groove]  #: The cross-section in the middle of each piece, by edge.
+    groove: dict[int, FlareGroove]  #: The cross-section in the middle of each piece, by edge.
 
     def measured(self, seams: list[Seam]) -> list[Seam]:
         """Return seams along these pieces with the cross-section in their middle."""
@@ -54,7 +54,7 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     found = Grooves(found.pairs, s0, s1, found.closed, found.ball_mm)
     edges, kept = _paths(search, found)
     pairs, ball = found.pairs.select(kept), found.ball_mm[kept]
-    roots = find_roots(graph, pairs, (s0 + s1)[kept] / 2)
+    roots = find_groove_roots(graph, pairs, (s0 + s1)[kept] / 2)
     shapes = measure_grooves(search, pairs, roots, ball)
     centres = ball_centres(search.graph, pairs, roots, ball)
     to_root = np.einsum("ki,ki->k", centres - roots.centre, roots.t)
@@ -73,7 +73,7 @@ def add_grooves(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -
     own = Grooves(pairs, s0[kept], s1[kept], found.closed[kept], ball)
     joined = along_rims(search, own, joined, shapes)
     grooves = {
-        int(edge): Groove(float(depth), float(opening), float(root))
+        int(edge): FlareGroove(float(depth), float(opening), float(root))
         for edge, depth, opening, root in zip(
             joined.pieces.edge, shapes.depth_mm, shapes.opening_mm, to_root, strict=True
         )
@@ -108,7 +108,7 @@ def _centres(search: FlareSearch, found: Grooves, rows: IntArray, count: int) ->
     s = found.s0[rows, None] + (found.s1 - found.s0)[rows, None] * np.linspace(0.0, 1.0, count)
     row = np.repeat(rows, count)
     pairs = found.pairs.select(row)
-    p = ball_centres(search.graph, pairs, find_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
+    p = ball_centres(search.graph, pairs, find_groove_roots(search.graph, pairs, s.ravel()), found.ball_mm[row])
     return p.reshape(len(rows), count, 3)
 
 
@@ -116,7 +116,7 @@ def _gaps(search: FlareSearch, found: Grooves, rows: IntArray) -> FloatArray:
     """Return the least, mean and largest gap at the root of grooves, shape (k, 3), mm."""
     s = found.s0[rows, None] + (found.s1 - found.s0)[rows, None] * np.linspace(0.0, 1.0, ROUGH_POINTS)
     pairs = found.pairs.select(np.repeat(rows, ROUGH_POINTS))
-    gap = np.maximum(find_roots(search.graph, pairs, s.ravel()).gap_mm, 0.0).reshape(s.shape)
+    gap = np.maximum(find_groove_roots(search.graph, pairs, s.ravel()).gap_mm, 0.0).reshape(s.shape)
     return np.stack([gap.min(axis=1), gap.mean(axis=1), gap.max(axis=1)], axis=1)
 
 

@@ -14,7 +14,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.flare import BALLS_MM, FlareSearch, Grooves
 from wpcal.seam.find.flare_ends import nearest_edges
-from wpcal.seam.find.flare_sections import ball_centres, find_roots
+from wpcal.seam.find.flare_sections import ball_centres, find_groove_roots
 from wpcal.seam.find.flare_shape import GrooveShapes
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.sides import FLAT_COS
@@ -56,7 +56,7 @@ def _rims(search: FlareSearch, found: Grooves, opening_mm: FloatArray) -> tuple[
     own, ball = found.pairs.select(rows), found.ball_mm[rows]
     feet = []
     for s in (found.s0, (found.s0 + found.s1) / 2, found.s1):
-        c = ball_centres(graph, own, find_roots(graph, own, s[rows]), ball)
+        c = ball_centres(graph, own, find_groove_roots(graph, own, s[rows]), ball)
         feet.append([project_to_faces(graph, face, c).p for face in (own.pipe, own.other)])
     beside = nearest_edges(search.trimmed, own.pipe, feet[1][0])[1]
     edge, off = nearest_edges(search.trimmed, own.other, feet[1][1])

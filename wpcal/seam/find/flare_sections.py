@@ -58,7 +58,7 @@ class Roots:
     radius_mm: FloatArray  #: shape (n,).
 
 
-def find_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
+def find_groove_roots(graph: BrepGraph, pairs: FacePairs, s: FloatArray) -> Roots:
     """Return cross-sections of grooves.
 
     `s`: shape (n,). A place along each rounded face (`pipe_ranges`).

@@ -15,7 +15,7 @@ from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
-from wpcal.seam.find.contact import candidate_pairs, find_contacts
+from wpcal.seam.find.contact import candidate_pairs, find_edge_contacts
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.sides import SAME_PLANE, inward, is_on, step_mm
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
@@ -41,7 +41,7 @@ def find_flush_sides(graph: BrepGraph, trimmed: TrimmedFaces, sections: SeamPiec
     pair = np.sort(np.stack([graph.edge_solid[edge], graph.face_solid[face]], axis=1), axis=1)
     asked = solids_of(graph, sections)
     meet = np.isin(pair[:, 0] * count + pair[:, 1], asked[:, 0] * count + asked[:, 1])
-    touching = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge[meet], face[meet]))
+    touching = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge[meet], face[meet]))
     p, slope = evaluate_edges(graph, touching.edge, (touching.t0 + touching.t1) / 2)
     n_face = project_to_faces(graph, touching.face, p).normal
     sides = graph.edge_faces[touching.edge]

@@ -10,7 +10,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.changes import without_small_changes
-from wpcal.seam.find.contact import Contacts
+from wpcal.seam.find.contact import EdgeContacts
 from wpcal.seam.find.sides import Sides, Stretches, divide_contacts, find_sides, inward, is_on, step_mm
 from wpcal.seam.seam import JointType, SeamPieces, WeldType
 
@@ -61,7 +61,7 @@ class JointView:
         return (JointType.BUTT if self.member_upright else JointType.EDGE), WeldType.GROOVE
 
 
-def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> JoinedPieces:
+def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, *, gap_mm: float) -> JoinedPieces:
     """Find wall, base and joint of every contact; contacts inside a contact area are left out.
 
     `gap_mm`: The gap with which they were found, mm.
@@ -101,7 +101,7 @@ def join_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *
 def _goes_on_behind(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
-    contacts: Contacts,
+    contacts: EdgeContacts,
     stretches: Stretches,
     width: FloatArray,
     gap_mm: float,

@@ -17,7 +17,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import CONTACT_SAMPLES, find_contacts
+from wpcal.seam.find.contact import CONTACT_SAMPLES, find_edge_contacts
 from wpcal.seam.find.duplicates import SHARES, without_duplicates
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.limits import NEAR_GAPS
@@ -95,7 +95,7 @@ def _near_contacts(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray, gap
     none = np.zeros(0, dtype=np.int64)
     found = [JoinedPieces(SeamPieces(none, np.zeros(0), np.zeros(0), none, none, np.zeros((0, 3))), (), ())]
     for wide_mm in (gap for gap in NEARLY_MM if gap > gap_mm):
-        contacts = find_contacts(graph, trimmed, gap_mm=wide_mm, edges=edges)
+        contacts = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, edges=edges)
         near = join_contacts(graph, trimmed, contacts, gap_mm=wide_mm)
         found.append(without_duplicates(graph, near, gap_mm=gap_mm))
         edges = np.setdiff1d(edges, found[-1].pieces.edge)

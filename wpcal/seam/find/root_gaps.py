@@ -12,7 +12,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, IntArray
-from wpcal.seam.find.contact import find_contacts
+from wpcal.seam.find.contact import find_edge_contacts
 from wpcal.seam.find.duplicates import without_duplicates
 from wpcal.seam.find.facing import INSET, FacingFaces, find_facing, widths_mm
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
@@ -74,7 +74,7 @@ def _is_filled(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces) -> Bo
 def _at_gap(graph: BrepGraph, trimmed: TrimmedFaces, ends: FacingFaces, gap_mm: float) -> JoinedPieces:
     """Return the butt joints between ends that have one gap."""
     edge, face = (np.concatenate(own) for own in zip(*_pairs(graph, ends), strict=True))
-    contacts = find_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
+    contacts = find_edge_contacts(graph, trimmed, gap_mm=gap_mm, pairs=(edge, face))
     joined = join_contacts(graph, trimmed, contacts, gap_mm=gap_mm)
     return joined.select(np.flatnonzero([word is JointType.BUTT for word in joined.joint]))
 

@@ -16,7 +16,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import CHUNK, Contacts
+from wpcal.seam.find.contact import CHUNK, EdgeContacts
 from wpcal.seam.limits import OPPOSED_COS
 
 ALONG_COS = 0.5
@@ -108,7 +108,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.where(length > 0, length, 1.0), dtype=np.float64)
 
 
-def stations_of(graph: BrepGraph, contacts: Contacts) -> tuple[IntArray, FloatArray]:
+def stations_of(graph: BrepGraph, contacts: EdgeContacts) -> tuple[IntArray, FloatArray]:
     """Return places along all contacts, the middle of each included.
 
     The outermost places are `INSET_MM` from the ends: there, at the corners of faces, the side is round-off.
@@ -128,7 +128,13 @@ def stations_of(graph: BrepGraph, contacts: Contacts) -> tuple[IntArray, FloatAr
 
 
 def find_sides(
-    graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, contact: IntArray, t: FloatArray, *, ledge_mm: float
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    contacts: EdgeContacts,
+    contact: IntArray,
+    t: FloatArray,
+    *,
+    ledge_mm: float,
 ) -> Sides:
     """Decide wall and base at places on contacts.
 
@@ -215,7 +221,7 @@ class Stretches:
         return Stretches(self.t0[rows], self.t1[rows], self.at.select(rows), self.is_cut[rows])
 
 
-def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: Contacts, *, gap_mm: float) -> Stretches:
+def divide_contacts(graph: BrepGraph, trimmed: TrimmedFaces, contacts: EdgeContacts, *, gap_mm: float) -> Stretches:
     """Divide contacts where the side of the weld, or its base, changes.
 
     `gap_mm`: The gap with which they were found, mm.

@@ -14,7 +14,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.built_up import SKIN_MM, surface_points, why_one_piece
+from wpcal.seam.find.built_up import SKIN_MM, sampled_surface, why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
 
 POINTS = 120  #: Places on the surface from which the hollows are felt: the share of tubes is then known within 0.05.
@@ -58,7 +58,7 @@ def _with_joints(graph: BrepGraph) -> IntArray:
 
 
 def _is_tube_frame(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
-    p, normal, thick = surface_points(graph, trimmed, solid, POINTS)
+    p, normal, thick = sampled_surface(graph, trimmed, solid, POINTS)
     if len(p) == 0:
         return False
     inward = p - np.where(np.isfinite(thick), thick + SKIN_MM, 0.0)[:, None] * normal

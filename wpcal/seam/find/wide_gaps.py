@@ -14,7 +14,7 @@ from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces, distance_to_segments
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.contact import Contacts, candidate_pairs, clipped_range, find_contacts
+from wpcal.seam.find.contact import EdgeContacts, candidate_pairs, clipped_range, find_edge_contacts
 from wpcal.seam.find.duplicates import SAME_SIDE_COS, outward, without_duplicates
 from wpcal.seam.find.joint import JoinedPieces, join_contacts
 from wpcal.seam.find.play import is_play
@@ -44,11 +44,11 @@ def find_wide_gaps(
     wide_mm = max(WIDE_GAPS * gap_mm, *(one.most_mm for one in play), 0.0)
     pairs = candidate_pairs(graph, trimmed, wide_mm)
     parallel = _is_parallel(graph, trimmed, *pairs, gap_mm, wide_mm)
-    contacts = find_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][parallel], pairs[1][parallel]))
+    contacts = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][parallel], pairs[1][parallel]))
     least, mean, most = contacts.gap_mm.T
     even = _rows(contacts, (most - least <= EVEN_SHARE * mean) & (most > gap_mm + GAP_ROUND_OFF_MM))
     touched = np.isin(_touches(graph, *pairs), _touches(graph, even.edge, even.face))
-    near = find_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][touched], pairs[1][touched]))
+    near = find_edge_contacts(graph, trimmed, gap_mm=wide_mm, pairs=(pairs[0][touched], pairs[1][touched]))
     even = _rows(even, _is_most(graph, even, near))
     even = _rows(even, is_play(play, even.gap_mm[:, 1]) | ~_is_clearance(graph, even))
     joined = join_contacts(graph, trimmed, even, gap_mm=wide_mm)
@@ -57,9 +57,9 @@ def find_wide_gaps(
     return without_duplicates(graph, joined, gap_mm=float(joined.pieces.gap_mm.max(initial=0.0)))
 
 
-def _rows(contacts: Contacts, rows: BoolArray) -> Contacts:
+def _rows(contacts: EdgeContacts, rows: BoolArray) -> EdgeContacts:
     edge, face, t0, t1, gap = contacts.edge, contacts.face, contacts.t0, contacts.t1, contacts.gap_mm
-    return Contacts(edge[rows], face[rows], t0[rows], t1[rows], gap[rows])
+    return EdgeContacts(edge[rows], face[rows], t0[rows], t1[rows], gap[rows])
 
 
 def _touches(graph: BrepGraph, edge: IntArray, face: IntArray) -> IntArray:
@@ -67,7 +67,7 @@ def _touches(graph: BrepGraph, edge: IntArray, face: IntArray) -> IntArray:
     return graph.edge_solid[edge] * graph.face_count + face
 
 
-def _is_most(graph: BrepGraph, even: Contacts, near: Contacts) -> BoolArray:
+def _is_most(graph: BrepGraph, even: EdgeContacts, near: EdgeContacts) -> BoolArray:
     """Tell which contacts belong to a solid that is near their face at a constant gap with most of its edges there.
 
     A rib that stands at an angle is near the plate at either end, and its short edges there are parallel to the plate.
@@ -81,7 +81,7 @@ def _is_most(graph: BrepGraph, even: Contacts, near: Contacts) -> BoolArray:
     return np.asarray((np.bincount(of, length[0], len(own)) > total / 2)[of], dtype=bool)
 
 
-def _is_clearance(graph: BrepGraph, even: Contacts) -> BoolArray:
+def _is_clearance(graph: BrepGraph, even: EdgeContacts) -> BoolArray:
     """Tell which contacts are of two solids that keep such a gap to flat faces of several directions.
 
     That is the clearance of a tray in a box or of a tab in a slot. A fit-up gap is across one plane or one cylinder.
@@ -99,7 +99,7 @@ def _is_clearance(graph: BrepGraph, even: Contacts) -> BoolArray:
     return several
 
 
-def _length_mm(graph: BrepGraph, contacts: Contacts) -> FloatArray:
+def _length_mm(graph: BrepGraph, contacts: EdgeContacts) -> FloatArray:
     t = contacts.t0[:, None] + (contacts.t1 - contacts.t0)[:, None] * SAMPLES
     p = evaluate_edges(graph, np.repeat(contacts.edge, len(SAMPLES)), t.ravel())[0].reshape(*t.shape, 3)
     return np.asarray(np.linalg.norm(np.diff(p, axis=1), axis=2).sum(axis=1), dtype=np.float64)

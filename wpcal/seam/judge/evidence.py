@@ -26,7 +26,7 @@ from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, THICKEST_MM, Level
-from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_clamps, find_holes
+from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, find_clamps
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
@@ -154,7 +154,7 @@ class Judge:
             For each of the S solids, the one that is looked at in its place (`ShapeLooks.like`); by default itself.
         """
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
-        members, holes = take_members(graph, trimmed, options.judging), find_holes(graph, trimmed)
+        members, holes = take_members(graph, trimmed, options.judging), find_bolt_holes(graph, trimmed)
         hole_of_face = {int(face): row for row, own in enumerate(holes.face) for face in own}
         clamps: dict[tuple[int, int], list[Clamp]] = defaultdict(list)
         for clamp in find_clamps(holes, members.fasteners):

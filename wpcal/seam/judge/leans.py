@@ -19,7 +19,7 @@ from wpcal.core.motion import APPROACH_MM
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.torch_poses import (
-    TorchPoses,
+    FeltPoses,
     are_steps_clear,
     find_solids_beside_neck,
     find_solids_met,
@@ -194,7 +194,7 @@ def feel_seams(
 
 
 def _feel(
-    graph: BrepGraph, trimmed: TrimmedFaces, own: TorchPoses, leans: Leans, tier: slice
+    graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: Leans, tier: slice
 ) -> tuple[BoolArray, IntArray]:
     """Tell at which leans of a tier and which spins the torch meets nothing, and what it meets at the first lean.
 
@@ -216,19 +216,19 @@ def _feel(
     return free.reshape(k, n, j).transpose(1, 0, 2).reshape(n, k * j), solid[:n]
 
 
-def _leant(own: TorchPoses, leans: FloatArray) -> TorchPoses:
+def _leant(own: FeltPoses, leans: FloatArray) -> FeltPoses:
     """Return the torch with each of k leans at n stations: k · n poses, all stations of a lean together."""
     return replace(_repeated(own, len(leans)), back=np.concatenate([back_directions(own.R, lean) for lean in leans]))
 
 
-def _repeated(own: TorchPoses, count: int) -> TorchPoses:
+def _repeated(own: FeltPoses, count: int) -> FeltPoses:
     """Return all poses so many times, one after the other; each time they belong to other owners, ascending."""
     n = len(own)
     owner = np.add.outer(np.arange(count) * (own.owner[-1] + 1), own.owner).ravel() if n else own.owner
     return replace(own.select(np.tile(np.arange(n), count)), owner=owner)
 
 
-def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> TorchPoses:
+def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> FeltPoses:
     """Return the straight torch at all stations of seams."""
     counts = [len(seam.frames) for seam in seams]
     more = np.zeros(sum(counts))
@@ -242,7 +242,7 @@ def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> Tor
     start = np.repeat([start_mm(seam) for seam in seams], counts)
     wire = np.repeat([torch.wire_mm + seam.more_wire_mm for seam in seams], counts)
     owner = np.repeat(np.arange(len(seams)), counts)
-    return TorchPoses(torch, owner, p, R[:, :, 2], R, start, more, wire, np.zeros(len(p)))
+    return FeltPoses(torch, owner, p, R[:, :, 2], R, start, more, wire, np.zeros(len(p)))
 
 
 def _chosen(free: BoolArray, leans: Leans) -> IntArray:
@@ -278,7 +278,7 @@ def _chosen(free: BoolArray, leans: Leans) -> IntArray:
 def _solids_between(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
-    own: TorchPoses,
+    own: FeltPoses,
     lean_rad: FloatArray,
     spin_rad: FloatArray,
     stations: FeltAt,

@@ -17,7 +17,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.find.flare import TILT_SIN
-from wpcal.seam.find.flare_sections import face_pairs, find_roots, pipe_ranges
+from wpcal.seam.find.flare_sections import face_pairs, find_groove_roots, pipe_ranges
 
 EQUAL = 3  #: Fewer equal bodies are members: a handrail has two bars.
 SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3  #: Axes nearer and more parallel than this are one.
@@ -63,7 +63,7 @@ def _line_touches(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> dic
     pairs = pairs.select((pairs.side > 0) & ~pairs.is_ring(graph))
     low, high = pipe_ranges(graph, trimmed, pairs, gap_mm)
     pairs, middle = pairs.select(high > low), ((low + high) / 2)[high > low]
-    roots = find_roots(graph, pairs, middle)
+    roots = find_groove_roots(graph, pairs, middle)
     touches: dict[int, list[tuple[int, FloatArray]]] = defaultdict(list)
     for row in np.flatnonzero((np.abs(roots.gap_mm) <= gap_mm) & (roots.tilt <= TILT_SIN)).tolist():
         pipe, other = int(graph.face_solid[pairs.pipe[row]]), int(graph.face_solid[pairs.other[row]])

@@ -12,7 +12,7 @@ from wpcal.brep.crossing import heights
 from wpcal.brep.curves import arc_length, evaluate_edges
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, find_solids_around
-from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_rows
+from wpcal.brep.near_groups import find_hits_near, find_near_faces, first_of_groups
 from wpcal.brep.rays import START_MM, is_blocked
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -131,7 +131,7 @@ def _crossings(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -
     owner = np.repeat(np.arange(len(seams)), [len(own) for own in frames])
     here = np.flatnonzero(owner[1:] == owner[:-1])
     q0, q1 = q[here].reshape(-1, 3), q[here + 1].reshape(-1, 3)
-    first = first_rows(owner[here], np.concatenate([own.R[:, :, 2] for own in frames])[here])
+    first = first_of_groups(owner[here], np.concatenate([own.R[:, :, 2] for own in frames])[here])
     near = find_near_faces(graph, trimmed, q0, q1, RAILS * first)
     group = np.repeat(np.arange(len(first)), RAILS * np.diff(first, append=len(here)))
     step = q1 - q0

@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
-from wpcal.brep.near_groups import find_near_faces, first_faces, first_rows
+from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
@@ -35,7 +35,7 @@ POCKET_STEP_MM = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TorchPoses:
+class FeltPoses:
     """n poses of a torch along seams."""
 
     torch: TorchShape
@@ -51,10 +51,10 @@ class TorchPoses:
     def __len__(self) -> int:
         return len(self.p)
 
-    def select(self, rows: IntArray | BoolArray | slice) -> TorchPoses:
+    def select(self, rows: IntArray | BoolArray | slice) -> FeltPoses:
         """Return the poses at `rows`: integers, a slice, or a mask of shape (n,)."""
         columns = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "torch"}
-        return TorchPoses(self.torch, **columns)
+        return FeltPoses(self.torch, **columns)
 
     @property
     def mouth_mm(self) -> FloatArray:
@@ -78,9 +78,7 @@ def felt_radii_mm(graph: BrepGraph, torch: TorchShape) -> tuple[float, float]:
     return WIRE_RADIUS_MM + min(wider, MOST_WIDER_MM), torch.nozzle_radius_mm + wider
 
 
-def find_solids_met(
-    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool = False
-) -> IntArray:
+def find_solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool = False) -> IntArray:
     """Return the solid that wire and nozzle meet at each pose, or -1; shape (n,). A straight torch is all nozzle."""
     found = [
         _solids_met(graph, trimmed, poses.select(slice(first, first + CHUNK)), is_between=is_between)
@@ -89,7 +87,7 @@ def find_solids_met(
     return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
-def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, is_between: bool) -> IntArray:
+def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is_between: bool) -> IntArray:
     start, mouth = poses.start_mm, poses.mouth_mm
     wire_mm, nozzle_mm = felt_radii_mm(graph, poses.torch)
     around = _circle(poses.back, wire_mm, 4 if is_between else AROUND // 2)
@@ -111,7 +109,7 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, *, i
     return np.where(face < 0, -1, graph.face_solid[face])
 
 
-def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> IntArray:
     """Return the solid that neck or body of the torch meets at each pose, or -1; shape (n,)."""
     if poses.torch.neck is None:
         return np.full(len(poses), -1)
@@ -130,7 +128,7 @@ def find_solids_beside_neck(graph: BrepGraph, trimmed: TrimmedFaces, poses: Torc
 
 
 def _first_lines(
-    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, rim: FloatArray, *, is_between: bool
 ) -> IntArray:
     """Return the faces that the axis and the lines on the rim meet: all lines between stations, elsewhere four."""
     own = rim if is_between else rim[:, ::4]
@@ -142,7 +140,7 @@ def _first_lines(
     return first_faces(graph, trimmed, poses.owner, origins, rays, lengths)
 
 
-def _rim_lines(poses: TorchPoses, rim: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _rim_lines(poses: FeltPoses, rim: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return starts, directions and lengths of lines on the nozzle: along its cylinder, and on its cone if it has one.
 
     `rim` are places on the outermost circle, relative to the axis, mm, shape (n, k, 3).
@@ -167,7 +165,7 @@ def _rim_lines(poses: TorchPoses, rim: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _other_lines(
-    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, rim: FloatArray, *, is_between: bool
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, rim: FloatArray, *, is_between: bool
 ) -> IntArray:
     """Return the faces that the other lines and the spokes meet; between stations there are none."""
     if is_between:
@@ -184,7 +182,7 @@ def _other_lines(
     return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([outer_far, far, spoke], axis=1))
 
 
-def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> IntArray:
+def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> IntArray:
     """Return a face beside the wire where it is in a hole or pocket narrower than the nozzle, elsewhere -1.
 
     There the wire alone would fit, without gas and without sight. The width is measured around the wire in four
@@ -205,7 +203,7 @@ def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) ->
 
 
 def _nearest_beside(
-    graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses, way: FloatArray
+    graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, way: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Return the face nearest to the wire in a direction (n, 3), -1 for none, and at which distance a line meets it."""
     radii = np.arange(POCKET_STEP_MM, 2.0 * poses.torch.mouth_mm, POCKET_STEP_MM)
@@ -245,13 +243,13 @@ def turned(angle_rad: FloatArray) -> FloatArray:
     return np.asarray(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi, dtype=np.float64)
 
 
-def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: TorchPoses) -> BoolArray:
+def are_steps_clear(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> BoolArray:
     """Tell for each pose whether nothing is near the torch on its way to the next pose; shape (n,).
 
     No line is sent: the answer is quick, and a step that is not clear may still be free.
     """
     n = len(poses)
-    first = first_rows(poses.owner, poses.back)
+    first = first_of_groups(poses.owner, poses.back)
     turn = np.linalg.norm(np.diff(poses.back, axis=0, append=poses.back[-1:]), axis=1)
     turn = np.maximum(turn, np.abs(turned(np.diff(poses.spin_rad, append=poses.spin_rad[-1:]))))
     has_next = np.append(poses.owner[1:] == poses.owner[:-1], False) & (turn <= SMALL_TURN_RAD)

@@ -82,7 +82,7 @@ class Clamp:
         return bool(flat and self.low - beside_mm <= middle <= self.high + beside_mm)
 
 
-def find_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
+def find_bolt_holes(graph: BrepGraph, trimmed: TrimmedFaces) -> Holes:
     """Find the round holes and the slots for bolts in all solids."""
     round_ = graph.face_kind == SurfaceKind.CYLINDER
     faces = np.flatnonzero(round_ & (graph.face_outward < 0) & (graph.face_param[:, 0] <= LARGEST_HOLE_MM))
