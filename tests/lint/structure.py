@@ -145,8 +145,6 @@ def main() -> int:
                     if sizes[0] > 6 or sizes[1] > 10 or sizes[2] > 60:
                         where = f"{path.relative_to(ROOT)}:{node.lineno} {node.name}"
                         print(where, "(parameters, branches, lines)", *sizes)
-                            f"{path.relative_to(ROOT)}:{node.lineno} {node.name} (parameters, branches, lines)", *sizes
-                        )
     return int(any(value > LIMITS[name] for name, value in found.items()))
 
 
