@@ -9,7 +9,7 @@ import pytest
 
 from tests.weldments import Weldment, uprights
 from wpcal.calibrate import Sigma, SigmaSource
-from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.bodies import BodiesEvidence, unchecked_touches
@@ -74,6 +74,21 @@ def judged(
 def test_reasons(options: dict[str, object], kind: VerdictKind, reason: VerdictReason) -> None:
     found = judged(**{"seed": 11, **options})  # type: ignore[arg-type]
     assert (found.kind, found.reason) == (kind, reason), found.sentence
+
+
+def test_the_worst_seam_is_told_with_its_own_error_and_with_the_allowance_for_the_tool() -> None:
+    rng, bias_mm = np.random.default_rng(11), 0.4
+    part = uprights(6)
+    true = part.drawn(rng)
+    touches = part.touched(true, SIGMA_MM, rng)
+    moved = fitted(part, touches, true.T_base_part, SIGMA_MM)
+    points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
+    own, names = meeting_errors(moved.fit, points).total_mm, [f"W{k}" for k in range(len(part.body))]
+    stated = Sigma(SIGMA_MM, SigmaSource.STATED)
+    found = judge_evidence(BodiesEvidence(moved, touches.names, points, names, stated, bias_mm, None, (), 0.01))
+    assert found.to_record()["seam"] == names[int(own.argmax())]
+    told = f"may be off by {own.max() + bias_mm:.3g} mm, all seams together by {found.error_95_mm:.3g} mm"
+    assert told in found.sentence
 
 
 def test_good_touches_pass_in_almost_every_part() -> None:
