@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import fit_least_squares, weighted_rms_bound
-from wpcal.calibrate.solve.equal_fits import with_copies
 from wpcal.calibrate.solve.least_squares import distances
-from wpcal.calibrate.solve.tie_break import break_ties
+from wpcal.calibrate.solve.ties import break_ties, with_copies
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform

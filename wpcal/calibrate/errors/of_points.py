@@ -14,7 +14,7 @@ import numpy as np
 from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES
 from wpcal.calibrate.solve.interior_point import solve_interior_point
 from wpcal.calibrate.solve.least_squares import kabsch
-from wpcal.calibrate.solve.tie_break import break_ties
+from wpcal.calibrate.solve.ties import break_ties
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 

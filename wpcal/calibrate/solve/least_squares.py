@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.solve.equal_fits import SAME_ROTATION, nearest_rotation_maximising, rotation_is_free
+from wpcal.calibrate.solve.ties import SAME_ROTATION, nearest_rotation_maximising, rotation_is_free
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.pairs import PointPairs

@@ -17,11 +17,10 @@ import numpy as np
 from wpcal.calibrate.solve.active_set import refine_optimum
 from wpcal.calibrate.solve.branch_and_bound import search_rotations
 from wpcal.calibrate.solve.dual_bound import raise_bound
-from wpcal.calibrate.solve.equal_fits import distinct_fits, nearest_fit, with_copies
 from wpcal.calibrate.solve.free_turns import free_axes, least_squares_among_best, on_line
 from wpcal.calibrate.solve.interior_point import InteriorPointState, solve_interior_point
 from wpcal.calibrate.solve.least_squares import distances, kabsch, require_spread, weighted_rms
-from wpcal.calibrate.solve.tie_break import break_ties
+from wpcal.calibrate.solve.ties import break_ties, distinct_fits, nearest_fit, with_copies
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.pairs import PointPairs
 from wpcal.core.rotations import cube_rotations, spread_rotations
