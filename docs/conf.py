@@ -16,20 +16,23 @@ version = release = __version__
 extensions = [
     "myst_parser",  # the pages are Markdown, readable as they lie
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",  # one page per module of the library
     "numpydoc",
     "sphinx.ext.viewcode",
     "sphinx_click",
 ]
 html_theme = "furo"
 html_static_path: list[str] = []
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_templates"]
+templates_path = ["_templates"]
+autosummary_generate = True
 
 myst_heading_anchors = 3
 # Links to files of the repository that are not pages (fixtures, scripts) are kept as they are.
 myst_url_schemes = ["http", "https", "mailto"]
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # the numpydoc sections give types with shapes, units and frames
+autodoc_typehints = "signature"  # docstrings give shapes, units and frames; the annotation gives the type
 numpydoc_show_class_members = False  # autodoc lists them already
 smartquotes = False  # options are written with two hyphens
 
