@@ -30,15 +30,13 @@ SEAM_COLOUR = np.array([240, 140, 20, 255], dtype=np.uint8)
 def write_glb(program: WeldProgram) -> dict[str, bytes]:
     """Write one GLB file.
 
+    Raises `FormatError` when the calibration's ``part.glb`` is not a GLB file of wpcal.
+
     Returns
     -------
     dict of str to bytes
         ``NAME.glb``: per seam one node and one node ``SEAM triads`` with the axes of the tool; under ``part`` one node
         per solid, if the calibration has triangles.
-
-    Raises
-    ------
-    FormatError : When the calibration's ``part.glb`` is not a GLB file of wpcal.
     """
     import trimesh
 

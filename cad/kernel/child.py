@@ -106,14 +106,6 @@ def run_in_child(
 ) -> Any:
     """Call a function in a new process and return what it returns. The function's result.
 
-    Parameters
-    ----------
-    target : ``package.module:function``.
-    arguments : Keyword arguments. They and the result must be plain data (`cad.kernel.plain_data`).
-    what : For messages: what is being done to which file (``reading part.step``).
-    limits : The child is ended when it exceeds them; by default those of the environment.
-    progress : When given, the function also gets a keyword argument `progress`. Each text it passes arrives here.
-
     Raises
     ------
     WpcalError : When the function raised one; it is raised again here.

@@ -28,6 +28,8 @@ def make_wire(
 ) -> KernelObject:
     """Return a wire of the kernel through pieces of edges of a graph, one edge per piece, in the order given.
 
+    Raises `KernelError` when the kernel fails.
+
     Parameters
     ----------
     edge : shape (k,). Edges of the graph; each piece begins where the one before ends.
@@ -37,10 +39,6 @@ def make_wire(
     -------
     TopoDS_Wire
         In `part`, mm. Every edge runs forward. If two pieces do not meet exactly, their vertex is as large as the gap.
-
-    Raises
-    ------
-    KernelError : When the kernel fails.
     """
     starts, ends = (evaluate_edges(graph, edge, t)[0] for t in (t0, t1))
     rows = zip(edge.tolist(), t0.tolist(), t1.tolist(), strict=True)

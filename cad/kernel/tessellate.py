@@ -31,6 +31,8 @@ MANY_FACES, COARSE_RAD = 3000, 1.0
 def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMesh:
     """Turn solids into triangles with the edges of their faces.
 
+    Raises `KernelError` when the kernel fails as a whole.
+
     Parameters
     ----------
     solids : In the frame `part`, mm; sRGB colours in 0…1, or None.
@@ -41,10 +43,6 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
         Its deflection is `usual_deflection_mm` of the diagonal of all solids; its angle is `ANGLE_RAD`, or `COARSE_RAD`
         for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as are solids without any meshed
         face.
-
-    Raises
-    ------
-    KernelError : When the kernel fails as a whole.
 
     Notes
     -----

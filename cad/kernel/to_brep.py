@@ -50,6 +50,9 @@ class _Rows:
 def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
     """Turn placed kernel shapes into one `BrepGraph`.
 
+    Raises `GeometryError` when a solid has geometry at infinity.
+    Raises `KernelError` when the kernel fails on a face or an edge.
+
     Parameters
     ----------
     solids : Name and shape of each solid (or open shell), located in `part`, mm.
@@ -59,11 +62,6 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
     BrepGraph
         Faces, edges and vertices in the kernel's order, which is the same at every run. B-splines that are planes,
         cylinders, cones, spheres, lines or circles are stored as such.
-
-    Raises
-    ------
-    GeometryError : When a solid has geometry at infinity.
-    KernelError : When the kernel fails on a face or an edge.
     """
     rows, names = _Rows(), []
     edge_map, vertex_map = EdgeMap(), VertexMap()

@@ -38,20 +38,14 @@ def visible_lines(
 ) -> tuple[FloatArray, FloatArray]:
     """Project a meshed shape and keep the lines that are visible.
 
+    Returns `sharp`: ndarray, shape (n, 2, 2). Sharp edges and outlines as segments in the plane of the view, mm.
+    Returns `smooth`: ndarray, shape (k, 2, 2). Edges between faces that join smoothly.
+    Raises `KernelError` when the kernel cannot project the part.
+
     Parameters
     ----------
     shape : Of `meshed_compound`.
     right, toward : shape (3,). Unit directions in `part`: to the right on paper, and towards the viewer.
-    name : Of the view, for messages.
-
-    Returns
-    -------
-    sharp : ndarray, shape (n, 2, 2). Sharp edges and outlines as segments in the plane of the view, mm.
-    smooth : ndarray, shape (k, 2, 2). Edges between faces that join smoothly.
-
-    Raises
-    ------
-    KernelError : When the kernel cannot project the part.
     """
     with kernel_call(f"projecting the view {name}"):
         algorithm = HLRBRep_PolyAlgo()

@@ -83,6 +83,8 @@ class PickSession:
     def fit(self, rows: Rows) -> dict[str, Any]:
         """Fit the complete rows exactly as `wpcal calibrate` fits the saved file.
 
+        Raises `WpcalError` as in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
+
         Returns
         -------
         dict
@@ -92,10 +94,6 @@ class PickSession:
             ``seams_revision``: which seams these are;
             ``exchanges``: rows that fit if they were touched on another feature. ``moving``: whether bodies may have
             moved, and then ``bodies`` as in ``calibration.json``.
-
-        Raises
-        ------
-        WpcalError : As in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
         """
         with self._busy:
             taught = rows.to_taught()

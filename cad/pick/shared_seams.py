@@ -86,9 +86,7 @@ class SharedSeams:
     def say(self, solid: str, said: bool | None, *, revision: int) -> dict[str, Any]:
         """Set whether a solid can be welded, find the seams anew, and keep that in the file.
 
-        Returns
-        -------
-        dict. As `decide`, and ``members`` and ``options``: the options of a command that say the same.
+        Returns dict. As `decide`, and ``members`` and ``options``: the options of a command that say the same.
 
         Raises
         ------
@@ -121,14 +119,12 @@ class SharedSeams:
     def decide(self, decisions: Any, *, revision: int) -> dict[str, Any]:
         """Carry out decisions, in place of those before, and keep them in the file.
 
+        Raises `InputError` when a decision has a wrong form, or does not fit the part. Then nothing is changed.
+
         Returns
         -------
         dict
             As `seams_of`, with ``revision``, ``file``, ``is_stale``, and ``warning``: why they are not kept, or empty.
-
-        Raises
-        ------
-        InputError : When a decision has a wrong form, or does not fit the part. Then nothing is changed.
         """
         edits = read_decisions(decisions, path="seams" if self.path is None else str(self.path))
         with self._lock:
@@ -241,15 +237,13 @@ def start_seams(
 ) -> tuple[SharedSeams, tuple[str, ...]]:
     """Return the shared seams of a picker, with the decisions of its file, and what a person must know about them.
 
+    Raises `InputError` when the given file cannot be read, or does not fit the part.
+
     Parameters
     ----------
     given : Path, optional
         A file with decisions that the user named. Decisions in it that do not fit the part are an error; those of an
         earlier session are only left out.
-
-    Raises
-    ------
-    InputError : When the given file cannot be read, or does not fit the part.
     """
     path = seams_file_of(part_step, out)
     if given is not None and given != path:

@@ -30,13 +30,11 @@ MODEL_DIGITS = 4  #: Decimals of mm in the table: a click on the screen is known
 def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
     """Return what a click on the part touches.
 
+    Returns dict. ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
+
     Parameters
     ----------
     point, normal : shape (3,). Of the triangle that was clicked, in `part`, mm.
-
-    Returns
-    -------
-    dict. ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
 
     Raises
     ------
@@ -62,16 +60,14 @@ def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict
 def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: float) -> dict[str, Any]:
     """Predict what rows promise, with or without coordinates: the touches as they are planned.
 
+    Raises `WpcalError` when a row cannot be understood.
+
     Returns
     -------
     dict
         ``touches``: for each row on a face or an edge its index ``row``, ``p_mm`` and outward ``normal`` (zero on an
         edge), in `part`. ``error_95_mm`` and ``seam``: the largest predicted error of the accepted seams, and where;
         without seams, or while the touches leave the part free, null. ``free``: which motion is free, or empty.
-
-    Raises
-    ------
-    WpcalError : When a row cannot be understood.
     """
     planned = planned_touches(part, rows, ball_mm)
     nothing: dict[str, Any] = {"touches": [], "error_95_mm": None, "seam": "", "free": "", "sigma_mm": sigma_mm}

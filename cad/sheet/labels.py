@@ -32,16 +32,14 @@ class Label:
 def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box, *, avoid: FloatArray) -> list[Label]:
     """Find a place for every label, one after the other, starting with the most crowded point.
 
+    Returns list of Label. In the order of the points.
+
     Parameters
     ----------
     p : shape (m, 2). The points on paper, mm.
     sizes : shape (m, 2). Width and height of each label, mm.
     lines : shape (n, 2, 2). Drawn segments on paper, mm.
     avoid : shape (k, 2, 2). Segments that no label may cover, mm.
-
-    Returns
-    -------
-    list of Label. In the order of the points.
     """
     ink = _sampled(lines)
     kept_free = np.concatenate([p, _sampled(avoid)])

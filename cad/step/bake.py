@@ -38,9 +38,7 @@ _VECTOR = re.compile(rb"#[0-9]+\s*=\s*(CARTESIAN_POINT|DIRECTION)\s*\(\s*'(?:[^'
 def bake_text(file: Part21File, T_base_part: RigidTransform) -> bytes:
     """Return the text of a STEP file with its geometry moved.
 
-    Returns
-    -------
-    bytes. The text. Moved numbers are written with all their digits.
+    Returns bytes. The text. Moved numbers are written with all their digits.
 
     Raises
     ------

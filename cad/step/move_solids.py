@@ -40,6 +40,8 @@ def move_solids(
 ) -> tuple[bytes, dict[int, RigidTransform]]:
     """Return the text of a STEP file whose solids have moved within `part`.
 
+    Raises `FormatError` when the text does not say where the solids are, or not as the kernel does.
+
     Parameters
     ----------
     T_part_moved : shape (n, 4, 4). The motion of every solid, mm.
@@ -49,10 +51,6 @@ def move_solids(
     roots : dict of int to RigidTransform
         Motions of whole roots, by their ``PRODUCT_DEFINITION``: they have no placement that could change. The assembly
         that holds them takes the motions (`append_placement`).
-
-    Raises
-    ------
-    FormatError : When the text does not say where the solids are, or not as the kernel does.
     """
     trees = find_occurrences(file)
     moves = _Moves.of(file, trees, leaves, T_part_moved)

@@ -27,15 +27,13 @@ FIXED_TIME = "2026-01-01T00:00:00"  #: The time in the header of every file, so 
 def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True) -> bytes:
     """Return solids as an assembly in a STEP file (AP214, mm) with names and colours.
 
+    Raises `KernelError` when the kernel fails.
+
     Parameters
     ----------
     pcurves : bool
         Whether each edge is also written as a curve in the parameters of its faces. This kernel does so by default;
         most CAD systems do not.
-
-    Raises
-    ------
-    KernelError : When the kernel fails.
     """
     placed = [(member, shape, TopLoc_Location()) for member, shape, _ in members]
     text = plain_step_text(placed, name, pcurves=pcurves)

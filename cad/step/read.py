@@ -114,9 +114,7 @@ class StepPart:
 def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     """Read a STEP file: placed solids in mm, names, colours, layers, and what is odd about it.
 
-    Returns
-    -------
-    StepPart. The same names in the same order at every run.
+    Returns StepPart. The same names in the same order at every run.
 
     Raises
     ------
@@ -153,15 +151,13 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
 def read_document(path: Path, text: bytes | None = None) -> KernelObject:
     """Read a STEP file into a new XCAF document, in mm.
 
+    Raises `FormatError` when the kernel does not read the file.
+
     Parameters
     ----------
     text : bytes, optional
         The file's bytes as read before, so that the shapes come from the bytes whose SHA-256 is recorded, even if
         somebody changes the file meanwhile.
-
-    Raises
-    ------
-    FormatError : When the kernel does not read the file.
     """
     document = new_document()
     with step_settings(READ_SETTINGS), _without_automatic_names():

@@ -90,6 +90,10 @@ def write_moved_step(
 ) -> tuple[Issue, ...]:
     """Write a part moved by a rigid transform, then read the file again and compare.
 
+    Returns tuple of Issue. Every way of writing that failed, and every difference in the file that was kept.
+    Raises `InputError` when the file cannot be written, or a seam has fewer than two points.
+    Raises `KernelError` when the kernel fails.
+
     Parameters
     ----------
     seams : sequence of (name, points, color_rgb)
@@ -97,15 +101,6 @@ def write_moved_step(
         ``wpcal seams``.
     T_part_moved : ndarray, shape (n, 4, 4), optional
         Where each of the n solids of the part has moved within `part`, mm, before the part is moved.
-
-    Returns
-    -------
-    tuple of Issue. Every way of writing that failed, and every difference in the file that was kept.
-
-    Raises
-    ------
-    InputError : When the file cannot be written, or a seam has fewer than two points.
-    KernelError : When the kernel fails.
 
     Notes
     -----

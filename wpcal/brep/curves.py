@@ -19,15 +19,13 @@ PER_NURBS_SPAN = 8  #: Pieces per knot span of a NURBS edge.
 def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return points and derivatives on edges.
 
+    Returns `points`: ndarray, shape (m, 3). In `part`, mm.
+    Returns `slopes`: ndarray, shape (m, 3). Derivatives with respect to t, mm per unit of t.
+
     Parameters
     ----------
     edges : array_like of int, shape (m,)
     t : shape (m,). Parameters on those edges.
-
-    Returns
-    -------
-    points : ndarray, shape (m, 3). In `part`, mm.
-    slopes : ndarray, shape (m, 3). Derivatives with respect to t, mm per unit of t.
     """
     e, t = np.asarray(edges, dtype=np.int64), np.asarray(t, dtype=np.float64)
     kind = graph.edge_kind[e]

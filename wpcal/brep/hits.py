@@ -207,15 +207,13 @@ def passage(
 ) -> tuple[FloatArray, FloatArray]:
     """Return where rays from o along d enter boxes and where they leave them; a ray that leaves first misses its box.
 
+    Returns `enter, leave`: ndarray, shape (m,). Distances from the start, mm.
+
     Parameters
     ----------
     o, d, low, high : ndarray, shape (3, m)
         Starts, directions, and corners of the boxes, which grow by `THIN_MM`; one row per coordinate, mm.
     length : shape (m,). Where the rays end, mm.
-
-    Returns
-    -------
-    enter, leave : ndarray, shape (m,). Distances from the start, mm.
     """
     enter, leave = np.zeros(len(length)), length
     for k in range(3):

@@ -62,15 +62,13 @@ class _Spans:
 def _basis_polynomials(knots: FloatArray, degree: int) -> FloatArray:
     """Return the degree + 1 B-splines that live on the span [0, 1] as polynomials.
 
+    Returns ndarray, shape (s, degree + 1, degree + 1). [span, power of x, B-spline].
+
     Parameters
     ----------
     knots : ndarray, shape (s, 2 degree)
         The knots around each span in its local parameter: the last one before it is 0, the first one after it 1.
     degree : int
-
-    Returns
-    -------
-    ndarray, shape (s, degree + 1, degree + 1). [span, power of x, B-spline].
     """
     count = len(knots)
     splines = np.zeros((count, degree + 1, degree + 1))

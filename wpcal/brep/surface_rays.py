@@ -41,15 +41,13 @@ def meet_rays(
 ) -> SurfaceHits:
     """Find where rays go through the used parts of surfaces.
 
+    Returns SurfaceHits. A ray that only touches a surface may have none or two that coincide.
+
     Parameters
     ----------
     surface : ndarray of int, shape (k,)
     origins, rays : shape (k, 3). Starts (mm) and unit directions in `part`.
     low, high : shape (k,). Distances between which crossings are looked for, mm.
-
-    Returns
-    -------
-    SurfaceHits. A ray that only touches a surface may have none or two that coincide.
     """
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -49,15 +49,13 @@ def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> F
 def offsets_from_faces(graph: BrepGraph, faces: IntArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how far points lie outside of surfaces that have a closed form.
 
+    Returns `offset`: ndarray, shape (m,). Along the outward normal, mm; negative inside.
+    Returns `uv`: ndarray, shape (m, 2).
+
     Parameters
     ----------
     faces : shape (m,). None of them free-form.
     points : shape (m, 3). In `part`, mm.
-
-    Returns
-    -------
-    offset : ndarray, shape (m,). Along the outward normal, mm; negative inside.
-    uv : ndarray, shape (m, 2)
     """
     frame, kinds, param = graph.face_frame[faces], graph.face_kind[faces], graph.face_param[faces]
     local = (frame[:, 1:] @ (points - frame[:, 0])[..., None])[..., 0]
@@ -73,15 +71,13 @@ def offsets_from_faces(graph: BrepGraph, faces: IntArray, points: FloatArray) ->
 def surface_normals(kinds: IntArray, frames: FloatArray, params: FloatArray, points: FloatArray) -> FloatArray:
     """Return the own normals (plane: z; others: away from axis or centre) of elementary surfaces nearest to points.
 
+    Returns ndarray, shape (m, 3). Unit vectors in `part`.
+
     Parameters
     ----------
     kinds, frames, params : ndarray, shapes (m,), (m, 4, 3), (m, 2)
         As `face_kind`, `face_frame` and `face_param` of a `BrepGraph`.
     points : shape (m, 3). In `part`, mm.
-
-    Returns
-    -------
-    ndarray, shape (m, 3). Unit vectors in `part`.
     """
     return _project_elementary(kinds, frames, params, points)[1]
 

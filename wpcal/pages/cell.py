@@ -25,9 +25,7 @@ WIRE_MM = 26.0
 def build_cell_page(cell: Cell) -> str:
     """Return the page of a cell at home: what its file describes, and what is odd in it.
 
-    Returns
-    -------
-    str. A self-contained HTML file, the same for the same cell.
+    Returns str. A self-contained HTML file, the same for the same cell.
     """
     two = cell.has_two_robots
     pose = "all joints at zero, or at the limit that is nearest to zero" if two else "all axes at home"

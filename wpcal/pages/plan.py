@@ -45,15 +45,13 @@ def build_plan_page(
 ) -> str:
     """Return the page of the trade-off plans of a seam. A self-contained HTML file, the same for the same runs.
 
+    Raises `InputError` if there is no run, the runs are of different seams, or `chosen` is not one of their rows.
+
     Parameters
     ----------
     part_glb : bytes, optional
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the page draws the
         part's collision bodies.
-
-    Raises
-    ------
-    InputError : If there is no run, the runs are of different seams, or `chosen` is not one of their rows.
     """
     if not 0 <= chosen < len(runs) or len({run.plan.seam for run in runs}) != 1:
         raise InputError(

@@ -20,15 +20,13 @@ BODY = """
 def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name: str) -> str:
     """Return the page that shows seams on their part, in the part's own frame.
 
+    Returns str. A self-contained HTML file, the same for the same record.
+
     Parameters
     ----------
     part_glb : bytes or None
         The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
         seams.
-
-    Returns
-    -------
-    str. A self-contained HTML file, the same for the same record.
     """
     plain = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
     data = {"file": file_name, "record": {**seams, "seams": plain}}

@@ -47,16 +47,14 @@ def part_of(graph: BrepGraph, seam: Seam, range_mm: tuple[float, float] | None) 
 def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join_mm: float = MEETING_MM) -> SeamPieces:
     """Return several runs as one, which goes in the direction of the first.
 
+    Raises `InputError` if the ends of a run do not meet those of the others within `join_mm`.
+
     Parameters
     ----------
     runs : sequence of tuple of str and SeamPieces
         Names, for messages, and pieces. The first keeps its direction; the others are put before or after it, in any
         order, and are turned where their other end meets.
     join_mm : Largest straight bridge between two runs, mm.
-
-    Raises
-    ------
-    InputError : If the ends of a run do not meet those of the others within `join_mm`.
     """
     (first, run), *left = runs
     while left:

@@ -23,15 +23,13 @@ def split_names(text: str) -> tuple[str, ...]:
 def seams_named(words: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
     """Return the seams that are meant, each once, in the order of `words`. Names of `known`.
 
+    Raises `InputError` when a word is no seam, or a range has no seam at one of its ends.
+
     Parameters
     ----------
     words : sequence of str
         Names and ranges. A name counts first, so a seam may be called ``rib-2``. Capital letters do not matter where
         no other seam has the same letters.
-
-    Raises
-    ------
-    InputError : When a word is no seam, or a range has no seam at one of its ends.
 
     Examples
     --------

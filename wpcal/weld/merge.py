@@ -16,15 +16,13 @@ def merge_stated(
 ) -> tuple[tuple[StatedWeld, ...], tuple[str, ...]]:
     """Add what a second file states to what a first one states.
 
+    Returns `notes`: tuple of str. One line per value of the first file that the second one changed.
+
     Parameters
     ----------
     first, second : sequence of StatedWeld
         The second counts where both state a value; what only the first one states stays, unless the second gives the
         value back to the rules.
-
-    Returns
-    -------
-    notes : tuple of str. One line per value of the first file that the second one changed.
     """
     rows = [
         pair([(one.name, one.place) for one in stated], places, worth_telling=[False] * len(stated))

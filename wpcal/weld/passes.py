@@ -36,14 +36,12 @@ class Bead:
 def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple[Bead, ...]:
     """Divide the section of a weld into beads of equal area. In the order of welding.
 
+    Raises `InputError` if the number is not from 1 to 200.
+
     Parameters
     ----------
     first_side : int
         -1 or +1: each layer begins at the side of -y or of +y. In PB and PC this is the lower side.
-
-    Raises
-    ------
-    InputError : If the number is not from 1 to 200.
     """
     if not 1 <= passes <= MOST_PASSES:
         raise InputError(f"passes: expected 1 to {MOST_PASSES}, got {passes}")

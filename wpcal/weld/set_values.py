@@ -18,15 +18,13 @@ from wpcal.weld.values import VALUE_NAMES, refuse_unknown
 def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Sequence[str]) -> tuple[StatedWeld, ...]:
     """State values of the welds in some seams.
 
+    Raises `InputError` if a setting is not of this form, or a seam, a name or a value cannot be used.
+
     Parameters
     ----------
     settings : sequence of str
         ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives the value
         back to the rules.
-
-    Raises
-    ------
-    InputError : If a setting is not of this form, or a seam, a name or a value cannot be used.
     """
     welds = {weld.name: weld for weld in stated}
     others = [weld for weld in stated if welds[weld.name] is not weld]

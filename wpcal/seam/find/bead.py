@@ -119,15 +119,13 @@ def _is_concave_corner(graph: BrepGraph, strip: Strip) -> bool:
 def add_beads(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions) -> tuple[BrepGraph, JoinedPieces]:
     """Add the curves in which the faces beside beads and rounds meet, as edges without faces of their own.
 
+    Returns `pieces`: JoinedPieces. Wall and base are the faces beside the strips.
+
     Parameters
     ----------
     options : SeamOptions
         With `ConcaveEdges.AUTO`, only solids are searched that may be built up (`built_up.why_one_piece`) and are apart
         from others, or frames of tubes.
-
-    Returns
-    -------
-    pieces : JoinedPieces. Wall and base are the faces beside the strips.
     """
     strips: list[Strip] = []
     if options.concave is ConcaveEdges.ALWAYS:

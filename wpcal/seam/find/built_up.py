@@ -265,15 +265,13 @@ def way_out(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far rays run before they leave a solid, and the outward normal where they do.
 
+    Returns `length_mm`: ndarray, shape (m,). Infinite where a ray does not leave the solid.
+    Returns `normal`: ndarray, shape (m, 3).
+
     Parameters
     ----------
     solid : int or ndarray of int, shape (m,)
     p, ray : shape (m, 3). Starts inside the solid (mm) and unit directions, in `part`.
-
-    Returns
-    -------
-    length_mm : ndarray, shape (m,). Infinite where a ray does not leave the solid.
-    normal : ndarray, shape (m, 3)
     """
     hits = find_hits(graph, trimmed, p, ray, length_mm=graph.size_mm, solid=solid)
     rows = np.flatnonzero(hits.way > 0)

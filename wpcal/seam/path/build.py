@@ -90,15 +90,13 @@ def measured(
 ) -> tuple[list[SeamFrames], FloatArray, BoolArray]:
     """Return the frames and the length of every run, and whether it is closed.
 
+    Returns `frames`: list of SeamFrames, length n.
+    Returns `length_mm`: ndarray, shape (n,).
+    Returns `closed`: ndarray of bool, shape (n,).
+
     Parameters
     ----------
     closed : shape (n,). Runs that are known to be closed; those whose ends meet without a corner are closed as well.
-
-    Returns
-    -------
-    frames : list of SeamFrames, length n
-    length_mm : ndarray, shape (n,)
-    closed : ndarray of bool, shape (n,)
     """
     p0, p1 = runs.ends(graph)
     apart = np.linalg.norm(p1 - p0, axis=1)

@@ -43,15 +43,13 @@ class Stations:
 def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
     """Place points along runs.
 
+    Raises `InputError` if a piece would get more than `MOST_POINTS`.
+
     Returns
     -------
     Stations
         For each run from its start to its end, both included. A point where two pieces meet occurs once, on the later
         piece. A bridge between two pieces has a point at either end.
-
-    Raises
-    ------
-    InputError : If a piece would get more than `MOST_POINTS`.
     """
     pieces = runs.pieces
     counts, t, s = _piece_stations(graph, pieces, options)

@@ -30,15 +30,13 @@ class BodyMoves(Protocol):
     def moves_at(self, body: IntArray, p_part: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return from the model to where bodies are at points of them.
 
+        Returns tuple of ndarray, shapes (n, 3, 3) and (n, 3). Turn and shift of the cross-section of each point; mm.
+
         Parameters
         ----------
         body : ndarray of int, shape (n,)
             -1: a face that does not move.
         p_part : shape (n, 3). In the model, mm.
-
-        Returns
-        -------
-        tuple of ndarray, shapes (n, 3, 3) and (n, 3). Turn and shift of the cross-section of each point; mm.
         """
 
 
