@@ -6,8 +6,8 @@ from pathlib import Path
 from wpcal.controllers import controllers
 
 ROOT = Path(__file__).parents[2]
-MAKERS = "ABB KUKA FANUC Fanuc Yaskawa Motoman Kawasaki Staubli Denso DENSO"
-LANGUAGES = "RAPID KRL INFORM URScript VAL3 PacScript ArcWare ArcTech ArcTool SmarTac TouchSense"
+MAKERS = "ABB KUKA FANUC Fanuc Yaskawa Motoman Kawasaki Staubli Comau"
+LANGUAGES = "RAPID KRL INFORM URScript VAL3 PDL2 ArcWare ArcTech ArcTool SmarTac TouchSense"
 ORDINARY = {"as", "inform", "ur"}
 """Names of formats and brands that are words of other things."""
 EXCEPTIONS = {

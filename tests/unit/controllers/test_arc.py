@@ -21,6 +21,7 @@ LANGUAGE_FILES = {
     "urscript": ("WPCAL.script", "arc_start", "arc_end"),
     "val3": ("start.pgx", "arcStart", "arcEnd"),
     "as": ("WPCAL.as", "LWS", "LWE"),
+    "pdl2": ("WPCAL.pdl", "(?<=^  )arc_start", "(?<=^  )arc_end"),  # not where they are declared
 }
 
 
@@ -87,7 +88,7 @@ def test_a_dry_run_is_the_default_says_so_and_has_no_arc_instruction(finished_fo
     folder = finished_folder()
     assert run_here("export", folder, "-f", language, *OPTIONS, "-o", out).returncode == 0
     files = {path: path.read_bytes().decode() for path in (out / language).iterdir()}
-    header = " ".join(re.sub(r"[\s!;#'/]+|\d+:", " ", text) for text in files.values())
+    header = " ".join(re.sub(r"(?:[\s!;#'/]|\d+:|--)+", " ", text) for text in files.values())
     assert "DRY RUN the arc stays off" in header.replace(":", "")
     assert "RUN IT DRY FIRST" in header
     name, on_word, _ = LANGUAGE_FILES[language]
@@ -96,6 +97,7 @@ def test_a_dry_run_is_the_default_says_so_and_has_no_arc_instruction(finished_fo
     assert arc_faults(path.read_bytes(), path) == []
     instruction = {".mod": "    ArcLStart p,v1,s,w,fine,t;", ".ls": "   9:  Weld Start[1,1] ;", ".jbi": "ARCON ASF#(1)"}
     other = {".src": "ARC_START(1)", ".script": "  arc_start(1)", ".pgx": "  call arcStart(1)", ".as": "  LWS p"}
+    other[".pdl"] = other[".script"]
     planted = f"{files[path]}\n{({**instruction, **other})[path.suffix]}\n"
     (fault,) = arc_faults(planted.encode(), path)
     assert fault.message == "an arc instruction in a program of a dry run"

@@ -183,6 +183,7 @@ JOINT_MOVES = {
     "urscript": ("movej(", 1),
     "val3": ("movej(", 1),
     "as": ("JMOVE ", 1),
+    "pdl2": ("MOVE JOINT ", 1),
 }
 
 

@@ -136,7 +136,7 @@ def test_a_new_controller_writes_programs_of_two_robots():
 
 def test_every_controller_of_wpcal_loads_what_it_names(make_program):
     program, mine = make_program(), [entry for entry in entry_points(group=CONTROLLERS) if entry.dist.name == "wpcal"]
-    assert {entry.name for entry in mine} == {"as", "fanuc", "inform", "krl", "rapid", "urscript", "val3"}
+    assert {entry.name for entry in mine} == {"as", "fanuc", "inform", "krl", "pdl2", "rapid", "urscript", "val3"}
     for controller in controllers():
         assert exporter_named(controller.name) == controller
         assert controller.write(program)
@@ -153,7 +153,8 @@ def test_what_a_controller_cannot_do_is_refused():
     with pytest.raises(InputError, match="krl has no programs of two robots"):
         controller_named("krl").write_sync(two_robots())
     with pytest.raises(
-        InputError, match="unknown controller 'karel': did you mean krl\\? known: abb, as, fanuc, inform, kawasaki, krl"
+        InputError,
+        match="unknown controller 'karel': did you mean krl\\? known: abb, as, comau, fanuc, inform, kawasaki, krl",
     ):
         controller_named("karel")
     assert controller_of_file(Path("points.csv")) is None

@@ -138,7 +138,7 @@ class ArcSwitch:
     end: str
     on: str  #: The instruction that sets the output ``{output}``.
     off: str
-    wait: str  #: The instruction that waits for ``{seconds}``.
+    wait: str  #: The instruction that waits for ``{seconds}`` or ``{milliseconds}``.
 
     def around(self, path: WeldPath, arc: ArcSettings | None, before: Sequence[str] = ()) -> Around:
         """Return what is around a seam; a weave in the weld data is refused when it is written."""
@@ -158,4 +158,5 @@ class ArcSwitch:
         return [*self._wait(end_time_s(path)), f"  {switch}"]
 
     def _wait(self, seconds: float) -> list[str]:
-        return [f"  {self.wait.format(seconds=f'{seconds:g}')}"] if seconds > 0.0 else []
+        times = {"seconds": f"{seconds:g}", "milliseconds": f"{1e3 * seconds:g}"}
+        return [f"  {self.wait.format(**times)}"] if seconds > 0.0 else []

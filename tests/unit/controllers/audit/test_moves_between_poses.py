@@ -16,7 +16,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.moves import Arc
 
-WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as")
+WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as", "pdl2")
 CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
 T = RigidTransform.identity(target="base", source="part")
 CORNERS = np.array([[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (0, 1)], dtype=float)

@@ -22,7 +22,7 @@ from wpcal.results.folder import read_finished
 from wpcal.robot.kinematics.arm_file import find_arm
 
 FIXTURES = Path(__file__).parents[4] / "fixtures"
-WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as")
+WRITERS = ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as", "pdl2")
 COORDINATE = {
     "rapid": (r"(W2_0007:=\[\[)([-\d.]+)", 1.0),
     "krl": (r"(W2_0007=\{X )([-\d.]+)", 1.0),
@@ -30,6 +30,7 @@ COORDINATE = {
     "inform": (r"(C00007=)([-\d.]+)", 1.0),
     "urscript": (r"(# W3.*?# ARC ON.*?p\[)([-\d.]+)", 0.001),
     "val3": (r'(<Data name="W2".*?key="7" x=")([-\d.]+)', 1.0),
+    "pdl2": (r"(W2_0007 := POS\()([-\d.]+)", 1.0),
     "as": (r"(W2_0002 )([-\d.]+)(?= [-\d.]+ [-\d.]+ )", 1.0),
 }
 """Where an x of a point of a seam is in each language, and a millimetre there."""

@@ -1,0 +1,173 @@
+"""Comau PDL2: one program ``NAME.pdl`` with the frame of the calibrated part, its positions, and a routine per seam.
+
+A position is ``POS(x, y, z, e1, e2, e3, '')`` in mm with Euler angles in degrees, ``R = Rz(e1) Ry(e2) Rz(e3)``; an
+empty text of the configuration keeps the present one. Positions are relative to ``wp_part``, which the program makes
+``$UFRAME``. Speeds are in m/s. How the tool turns on a line (``$ORNT_TYPE``) is not a turn about one axis in any of the
+modes, so wpcal writes a line to every frame of a seam and no arcs.
+
+PDL2 itself has no arc instructions: an output switches the arc, or the routines ``arc_start(job)`` and ``arc_end`` of a
+program ``wp_arc`` of the user.
+
+References
+----------
+Comau, PDL2 Programming Language Manual, CR00758049 (POSITION, POS, MOVE, MOVEFLY, $UFRAME, $LIN_SPD, $TERM_TYPE,
+$FLY_DIST, $PROG_SPD_OVR, EXPORTED FROM, DELAY).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
+from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
+from wpcal.controllers.language.rounding import rounded, texts, zyz_degrees
+from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
+from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import rotation_from_zyz
+from wpcal.core.transform import RigidTransform
+
+KEYWORDS = (
+    "abort activate advance after and arm array at attach await begin boolean break bypass call cancel case circular "
+    "close condition connect const continue cycle deactivate delay detach disable div do downto else enable end endfor "
+    "endif endmove endselect endtry endwhile error event exit exported false file for from global goto hand hold if "
+    "import in integer joint jointpos linear lock mod move movefly nodata nohold not of off on open or path pause pos "
+    "position program pulse purge read real record relative release repeat resume retry return routine segment select "
+    "signal skip step stop string sync then til time to true unlock until unpause var vector via wait when while with "
+    "wp_part wp_safe write xtndpos arc_start arc_end"
+)
+NAMES = NameRules("PDL2", 32, KEYWORDS)
+"""Identifiers have up to 32 characters."""
+MM_DECIMALS = 5
+DEG_DECIMALS = 6
+"""As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
+LONGEST_COMMENT = 76
+JOINT_PERCENT = 10
+"""The speed of the only joint move. Slow, because the arm can come from anywhere."""
+FLY_MM = 0.5
+"""Half of the default least step of seams: blends of neighbours touch and do not overlap."""
+ROUTINE = "weld_"
+"""The name of a routine is this and the name of its seam."""
+PART, SAFE_POINT = "wp_part", "wp_safe"
+SWITCH = ArcSwitch(
+    language="PDL2",
+    start="arc_start({job})",
+    end="arc_end",
+    on="$DOUT[{output}] := TRUE",
+    off="$DOUT[{output}] := FALSE",
+    wait="DELAY {milliseconds}",
+)
+
+
+def write_pdl2(program: WeldProgram) -> dict[str, str]:
+    """Write a PDL2 program, ``NAME.pdl``."""
+    return _Pdl2(program).files()
+
+
+def positions(p: FloatArray, R: FloatArray) -> list[str]:
+    """Write poses: p of shape (n, 3), mm, and R of shape (n, 3, 3), in any one frame."""
+    turns = texts(zyz_degrees(R, decimals=DEG_DECIMALS), DEG_DECIMALS)
+    rows = zip(texts(p, MM_DECIMALS), turns, strict=True)
+    return [f"POS({', '.join([*at, *turn])}, '')" for at, turn in rows]
+
+
+def frame_as_written(T: RigidTransform) -> RigidTransform:
+    """Return the frame with the written digits: its rounding then does not move the positions in the base."""
+    R = rotation_from_zyz(*np.radians(zyz_degrees(T.R, decimals=DEG_DECIMALS)))
+    return RigidTransform(R, rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+
+
+class _Pdl2(WeldWriter):
+    format, names, longest_comment, zone_mm = "pdl2", NAMES, LONGEST_COMMENT, FLY_MM
+    first = f"{JOINT_PERCENT}"
+
+    def __init__(self, program: WeldProgram) -> None:
+        super().__init__(program)
+        self.main = safe_name(program.controller.program_name, NAMES)
+        rules = NameRules(NAMES.language, NAMES.longest, f"{KEYWORDS} {self.main.lower()}")
+        room = max(program.label_width + 1, len(ROUTINE))
+        self.stems = safe_names([path.seam.name for path in program.paths], rules, room=room)
+        self.T_base_frame = frame_as_written(program.T_base_part)
+
+    @property
+    def air(self) -> str:
+        return f"{self.program.motion.air_speed_mm_s / 1000.0:g}"
+
+    def files(self) -> dict[str, str]:
+        points, routines, calls = self._points(), list[str](), list[str]()
+        for path in self.program.paths:
+            name = f"{ROUTINE}{self.stems[path.seam.name]}"
+            routines += [f"ROUTINE {name}", "BEGIN", *self._seam(path), f"END {name}"]
+            calls.append(f"  {name}")
+        if self.program.safe_point is not None:
+            first = self.post.air_move(SAFE_POINT, speed=self.first, joint=True)
+            calls = [*first, *calls, *self.air_moves([SAFE_POINT])]
+        lines = [
+            f"PROGRAM {self.main} HOLD",
+            *self.post.header(self._about()),
+            "VAR",
+            *(f"  {name} : POSITION" for name in points),
+            *self._exported(),
+            *routines,
+            "BEGIN",
+            *(f"  {name} := {value}" for name, value in points.items()),
+            f"  $UFRAME := {PART}",
+            "  $SPD_OPT := SPD_LIN",
+            "  $TERM_TYPE := FINE",
+            "  $FLY_TYPE := FLY_CART",
+            f"  $FLY_DIST := {FLY_MM:g}",
+            *calls,
+            *self.post.footer(),
+            f"END {self.main}",
+            "",
+        ]
+        return {f"{self.main}.pdl": "\r\n".join(lines)}
+
+    def _exported(self) -> list[str]:
+        """Declare the routines of the user."""
+        if self.program.arc is None or self.program.arc.output is not None:
+            return []
+        return ["ROUTINE arc_start(job : INTEGER) EXPORTED FROM wp_arc", "ROUTINE arc_end EXPORTED FROM wp_arc"]
+
+    def _points(self) -> dict[str, str]:
+        """Return the positions by their names: the frame first."""
+        found = {PART: positions(self.T_base_frame.t_mm[None], self.T_base_frame.R[None])[0]}
+        for poses in self.program.groups:
+            labels = [SAFE_POINT] if isinstance(poses, SafePoint) else self._labels(poses)
+            found |= dict(zip(labels, positions(*poses.poses_in(self.T_base_frame)), strict=True))
+        return found
+
+    def _labels(self, path: WeldPath) -> list[str]:
+        return path.labels(self.stems[path.seam.name], width=self.program.label_width)
+
+    def _about(self) -> list[str]:
+        program, arc = self.program, self.program.arc
+        if arc is None:
+            how = "the arc burns from ARC ON to ARC OFF"
+        elif arc.output is not None:
+            how = f"$DOUT[{arc.output}] switches the arc"
+        else:
+            how = "arc_start(job) and arc_end are routines of your program wp_arc"
+        text = [
+            *describe(program),
+            f"positions are relative to {PART}, {part_frame(program)}; mm; R = Rz(e1) Ry(e2) Rz(e3), deg",
+            f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
+            "the configuration is not known: the arm keeps the one it comes with",
+            f"set $BASE and $TOOL before this program; {how}",
+            *self.seams_in_words(self.stems),
+        ]
+        return self.comments(text)
+
+    def _seam(self, path: WeldPath) -> list[str]:
+        head = self.comments([path.seam.name, describe_path(path)], mark="  -- ")
+        return [*head, *self.seam(path, self._labels(path), SWITCH.around(path, self.program.arc))]
+
+    def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
+        speed = f"  $LIN_SPD := {self.program.weld_speed_mm_s(path) / 1000.0:g}"
+        return [speed, *super().weld_moves(path, along)]
+
+    def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
+        how = f"CIRCULAR TO {to} VIA {via}" if via else f"LINEAR TO {to}"
+        return [f"  MOVE {how}" if stops else f"  MOVEFLY {how} ADVANCE"]
