@@ -22,29 +22,19 @@ from pathlib import Path
 
 WPCAL = Path(sys.executable).with_name("wpcal")
 INJECTED = Path(__file__).with_name("injected")
-ORPHAN_S = 0.4
-"""Longest time for which the kernel's process may outlive a killed command."""
+ORPHAN_S = 0.4  #: Longest time for which the kernel's process may outlive a killed command.
 TIMEOUT_S = 300
-MOST_CHANGES = 60
-"""Far above the number of changes of folders in one run."""
+MOST_CHANGES = 60  #: Far above the number of changes of folders in one run.
 OLD_S = 3600
 ONE_LINE = 1
 
 
 @dataclass(slots=True)
 class Job:
-    """A command with two inputs, the results of undisturbed runs with them, and how long these took.
+    """A command with two inputs, the results of undisturbed runs with them, and how long these took."""
 
-    Parameters
-    ----------
-    folder : Path
-        The working folder.
-    commands : dict of str to list of str
-        By the name of the input (`old`, `new`): the command without its output.
-    """
-
-    folder: Path
-    commands: dict[str, list[str]]
+    folder: Path  #: The working folder.
+    commands: dict[str, list[str]]  #: By the name of the input (`old`, `new`): the command without its output.
     results: dict[str, dict[str, bytes]] = field(default_factory=dict)
     seconds: float = 0.0
     codes: tuple[int, ...] = (0, 1)

@@ -41,10 +41,7 @@ class NotMountedError(Exception):
 def read_only_disk(place: Path, fill: Callable[[Path], None]) -> Iterator[Path]:
     """Yield a folder in which nothing can be changed: a disk mounted read-only.
 
-    Raises
-    ------
-    NotMountedError
-        When this user may not mount one.
+    Raises `NotMountedError` when this user may not mount one.
     """
     place.mkdir(exist_ok=True)
     mounted = subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(place)], capture_output=True, text=True, check=False)
@@ -61,18 +58,9 @@ def read_only_disk(place: Path, fill: Callable[[Path], None]) -> Iterator[Path]:
 def write_on_read_only(job: Job, names: tuple[str, ...], fill: Callable[[Path], None]) -> Counter[str]:
     """Run commands that write on a read-only disk, and the job with its input on one and its output beside it.
 
-    Parameters
-    ----------
-    job : Job
-    names : tuple of str
-        Of `WRITING`.
-    fill : callable
-        Puts the input of these commands into a folder.
-
-    Raises
-    ------
-    NotMountedError
-        When this user may not mount one.
+    `names`: Of `WRITING`.
+    `fill`: Puts the input of these commands into a folder.
+    Raises `NotMountedError` when this user may not mount one.
     """
     found: Counter[str] = Counter()
 

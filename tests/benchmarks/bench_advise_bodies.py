@@ -36,45 +36,31 @@ BENCHED = {
     "boom and vane": SHARED / "blind" / "afpm_boom_vane.step",
 }
 ON_BASE, EACH = 6, 2
-PER_BODY = 30
-"""Places on each body that may be touched, far from one another."""
+PER_BODY = 30  #: Places on each body that may be touched, far from one another.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Places on the faces of a part that may be touched.
+    """Places on the faces of a part that may be touched."""
 
-    Parameters
-    ----------
-    face, body : ndarray of int, shape (n,)
-    p, n : ndarray, shape (n, 3)
-        Points and outward normals, in `part`, mm.
-    """
-
+    #: `face`, `body`: shape (n,).
     face: IntArray
     body: IntArray
+    #: `p`, `n`: shape (n, 3). Points and outward normals, in `part`, mm.
     p: FloatArray
     n: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Touches of one choice, simulated.
+    """Touches of one choice, simulated."""
 
-    Parameters
-    ----------
-    worst_mm, across_mm : float
-        Error of the worst seam point and of the same across the seam, median over the weldments.
-    predicted_mm : float
-        Largest predicted 95 % error of a point.
-    covered : float
-        Share of the points that are within the error predicted for them.
-    """
-
+    #: `worst_mm`, `across_mm`: Error of the worst seam point and of the same across the seam, median over the
+    #: weldments.
     worst_mm: float
     across_mm: float
-    predicted_mm: float
-    covered: float
+    predicted_mm: float  #: Largest predicted 95 % error of a point.
+    covered: float  #: Share of the points that are within the error predicted for them.
 
 
 def opened(name: str) -> PartWeldment:

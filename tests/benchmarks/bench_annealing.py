@@ -25,8 +25,7 @@ GOAL_MM = OPTIMUM_MM + 0.005
 PEER_SEEDS = 20
 OWN_SEEDS = 100
 REPEATS = 5
-QUICK_SECONDS = 0.2
-"""Longer runs are timed once: a disturbance of milliseconds does not show in them."""
+QUICK_SECONDS = 0.2  #: Longer runs are timed once: a disturbance of milliseconds does not show in them.
 
 
 class GoalReachedError(Exception):

@@ -21,12 +21,9 @@ from cad.samples.parts import STEEL
 from tests.benchmarks.bench_calibrate_part import write_taught
 from tests.benchmarks.bench_extraction import read_raw, seconds
 
-FRAMES = (10, 30, 120)
-"""2880, 8640 and 34 560 faces."""
-SIDE, WALL, RADIUS = 50.0, 3.0, 6.0
-"""Of the tubes, mm."""
-X, Y, HEIGHT = 700.0, 600.0, 525.0
-"""Between the posts, and their height, mm."""
+FRAMES = (10, 30, 120)  #: 2880, 8640 and 34 560 faces.
+SIDE, WALL, RADIUS = 50.0, 3.0, 6.0  #: Of the tubes, mm.
+X, Y, HEIGHT = 700.0, 600.0, 525.0  #: Between the posts, and their height, mm.
 TO_REACH, MOST_MB = 3.0, 1000
 
 

@@ -23,27 +23,17 @@ from wpcal.taught.table import read_taught
 JOBS = int(os.environ.get("WPCAL_BENCH_JOBS", "10000"))
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 EVERY_S = 2.0
-WARM_UP = 0.1
-"""The first tenth of the jobs is left out: caches fill."""
+WARM_UP = 0.1  #: The first tenth of the jobs is left out: caches fill.
 
 
 @dataclass(slots=True)
 class Watched:
-    """What was seen of a batch.
+    """What was seen of a batch."""
 
-    Parameters
-    ----------
-    done : list of int
-        Jobs, at each look.
-    lasting_mb : list of float
-        Memory of the processes that live as long as the batch: the command, the server and the process of the group.
-    worker_mb : float
-        The most memory of one process that runs jobs.
-    """
-
-    done: list[int] = field(default_factory=list)
+    done: list[int] = field(default_factory=list)  #: Jobs, at each look.
+    #: Memory of the processes that live as long as the batch: the command, the server and the process of the group.
     lasting_mb: list[float] = field(default_factory=list)
-    worker_mb: float = 0.0
+    worker_mb: float = 0.0  #: The most memory of one process that runs jobs.
 
     def look(self, process: int, out: Path) -> None:
         """Look at the processes of a batch; the command is the first, and each of the others is a child of another."""

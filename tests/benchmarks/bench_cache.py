@@ -21,8 +21,7 @@ LINES = (
     "sheet PART advised.csv -o sheet.svg --force",
     "calibrate PART TAUGHT -o out --force --accept-unsure",
 )
-REPEATS = 3
-"""The least of so many runs counts: other work on the machine only ever adds."""
+REPEATS = 3  #: The least of so many runs counts: other work on the machine only ever adds.
 ASKED_S = 1.5
 
 

@@ -23,8 +23,7 @@ ROOT = Path(__file__).parents[2]
 PART = ROOT.parent / "shared" / "step" / "tail_section_asm.stp"
 """The largest shared file with exact faces: 2.4 MB, 618 faces, most of them free-form."""
 TEE = ROOT / "fixtures" / "tee"
-REPEATS = 3
-"""The least of so many runs counts: other work on the machine only ever adds."""
+REPEATS = 3  #: The least of so many runs counts: other work on the machine only ever adds.
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
 
 

@@ -27,8 +27,7 @@ ROOT = Path(__file__).parents[2]
 CELL = ROOT / "fixtures" / "cells" / "two-mh6.json"
 MESHES = ROOT.parent / "shared" / "robots" / "irb1600_6_12" / "meshes"
 STATES = 2000
-FEW = 60
-"""States for what takes milliseconds each."""
+FEW = 60  #: States for what takes milliseconds each.
 REPEATS = 5
 
 

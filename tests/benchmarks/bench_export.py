@@ -19,8 +19,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
-REPEATS = 3
-"""The least of so many runs counts: other work on the machine only ever adds."""
+REPEATS = 3  #: The least of so many runs counts: other work on the machine only ever adds.
 
 PATHS, POSES = 4, 2500
 TO_REACH_S = 0.5

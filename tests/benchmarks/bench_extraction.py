@@ -24,10 +24,8 @@ from rich.table import Table
 
 BAYS = (41, 82, 164)
 """About 7 500, 15 000 and 30 000 faces: the exponent of the time over the faces is fitted through them."""
-REPEATS = 2
-"""The least of so many runs counts: other work on the machine only ever adds."""
-TO_REACH = 1.5
-"""Features and seams, over the raw reader's time."""
+REPEATS = 2  #: The least of so many runs counts: other work on the machine only ever adds.
+TO_REACH = 1.5  #: Features and seams, over the raw reader's time.
 MOST_MB = 1000
 ALL = ("read_step", "to_brep", "features", "seams")
 

@@ -23,12 +23,9 @@ from wpcal.seam.path.frames import seam_frames
 from wpcal.seam.seam import SeamPieces
 
 FRAMES = 20_000
-KERNEL_FRAMES = 500
-"""So many are enough to time the kernel's calls."""
-REPEATS = 5
-"""The least of so many runs counts: other work on the machine only ever adds."""
-ON_CURVE_MM = 1e-6
-"""The kernel's feet are those of the same points."""
+KERNEL_FRAMES = 500  #: So many are enough to time the kernel's calls.
+REPEATS = 5  #: The least of so many runs counts: other work on the machine only ever adds.
+ON_CURVE_MM = 1e-6  #: The kernel's feet are those of the same points.
 
 
 def main() -> Table:

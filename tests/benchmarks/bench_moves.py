@@ -21,8 +21,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
-REPEATS = 3
-"""The least of so many runs counts: other work on the machine only ever adds."""
+REPEATS = 3  #: The least of so many runs counts: other work on the machine only ever adds.
 TO_REACH_S = 0.5
 T = RigidTransform.identity(target="base", source="part")
 

@@ -35,8 +35,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions
 from wpcal.taught.features import FeatureKind
 
-BAYS = (1, 10, 54)
-"""The last has 10 000 faces."""
+BAYS = (1, 10, 54)  #: The last has 10 000 faces.
 POINTS = 6
 REPEATS = 10
 NOISE_MM = 0.2

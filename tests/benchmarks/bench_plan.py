@@ -31,8 +31,7 @@ REPEATS = 3
 SEEDS = 5
 GENERATIONS = 200
 """Of NSGA-II with a population of 100: about a quarter of a minute on a machine at rest, the limit being one."""
-FINER = 40
-"""Parts into which a step is cut to judge again what was called free at ten."""
+FINER = 40  #: Parts into which a step is cut to judge again what was called free at ten.
 DENSE_POSITION, DENSE_TORCH = np.logspace(-1, -7, 13), (1e-1, 1e-3, 1e-4, 1e-5, 1e-7)
 """Weights of a denser sweep, which takes the time of some tens of generations."""
 

@@ -28,8 +28,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.pages.report import build_report
 
 GOLDEN = Path(__file__).resolve().parents[2] / "fixtures" / "tee" / "golden"
-PLATES = (50, 500, 1500)
-"""1000, 10 000 and 30 000 faces."""
+PLATES = (50, 500, 1500)  #: 1000, 10 000 and 30 000 faces.
 HOLES = 14
 REPEATS = 3
 SIDE_MM, PITCH_MM, ROW = 150.0, 180.0, 25
@@ -42,8 +41,7 @@ MIX = {
     "ANC101-ill.stp": 7,
 }
 """Machined, freeform, an assembly: how often each is copied."""
-WEB = 1
-"""Which seam of the tee is repeated: 16 frames."""
+WEB = 1  #: Which seam of the tee is repeated: 16 frames.
 
 
 def plates(count: int) -> list[Any]:

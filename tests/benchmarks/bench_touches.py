@@ -30,8 +30,7 @@ from wpcal.touch.searches.setup import TouchSetup
 
 PARTS = ("tee", "lap", "saddle", "frame", "gusseted-bracket", "post-base")
 RUNS = 300
-STRAIGHT = 0.1
-"""A wire within 6 degrees of the normal or of the face is held straight."""
+STRAIGHT = 0.1  #: A wire within 6 degrees of the normal or of the face is held straight.
 
 
 def best_classical(part: TouchPart, options: TouchOptions) -> list[Search]:

@@ -19,8 +19,7 @@ COUNTS = (3, 4, 5, 6, 8, 12)
 SIGMA_MM = 0.3
 TOLERANCE_MM = 0.5
 TRIALS = 100
-LEAST_SPREAD = 0.1
-"""Second to first spread of a random set of points: a person does not touch points on one line."""
+LEAST_SPREAD = 0.1  #: Second to first spread of a random set of points: a person does not touch points on one line.
 NOISES = ("gaussian", "bounded", "t3")
 
 

@@ -22,11 +22,9 @@ from wpcal.core.errors import FormatError
 from wpcal.core.records import write_file
 from wpcal.core.transform import RigidTransform
 
-REPEATS = 3
-"""The least of so many runs counts: other work on the machine only ever adds."""
+REPEATS = 3  #: The least of so many runs counts: other work on the machine only ever adds.
 
-BOXES = 5000
-"""30 000 faces, 91 MB: the size the project is asked to be fast at."""
+BOXES = 5000  #: 30 000 faces, 91 MB: the size the project is asked to be fast at.
 
 TO_REACH = 0.1
 SHARED_STEP = Path(__file__).resolve().parents[3] / "shared" / "step"

@@ -47,15 +47,13 @@ def run_verdict_study(
 ) -> VerdictStudy:
     """Calibrate simulated points and compare every verdict with the true errors of the seams.
 
+    Raises `InputError` when there are not as many sets as errors.
+
     Parameters
     ----------
     sets : shape (n, 3). Reference points of each trial, mm.
     seam_points : shape (k, 3). Same frame, mm.
     errors : shape (n, 3). Errors of the taught points of each trial, mm.
-
-    Raises
-    ------
-    InputError : When there are not as many sets as errors.
     """
     if len(sets) != len(errors) or not sets:
         raise InputError(f"expected errors for every set of points, got {len(sets)} sets and {len(errors)} errors")

@@ -18,26 +18,16 @@ import pytest
 
 from wpcal.core.arrays import FloatArray
 
-WAIT_S = 60
-"""The browser draws without a graphics card, and the machine may be busy."""
+WAIT_S = 60  #: The browser draws without a graphics card, and the machine may be busy.
 
 
 @dataclass
 class OpenPage:
-    """A page under test, with its messages and requests.
-
-    Parameters
-    ----------
-    page : playwright page
-    said : list of str
-        Messages of the console, and errors of the scripts.
-    asked : list of str
-        Requested addresses; the first is the page itself.
-    """
+    """A page under test, with its messages and requests."""
 
     page: Any
-    said: list[str] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)  #: Messages of the console, and errors of the scripts.
+    asked: list[str] = field(default_factory=list)  #: Requested addresses; the first is the page itself.
 
     def wait(self, condition: str) -> None:
         """Wait until a JavaScript expression is true; playwright's own way needs `eval`, which the page forbids."""

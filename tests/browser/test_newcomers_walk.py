@@ -19,10 +19,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 CLICK_S = 3.0
-LETTER_S = 1.0
-"""60 letters a minute."""
-READ_S = 5.0
-"""To look at what a command printed and find the next line of the README, which is copied."""
+LETTER_S = 1.0  #: 60 letters a minute.
+READ_S = 5.0  #: To look at what a command printed and find the next line of the README, which is copied.
 PICKER_S = 5.0
 """Processor time until the page of such a part is there, measured by hand: the process is still running."""
 ALLOWED_S = 300.0

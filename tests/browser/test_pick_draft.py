@@ -15,8 +15,7 @@ import pytest
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 PLACE = ("x_mm", "y_mm", "z_mm")
 SAVED = "document.querySelector('#save-state').textContent.startsWith('saved')"
-SECONDS_UNTIL_SEEN = 20
-"""A window asks for the changes of others every second; the machine may be busy."""
+SECONDS_UNTIL_SEEN = 20  #: A window asks for the changes of others every second; the machine may be busy.
 
 
 def rows_on(opened: Any) -> dict[str, tuple[str, ...]]:

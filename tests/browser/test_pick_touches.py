@@ -15,8 +15,7 @@ FACES = [[30, 40, 10], [170, 30, 10], [100, 40, 10], [50, 0, 5], [160, 0, 5], [0
 """3-2-1, on faces that the first view shows."""
 EDGE = [100, 0, 10]
 NORMALS = np.array([[0, 0, 1]] * 3 + [[0, -1, 0]] * 2 + [[-1, 0, 0]], dtype=np.float64)
-NEAR_MM = 1.0
-"""A pixel of the view is 0.3 mm."""
+NEAR_MM = 1.0  #: A pixel of the view is 0.3 mm.
 RED, NEAR = (179, 32, 46), 40.0
 WIRE_MM = 0.6
 

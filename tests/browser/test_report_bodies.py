@@ -13,14 +13,11 @@ from tests.running import run_here
 from wpcal.core.arrays import FloatArray
 
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
-ARROW = (20, 24, 29)
-"""Of a body that is shown to have moved (`MOVED` in bodies.js)."""
-GHOST = (199, 125, 10)
-"""Of the edges of the model (`GHOST` in report/scene.js)."""
+ARROW = (20, 24, 29)  #: Of a body that is shown to have moved (`MOVED` in bodies.js).
+GHOST = (199, 125, 10)  #: Of the edges of the model (`GHOST` in report/scene.js).
 NEAR = 30.0
 BEYOND = (122, 31, 162)
-DRAWN_MM = 0.02
-"""A step of the mesh is 0.003 mm; the rest is 32-bit numbers in the browser."""
+DRAWN_MM = 0.02  #: A step of the mesh is 0.003 mm; the rest is 32-bit numbers in the browser.
 
 
 @pytest.fixture(scope="module")

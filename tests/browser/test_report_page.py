@@ -19,8 +19,7 @@ SADDLE = Path(__file__).parents[2] / "fixtures" / "saddle"
 HOSTILE = "</script><img src=x onerror=window.hacked=1>"
 RESIDUAL_PINK = (214, 36, 110)
 AXIS_RED = (214, 60, 60)
-NEAR = 40.0
-"""Of a colour, 0…255 in three channels: what smoothing and rounding leave of it in the middle of a line."""
+NEAR = 40.0  #: Of a colour, 0…255 in three channels: what smoothing and rounding leave of it in the middle of a line.
 PHONE_WIDTH = 390
 ON_FACES = [
     ("base plate", [150.0, 30.0, 10.0], [0.0, 0.0, 1.0]),
@@ -31,10 +30,8 @@ ON_FACES = [
 """Solid, place and outward normal in the frame `part`: faces that the first view shows."""
 DRAWN_MM, DRAWN_RAD = 0.02, 1e-3
 """A step of the mesh is 0.003 mm; the rest is 32-bit numbers in the browser, and a triangle's normal from them."""
-SEAM, FRAME = 1, 7
-"""W2 faces the viewer; its eighth frame is away from both ends."""
-BEHIND = 2
-"""W3 is on the far side of the web."""
+SEAM, FRAME = 1, 7  #: W2 faces the viewer; its eighth frame is away from both ends.
+BEHIND = 2  #: W3 is on the far side of the web.
 
 
 def run_wpcal(*arguments: str | Path) -> None:

@@ -12,8 +12,7 @@ from typing import Any
 import pytest
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
-MOST_S = 120.0
-"""A person has two minutes. The walk below has his clicks; a machine's test must not need longer."""
+MOST_S = 120.0  #: A person has two minutes. The walk below has his clicks; a machine's test must not need longer.
 
 
 def seams_on(opened: Any) -> dict[str, bool]:

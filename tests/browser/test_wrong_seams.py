@@ -15,8 +15,7 @@ from tests.benchmarks.welds.lists import FOLDER, read_record, welds_of
 from tests.benchmarks.welds.score import WeldScore, score
 
 MOST_S = 120.0
-CLICK_S, LETTER_S = 3.0, 1.0
-"""A person finds the place of a click in 3 s, and types 60 letters a minute."""
+CLICK_S, LETTER_S = 3.0, 1.0  #: A person finds the place of a click in 3 s, and types 60 letters a minute.
 
 
 @dataclass

@@ -24,15 +24,12 @@ from tests.running import TIMEOUT_S
 WPCAL = Path(sys.executable).with_name("wpcal")
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 KILLED_ONCE = Path(__file__).with_name("killed_once")
-TIMES = "seconds"
-"""The only field of the summary that is not the same in the next run."""
-FAILING_MM = 1.0
-"""The points of the last job are so far off that it is FAIL and has a page."""
+TIMES = "seconds"  #: The only field of the summary that is not the same in the next run.
+FAILING_MM = 1.0  #: The points of the last job are so far off that it is FAIL and has a page.
 ORPHAN_S = 20.0
 """Within this time the processes of a batch that was killed end and remove what they began; without other work on the
 machine in less than a second."""
-MARK = "WPCAL_TEST_BATCH"
-"""In the environment of all processes of one run."""
+MARK = "WPCAL_TEST_BATCH"  #: In the environment of all processes of one run.
 JOBS = 4
 AFTER_THE_LAST = 10**9
 VICTIMS = ("command", "server", "group", "job")
@@ -87,37 +84,19 @@ def processes(mark: str) -> dict[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """When one process of a batch gets a signal.
+    """When one process of a batch gets a signal."""
 
-    Parameters
-    ----------
-    change : int
-        At this change of a folder, counted over all processes; 0 if `after_s` tells the time.
-    after_s : float
-        Time since its start.
-    victim : str
-        Of `VICTIMS`. If there is no such process yet, the command.
-    """
-
-    change: int = 0
-    after_s: float = 0.0
-    victim: str = "command"
+    change: int = 0  #: At this change of a folder, counted over all processes; 0 if `after_s` tells the time.
+    after_s: float = 0.0  #: Time since its start.
+    victim: str = "command"  #: Of `VICTIMS`. If there is no such process yet, the command.
 
 
 @dataclass(slots=True)
 class Place:
-    """Where one batch runs: its own output, cache and temporary files, beside a list of jobs that others share.
+    """Where one batch runs: its own output, cache and temporary files, beside a list of jobs that others share."""
 
-    Parameters
-    ----------
-    jobs : Path
-        The list.
-    folder : Path
-        Made here, with `out`, `cache` and `tmp` in it.
-    """
-
-    jobs: Path
-    folder: Path
+    jobs: Path  #: The list.
+    folder: Path  #: Made here, with `out`, `cache` and `tmp` in it.
     mark: str = ""
     environment: dict[str, str] = field(default_factory=dict)
 
@@ -215,23 +194,12 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A list of jobs, what nobody disturbed makes of it, and how long that takes.
-
-    Parameters
-    ----------
-    jobs : Path
-    whole : dict
-        From `contents`.
-    place : Place
-    changes : int
-        Changes of folders.
-    seconds : float
-    """
+    """A list of jobs, what nobody disturbed makes of it, and how long that takes."""
 
     jobs: Path
-    whole: dict[str, bytes]
+    whole: dict[str, bytes]  #: From `contents`.
     place: Place
-    changes: int
+    changes: int  #: Changes of folders.
     seconds: float
 
 

@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-START_S = 60.0
-"""On a loaded machine Dask takes some seconds to start."""
+START_S = 60.0  #: On a loaded machine Dask takes some seconds to start.
 
 
 class DaskProcesses:

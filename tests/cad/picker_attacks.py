@@ -6,8 +6,7 @@ import json
 
 from cad.pick.rows import NEW_COLUMNS
 
-CLOSED = 0
-"""No answer at all: the connection was closed."""
+CLOSED = 0  #: No answer at all: the connection was closed.
 
 METHODS = (
     "GET",

@@ -25,8 +25,7 @@ from cad.pick.shared_table import SharedTable
 
 JSON = "application/json"
 PAGE = "<!DOCTYPE html>the page"
-WHOLE_REQUEST_S = 1.0
-"""Instead of 20 s."""
+WHOLE_REQUEST_S = 1.0  #: Instead of 20 s.
 TIMEOUT_S = 60
 
 

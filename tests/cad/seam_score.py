@@ -16,8 +16,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.seam import Seam
 
 EXPECTED = Path(__file__).with_name("expected_seams")
-SPACING_MM = 1.0
-"""Points along an expected line and a found seam at which they are compared."""
+SPACING_MM = 1.0  #: Points along an expected line and a found seam at which they are compared.
 COVERED = 0.9
 """Share of an expected seam that accepted ones must run along; the corner of three sheets belongs to one only."""
 LENGTH_SHARE = 0.01

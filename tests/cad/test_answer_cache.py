@@ -27,8 +27,7 @@ from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-WRITING = "cad.step.write:write_moved_data"
-"""The only work of the kernel on a part that is known."""
+WRITING = "cad.step.write:write_moved_data"  #: The only work of the kernel on a part that is known.
 LINES = (
     "features PART --json",
     "features PART --all",

@@ -18,8 +18,7 @@ from tests.cad.batch_faults import WPCAL, contents, write_jobs
 from tests.record_checks import check_record
 from tests.running import TIMEOUT_S, run_here
 
-JOBS, WRAPPED = 8, 2
-"""Jobs, and the one with an option that changes the seams of the part."""
+JOBS, WRAPPED = 8, 2  #: Jobs, and the one with an option that changes the seams of the part.
 CHANGED = {"j0", "j3", "j4", "j5", "summary.jsonl"}
 
 

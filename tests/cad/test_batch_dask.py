@@ -29,12 +29,9 @@ from tests.running import FINISHED, TIMEOUT_S, needs_proc, run_here
 from wpcal.study.dask.cluster import Call, Cluster
 
 pytestmark = needs_proc
-REPEATS = 4
-"""So often the jobs of the list are repeated: enough to disturb a batch before its end."""
-LIMIT_S, LIMIT_GB = 2.0, 2.0
-"""A job that hangs is ended so soon; those that work take milliseconds."""
-ORPHAN_S = 10.0
-"""Within this time the processes of a worker that was killed end, and what they wrote is removed."""
+REPEATS = 4  #: So often the jobs of the list are repeated: enough to disturb a batch before its end.
+LIMIT_S, LIMIT_GB = 2.0, 2.0  #: A job that hangs is ended so soon; those that work take milliseconds.
+ORPHAN_S = 10.0  #: Within this time the processes of a worker that was killed end, and what they wrote is removed.
 
 
 @pytest.fixture(scope="module")

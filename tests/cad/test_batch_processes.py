@@ -18,8 +18,7 @@ from cad.batch.run import Task, locked_output, run_tasks
 from tests.running import needs_proc
 from wpcal.core.errors import InputError
 
-LIMIT_S, LIMIT_GB = 2.0, 2.0
-"""A job that hangs is ended so soon; those that work take milliseconds."""
+LIMIT_S, LIMIT_GB = 2.0, 2.0  #: A job that hangs is ended so soon; those that work take milliseconds.
 
 
 class Batch:

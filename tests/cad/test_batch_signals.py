@@ -27,8 +27,7 @@ COMMANDS = {
 }
 START_S = 1.2
 """Within this time a command has imported what it needs; without other work on the machine in half of it."""
-SOON_S = 0.05
-"""A second signal comes so soon."""
+SOON_S = 0.05  #: A second signal comes so soon.
 SOURCE = Path(wpcal.__file__).parent
 IN_CI, DEEP, AT_ONCE = 3, 60, 6
 

@@ -22,10 +22,8 @@ from wpcal.core.issue import Issue
 from wpcal.seam import SeamOptions
 from wpcal.seam.seam import Finding, FlareGroove, JointType, Seam, SeamPieces, WeldType
 
-LIMIT_S = 60.0
-"""More than any of these files needs on a busy machine, so that reaching it means a hang."""
-SETTLE_S = 10.0
-"""A child that waits for the kernel's end would need 60 s; `make attack` measures the time itself."""
+LIMIT_S = 60.0  #: More than any of these files needs on a busy machine, so that reaching it means a hang.
+SETTLE_S = 10.0  #: A child that waits for the kernel's end would need 60 s; `make attack` measures the time itself.
 
 
 def test_a_result_comes_back(probe: str) -> None:

@@ -16,8 +16,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam import SeamOptions, SeamSource, search
 
 BLOCK = Path(__file__).parents[2] / "fixtures" / "welds" / "parts" / "machined-block.step"
-CROSSED_MM = 1e-6
-"""The kernel crosses the same solids at two places with curves that differ by 3e-8 mm."""
+CROSSED_MM = 1e-6  #: The kernel crosses the same solids at two places with curves that differ by 3e-8 mm.
 
 
 def check(workpiece: Workpiece, monkeypatch: pytest.MonkeyPatch, within_mm: float = MOVED_MM) -> None:

@@ -9,8 +9,7 @@ from cad.workpiece.features import list_features
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.taught.features import Ease, FeatureKind, HoleForm, feature_named
 
-ROUND_OFF_MM = 1e-9
-"""Coordinates of some hundred mm through a few products in double precision."""
+ROUND_OFF_MM = 1e-9  #: Coordinates of some hundred mm through a few products in double precision.
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 
 

@@ -32,10 +32,8 @@ from wpcal.core.transform import RigidTransform
 from wpcal.seam import Seam, SeamOptions, SeamSource, WeldType, detect_seams
 from wpcal.seam.find.flare_grooves import add_grooves
 
-EXACT = 1e-6
-"""mm, or rad: lines and circles through points that Newton's method finds to round-off."""
-POSES = [(0, 0, 0, 0, 0, 0), (700, -300, 40, 0.4, -1.1, 2.0)]
-"""As drawn, and turned about all axes, mm and rad."""
+EXACT = 1e-6  #: mm, or rad: lines and circles through points that Newton's method finds to round-off.
+POSES = [(0, 0, 0, 0, 0, 0), (700, -300, 40, 0.4, -1.1, 2.0)]  #: As drawn, and turned about all axes, mm and rad.
 WIRE, NOZZLE, FREE_WIRE = 0.6, 11.0, 20.0
 """Radii of the wire's ball and of the nozzle, and how far the wire is out of the nozzle, mm."""
 

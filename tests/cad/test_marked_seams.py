@@ -23,8 +23,7 @@ from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.judge.last_check import refuse_frames_in_material
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
-EXACT_MM = 1e-6
-"""Places on straight edges; a contact is bisected to 2e-9 mm."""
+EXACT_MM = 1e-6  #: Places on straight edges; a contact is bisected to 2e-9 mm.
 
 
 def with_named_edges(folder: Path, names: dict[tuple[float, ...], str]) -> Path:

@@ -27,8 +27,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 
-ATOL_MM = 1e-9
-"""As in `test_write_step`; 1e-6 mm is promised."""
+ATOL_MM = 1e-9  #: As in `test_write_step`; 1e-6 mm is promised.
 
 T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.1], target="base", source="part")
 SEAMS = (("S1", [[0, 0, 0], [10, 0, 0]], (1.0, 0.5, 0.0)),)

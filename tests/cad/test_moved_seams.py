@@ -25,8 +25,7 @@ from wpcal.seam.path.moved import MovedSeam, moved_seams
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 PARTS = ("tee/tee.step", "saddle/saddle.step", "uprights/uprights.step", "pipe", "loft")
 ROUND_OFF_MM = 1e-9
-SETTLED_MM = 1e-7
-"""Newton's method ends at steps of 1e-8 mm; the kernel's projection is as exact."""
+SETTLED_MM = 1e-7  #: Newton's method ends at steps of 1e-8 mm; the kernel's projection is as exact.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

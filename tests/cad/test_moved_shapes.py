@@ -14,8 +14,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 
 SIGMA_MM = 1e-4
-NEAR_MM = 1e-3
-"""The prior holds the bodies back by less than the stated error of the corners."""
+NEAR_MM = 1e-3  #: The prior holds the bodies back by less than the stated error of the corners.
 MOVED = (
     RigidTransform.from_six_tuple([800.0, -200.0, 150.0, 0.02, -0.01, 0.7], target="base", source="part"),
     RigidTransform.from_six_tuple([801.0, -200.5, 150.2, 0.022, -0.011, 0.702], target="base", source="part"),

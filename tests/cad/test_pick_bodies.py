@@ -24,8 +24,7 @@ from wpcal.seam import SeamOptions
 
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
 TAUGHT = UPRIGHTS / "taught.csv"
-SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15
-"""Predicted errors are rounded for the page."""
+SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15  #: Predicted errors are rounded for the page.
 ROUND_OFF = 1e-9
 
 

@@ -19,10 +19,8 @@ from wpcal.core.errors import FormatError, GeometryError, InputError
 from wpcal.touch.advice import advise
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
-SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15
-"""Predicted errors are rounded for the page."""
-FIRST_ORDER = 1e-3
-"""Relative: the promise is at the model points, the fit at the pose that it found."""
+SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15  #: Predicted errors are rounded for the page.
+FIRST_ORDER = 1e-3  #: Relative: the promise is at the model points, the fit at the pose that it found.
 FRAME = (500.0, 100.0, 50.0)
 KRL = """DEFDAT TEACH
 DECL E6AXIS HOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}

@@ -20,10 +20,8 @@ ASIDE_MM = 0.05
 """Five times the sag of the polylines of a boundary, and far less than the width of any of these faces."""
 ALONG = np.linspace(0.07, 0.93, 9)
 """Places along an edge, away from its ends, where the neighbouring edge would decide."""
-ON_MM = 1e-6
-"""A point whose distance from the kernel's trimmed face is below this lies on it."""
-CLEAR_MM = 0.02
-"""Points nearer to a boundary than twice the sag of its polyline are not tested."""
+ON_MM = 1e-6  #: A point whose distance from the kernel's trimmed face is below this lies on it.
+CLEAR_MM = 0.02  #: Points nearer to a boundary than twice the sag of its polyline are not tested.
 
 
 def slanted(make: Callable[[Any], Any]) -> Any:

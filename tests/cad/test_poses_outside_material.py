@@ -27,10 +27,8 @@ from wpcal.seam.judge.material import TorchPart, find_poses_in_material
 from wpcal.seam.judge.stations import start_mm
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-POINTS = 24
-"""Per pose, in each of wire and nozzle."""
-CLOSE = 20_000
-"""Per refused pose, all in the part of the torch that was refused."""
+POINTS = 24  #: Per pose, in each of wire and nozzle.
+CLOSE = 20_000  #: Per refused pose, all in the part of the torch that was refused.
 OUTERMOST = 1.16
 """The outermost of the lines that stand for a tube against exact faces is at most this much wider than the tube."""
 PARTS = ("fixture:tee", "fixture:lap", "fixture:frame", "blind/mini/hole10.step", "blind/mini/g180.step")

@@ -16,8 +16,7 @@ from cad.step.solids import LeafShapes
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.issue import Issue
 
-WRITER_ATOL_MM = 1e-9
-"""The kernel writes and reads coordinates with 15 digits; samples are at most 150 mm long."""
+WRITER_ATOL_MM = 1e-9  #: The kernel writes and reads coordinates with 15 digits; samples are at most 150 mm long.
 
 BOX = [(0, 0, 0), (30, 0, 0), (0, 20, 0), (30, 20, 0), (0, 0, 10), (30, 0, 10), (0, 20, 10), (30, 20, 10)]
 

@@ -34,8 +34,7 @@ SEAMS = {
 }
 """Candidates and accepted seams. They were looked at once and are kept to notice a change: there is no other authority
 for them."""
-POINTS = 5
-"""As many as a person would teach."""
+POINTS = 5  #: As many as a person would teach.
 
 REFUSED = {
     "odd_lfs_pointer.stp": "Git LFS pointer",

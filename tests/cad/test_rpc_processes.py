@@ -17,8 +17,7 @@ from tests.rpc_client import GONE_S, RpcClient, is_gone
 from tests.running import needs_proc
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
-GRACE_S = 1.0
-"""A request that is cancelled in the middle of the kernel ends after this time."""
+GRACE_S = 1.0  #: A request that is cancelled in the middle of the kernel ends after this time.
 
 pytestmark = needs_proc
 

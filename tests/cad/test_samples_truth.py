@@ -18,8 +18,7 @@ PARTS = ("tee", "lap", "saddle", "frame")
 
 EXACT_MM = 1e-6
 """Asked of exact points; they are written with 1e-9 mm, which a short base of points turns into at most 1e-8 mm."""
-EXACT_RAD = 1e-6
-"""Asked of tangent and bisector; the kernel's saddle curve is good to 1e-7 mm on a radius of 25 mm."""
+EXACT_RAD = 1e-6  #: Asked of tangent and bisector; the kernel's saddle curve is good to 1e-7 mm on a radius of 25 mm.
 U95_FACTOR = 1.0
 """The seam error under the stated teaching error stays within its predicted 95 % bound at every frame. One draw with a
 fixed seed; the bound is wide because four points say little about their own spread."""
@@ -51,8 +50,7 @@ def seams_in_truth(name: str) -> list[tuple[Seam, SeamFrames]]:
     ]
 
 
-Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
-"""Start, end, and the outward normals of the two faces."""
+Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  #: Start, end, and the outward normals of the two faces.
 
 
 def tee_lines() -> list[Line]:

@@ -14,8 +14,7 @@ from wpcal.brep import BrepGraph
 from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.core.arrays import FloatArray
 
-KERNEL_MM = 1e-7
-"""The kernel computes intersection curves to this tolerance; all other numbers agree to round-off."""
+KERNEL_MM = 1e-7  #: The kernel computes intersection curves to this tolerance; all other numbers agree to round-off.
 
 
 @pytest.mark.parametrize("name", list(GRAPHS))

@@ -21,8 +21,7 @@ from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.path.cut import spans_of
 
-ON_FACE_MM = 1e-4
-"""A point this near to a face is on it: the end of a stretch lies on the solid that it ends at."""
+ON_FACE_MM = 1e-4  #: A point this near to a face is on it: the end of a stretch lies on the solid that it ends at.
 MINI = ("g80", "g125", "g150", "g180", "g250", "hole3", "hole10", "lug", "pp_narrow", "pp_over", "pp_tangent")
 PARTS = (
     *("as1-oc-214.stp", "dm1-id-214.stp", "house_walls.stp", "../blind/iron_Footer_Type_U_L70.step"),

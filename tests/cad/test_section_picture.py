@@ -15,8 +15,7 @@ from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.options import Judging
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
-SEEN_MM = 0.1
-"""A tenth of a millimetre is a pixel."""
+SEEN_MM = 0.1  #: A tenth of a millimetre is a pixel.
 
 
 def test_the_outlines_are_on_the_faces_of_both_members() -> None:

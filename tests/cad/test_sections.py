@@ -11,8 +11,7 @@ from tests.samples.graphs import saddle
 from tests.saved_graphs import saved_graph
 from wpcal.seam import SeamOptions, detect_seams
 
-LENGTH_MM = 0.01
-"""The agreed accuracy of a seam's length."""
+LENGTH_MM = 0.01  #: The agreed accuracy of a seam's length.
 
 
 @pytest.mark.parametrize(("tilt_deg", "trimmed"), [(0.0, "saddle-90"), (30.0, "saddle-60")])

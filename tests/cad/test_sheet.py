@@ -24,10 +24,8 @@ TEE = ROOT / "fixtures" / "tee" / "tee.step"
 FRAME = ROOT / "fixtures" / "frame" / "frame.step"
 REAL = ROOT.parent / "shared" / "step"
 NAMES = ("V2", "V4", "V16", "H2")
-SAME_MM = 1e-6
-"""Lines come from triangles whose corners are the exact corners of the part."""
-PAPER_MM = 1e-9
-"""Places on paper are a product and a sum."""
+SAME_MM = 1e-6  #: Lines come from triangles whose corners are the exact corners of the part.
+PAPER_MM = 1e-9  #: Places on paper are a product and a sum.
 
 
 @pytest.fixture

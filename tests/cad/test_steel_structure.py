@@ -7,10 +7,8 @@ from tests.samples.steel_structure import seam_counts, steel_structure
 from wpcal.seam import detect_seams
 
 BAYS = 2
-FACES = 456
-"""3 frames of 2 plates of 10 faces, 4 tubes of 18 and a pipe of 4; 2 bays of 4 tubes and 2 gussets of 6."""
-LENGTH_MM = 1e-6
-"""Straight edges and arcs: only round-off is in their lengths."""
+FACES = 456  #: 3 frames of 2 plates of 10 faces, 4 tubes of 18 and a pipe of 4; 2 bays of 4 tubes and 2 gussets of 6.
+LENGTH_MM = 1e-6  #: Straight edges and arcs: only round-off is in their lengths.
 
 
 def test_every_seam_of_the_structure_is_found() -> None:

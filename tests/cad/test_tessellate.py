@@ -16,13 +16,10 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-ROUND_OFF_MM3 = 1e-6
-"""A box of 1e5 mm³ from 64-bit corners."""
-ON_CIRCLE_MM = 1e-9
-"""Nodes are points of the surface itself."""
+ROUND_OFF_MM3 = 1e-6  #: A box of 1e5 mm³ from 64-bit corners.
+ON_CIRCLE_MM = 1e-9  #: Nodes are points of the surface itself.
 
-NORMAL = 1e-7
-"""The kernel keeps normals as 32-bit numbers."""
+NORMAL = 1e-7  #: The kernel keeps normals as 32-bit numbers.
 
 
 def volume(solid: SolidMesh) -> float:

@@ -19,8 +19,7 @@ from wpcal.seam.judge.torch_neck import bend_directions
 from wpcal.seam.options import Reach
 
 Box = tuple[float, float, float, tuple[float, float, float]]
-POINTS = 400
-"""Random points in each piece of a torch, half of them on its surface."""
+POINTS = 400  #: Random points in each piece of a torch, half of them on its surface.
 ROOFED: dict[str, Box] = {
     "base": (400.0, 400.0, 10.0, (-200.0, 0.0, -10.0)),
     "web": (400.0, 8.0, 140.0, (-200.0, 0.0, 0.0)),

@@ -30,8 +30,7 @@ TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 PLAN = tee_plan()
 MOVED = RigidTransform(exp_rotation([0.004, -0.003, 0.006]), np.array([1.2, -0.9, 0.8]), "part", "part")
 """Where the real part stands, seen from where it was planned."""
-LEVER = 5.0
-"""Places are this much surer than the pose far from them, at most."""
+LEVER = 5.0  #: Places are this much surer than the pose far from them, at most.
 
 
 @pytest.fixture(scope="module")

@@ -313,8 +313,7 @@ def with_noise(exact: Touches, tails: str, rng: np.random.Generator) -> Touches:
     return replace(exact, p_base=exact.p_base + sigma * unit)
 
 
-UNEQUAL_MM = np.where(np.arange(len(THRICE)) % 3 == 0, 0.3, SIGMA_MM)
-"""Errors that touches state each for itself."""
+UNEQUAL_MM = np.where(np.arange(len(THRICE)) % 3 == 0, 0.3, SIGMA_MM)  #: Errors that touches state each for itself.
 
 
 @pytest.mark.parametrize(("tails", "least", "most"), [("gaussian", 0.0, 0.1), ("t3", 0.4, 1.0)])

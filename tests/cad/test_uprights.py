@@ -18,10 +18,8 @@ from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 
 FOLDER = Path(__file__).parents[2] / "fixtures" / "uprights"
-EXACT_MM = 1e-6
-"""Asked of touches without errors; they are written with 1e-9 mm."""
-SURE_SIGMA_MM = 1e-4
-"""With so small an error the tack tolerances pull the plates back by 1e-8 of their motion."""
+EXACT_MM = 1e-6  #: Asked of touches without errors; they are written with 1e-9 mm.
+SURE_SIGMA_MM = 1e-4  #: With so small an error the tack tolerances pull the plates back by 1e-8 of their motion.
 
 
 @pytest.fixture(scope="module")

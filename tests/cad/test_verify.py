@@ -21,10 +21,8 @@ from wpcal.core.input_file import sha256_of
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 NUMBER = re.compile(rb"\d+")
-LEAST_FIELDS = 800
-"""Numbers of the records and cells of the table: the part has two seams of some twenty points."""
-TRIES = 60
-"""Changed numbers of each file."""
+LEAST_FIELDS = 800  #: Numbers of the records and cells of the table: the part has two seams of some twenty points.
+TRIES = 60  #: Changed numbers of each file.
 
 
 @pytest.fixture(scope="module")

@@ -35,8 +35,7 @@ QUICK = (
     "tab-plates",
 )
 """Parts whose seams are searched in CI, less than half a second each."""
-SHIFTED_MM = 1.0
-"""How far made-up seams lie from the lists: within the tolerance of every weld."""
+SHIFTED_MM = 1.0  #: How far made-up seams lie from the lists: within the tolerance of every weld.
 
 
 def test_lists_have_the_form_that_the_schema_says() -> None:

@@ -10,8 +10,7 @@ from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
-SAME_MM = 1e-9
-"""The file keeps 16 digits of numbers up to 1000."""
+SAME_MM = 1e-9  #: The file keeps 16 digits of numbers up to 1000.
 
 
 @pytest.fixture

@@ -12,10 +12,8 @@ from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
-SAME_MM = 1e-4
-"""32-bit numbers of metres: 6e-8 of 0.5 m."""
-STEP_M = 2e-6
-"""A step of `part.glb`: 100 mm / 65535, and round-off of 32-bit metres."""
+SAME_MM = 1e-4  #: 32-bit numbers of metres: 6e-8 of 0.5 m.
+STEP_M = 2e-6  #: A step of `part.glb`: 100 mm / 65535, and round-off of 32-bit metres.
 LINES = 1
 
 

@@ -15,8 +15,7 @@ from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, si
 from wpcal.robot.kinematics.arm_file import find_arm
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-SEAM_FRAMES = 2
-"""Points of the seam that is planned: the search is not what is tested."""
+SEAM_FRAMES = 2  #: Points of the seam that is planned: the search is not what is tested.
 
 COMMANDS = {
     "calibrate": "tee.step taught.csv -o out",

@@ -15,10 +15,8 @@ from wpcal.core.rotations import rotation_from_zyx
 pytestmark = pytest.mark.usefixtures("kernel_here")
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
-FRAME = (500.0, 100.0, 50.0)
-"""Of a user frame that is not turned: its points are the taught ones minus this."""
-SAME_MM = 1e-9
-"""The coordinates have two decimals; adding and subtracting the frame leaves round-off."""
+FRAME = (500.0, 100.0, 50.0)  #: Of a user frame that is not turned: its points are the taught ones minus this.
+SAME_MM = 1e-9  #: The coordinates have two decimals; adding and subtracting the frame leaves round-off.
 
 
 def taught_rows() -> list[dict[str, str]]:

@@ -14,8 +14,7 @@ import pytest
 import wpcal
 
 ROOT = Path(__file__).parents[2]
-TEACHING_MM = 0.3
-"""The touched points of the example are off by 0.1 mm per axis (standard deviation)."""
+TEACHING_MM = 0.3  #: The touched points of the example are off by 0.1 mm per axis (standard deviation).
 
 
 Run = Callable[..., str]

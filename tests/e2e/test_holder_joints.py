@@ -18,8 +18,7 @@ FIXTURES = Path(__file__).parents[2] / "fixtures"
 SADDLE = FIXTURES / "saddle" / "saddle.step"
 CELL = FIXTURES / "cells" / "two-mh6.json"
 JOINTS_DEG = (19.0, 21.0, 36.0, 15.0, -77.0, 40.0)
-FILE_MM = 1e-6
-"""The taught points of the fixture have nine decimals; the calibration of exact points keeps six."""
+FILE_MM = 1e-6  #: The taught points of the fixture have nine decimals; the calibration of exact points keeps six.
 
 
 def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:

@@ -22,8 +22,7 @@ from tests.e2e.every_command import COMMANDS, write_inputs
 from tests.running import FINISHED, TIMEOUT_S
 from wpcal.cli.main import EXIT_INTERRUPTED
 
-WPCAL = Path(sys.executable).with_name("wpcal")
-"""The command as a user calls it."""
+WPCAL = Path(sys.executable).with_name("wpcal")  #: The command as a user calls it.
 MARK = "RUN"
 TRAP = f"open({MARK!r}, 'a').write(__name__ + ' ' + __file__ + chr(10))\nraise SystemExit(99)\n"
 ALSO = ("sitecustomize", "usercustomize", "conftest", "setup", "resource", "_wpcal")

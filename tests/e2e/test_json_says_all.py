@@ -19,8 +19,7 @@ import pytest
 from tests.e2e.every_command import COMMANDS, FIXTURES, write_inputs
 from tests.running import FINISHED, kernel_work_here, run_here
 
-WIDE = "10000"
-"""No line is broken."""
+WIDE = "10000"  #: No line is broken.
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.\d{2,}(?:e[-+]?\d+)?(?![\w.])")
 """Numbers with two decimals or more: fewer would be found in any record by chance."""
 MARKED = re.compile(r"^(?:note|warning|advice|PASS|UNSURE|FAIL|IMPROVED|NOT IMPROVED|taken): ?(.*)$")

@@ -20,10 +20,8 @@ from wpcal.planning.cell.cell_file import read_cell
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
-CLOSED_CHAIN_MM = 1e-6
-"""Asked of every point of every plan."""
-PROGRAM_MM = 0.02
-"""Five decimals of a degree in twelve joints at two metres."""
+CLOSED_CHAIN_MM = 1e-6  #: Asked of every point of every plan.
+PROGRAM_MM = 0.02  #: Five decimals of a degree in twelve joints at two metres.
 
 
 def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:

@@ -11,8 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 INSIDE = Path(__file__).parent / "inside"
-LONGEST_S = 180
-"""A FreeCAD that hangs is ended after this time."""
+LONGEST_S = 180  #: A FreeCAD that hangs is ended after this time.
 
 needs_freecad = pytest.mark.skipif(shutil.which("freecadcmd") is None, reason="FreeCAD is not installed")
 

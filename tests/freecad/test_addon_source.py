@@ -14,8 +14,7 @@ ROOT = Path(__file__).parents[2]
 ADDON = ROOT / "cad/freecad"
 PACKAGE = ADDON / "freecad/wpcal_wb"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-FREECADS = {"FreeCAD", "FreeCADGui", "Part", "Import", "PySide", "pivy"}
-"""Modules that every FreeCAD brings."""
+FREECADS = {"FreeCAD", "FreeCADGui", "Part", "Import", "PySide", "pivy"}  #: Modules that every FreeCAD brings.
 OLDEST_PYTHON = (3, 8)
 
 

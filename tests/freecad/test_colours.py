@@ -9,8 +9,7 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).parents[2]
-HALF_STEP = 0.5 / 255
-"""The pages round to whole numbers from 0 to 255."""
+HALF_STEP = 0.5 / 255  #: The pages round to whole numbers from 0 to 255.
 
 
 @pytest.fixture(scope="module")

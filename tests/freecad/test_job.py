@@ -16,11 +16,9 @@ from wpcal.results.folder import read_finished
 TEE = ROOT / "fixtures" / "tee"
 STEPS = Path(__file__).parent / "inside" / "steps_job.py"
 LONGEST_S = 240
-SAME_POSE = 1e-6
-"""FreeCAD writes coordinates of STEP files with 15 digits: the pose is that of the golden result."""
+SAME_POSE = 1e-6  #: FreeCAD writes coordinates of STEP files with 15 digits: the pose is that of the golden result.
 LARGEST_PICTURE_BYTES = 150_000
-FEWEST_COLOURS = 20
-"""A window that was not drawn has one or two colours."""
+FEWEST_COLOURS = 20  #: A window that was not drawn has one or two colours.
 PICTURES = ("seams", "touches", "calibrate", "placed", "export")
 
 

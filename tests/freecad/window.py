@@ -25,8 +25,7 @@ WINDOW_PX = (1280, 800)
 TOOLS = ("freecad", "Xvfb", "openbox", "xdotool", "import")
 DRIVER = Path(__file__).parent / "inside" / "driver.py"
 
-GRACE_S = 5.0
-"""So long a process has after the request to end. Then it is killed."""
+GRACE_S = 5.0  #: So long a process has after the request to end. Then it is killed.
 
 SETTINGS = """<?xml version="1.0" encoding="UTF-8" standalone="no" ?>
 <FCParameters>
@@ -108,23 +107,16 @@ def run_in_window(
 
     Parameters
     ----------
-    steps : Path
-        A Python file with a generator function `steps(window)`; see `inside/driver.py`.
-    folder : Path
-        For FreeCAD's settings, what it said, and the pictures.
-    seconds : float
-        FreeCAD is ended after this time.
-    workbench : str
-        Which workbench is active at the start.
-    addon : Path, optional
-        A folder of an addon; it is put into `Mod/`.
-    environment : mapping, optional
-        More variables for FreeCAD.
+    steps : A Python file with a generator function `steps(window)`; see `inside/driver.py`.
+    folder : For FreeCAD's settings, what it said, and the pictures.
+    seconds : FreeCAD is ended after this time.
+    workbench : Which workbench is active at the start.
+    addon : A folder of an addon; it is put into `Mod/`.
+    environment : More variables for FreeCAD.
 
     Raises
     ------
-    WindowRunError
-        If a step raised or waited in vain, FreeCAD reported an exception, crashed, or ran out of time.
+    WindowRunError : If a step raised or waited in vain, FreeCAD reported an exception, crashed, or ran out of time.
     """
     result, output_file = folder / "result.json", folder / "output.txt"
     start = time.monotonic()

@@ -25,12 +25,9 @@ from tests.fuzz.mutate import mutated
 from tests.fuzz.target import Target
 from tests.fuzz.targets import targets
 
-MOST_MEMORY_BYTES = 3 * 2**30
-"""Address space of the whole run: Python, NumPy, SciPy and one input take 1 GB of it."""
-ROOM = 1.5
-"""Size of a kept input relative to the largest seed."""
-KEPT = 400
-"""Accepted inputs that are changed further, in place of knowing which lines of the code they reach."""
+MOST_MEMORY_BYTES = 3 * 2**30  #: Address space of the whole run: Python, NumPy, SciPy and one input take 1 GB of it.
+ROOM = 1.5  #: Size of a kept input relative to the largest seed.
+KEPT = 400  #: Accepted inputs that are changed further, in place of knowing which lines of the code they reach.
 
 
 @dataclass(slots=True)

@@ -32,8 +32,7 @@ from wpcal.study.drift.record import drift_record
 QUESTION, OF = "a question", ("a part", 1.5)
 ANSWER = {"a": [1, 2.5, None], "b": "text" * 20}
 NAMES = ("tee.step", "taught.csv")
-DRIFTING = 9
-"""Jobs of the folder: one more than `wpcal drift` needs."""
+DRIFTING = 9  #: Jobs of the folder: one more than `wpcal drift` needs.
 
 
 class AnswerWrongError(Exception):

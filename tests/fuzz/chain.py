@@ -49,8 +49,7 @@ MOST_MEMORY_BYTES = 4 * 2**30
 FEWEST_POINTS, MOST_POINTS = 4, 8
 NOT_READ, READ = "not read", "read"
 CRASH = "the kernel crashes"
-TOLD = "told: "
-"""Begins the lines that the chain writes; others are of the interpreter that ends."""
+TOLD = "told: "  #: Begins the lines that the chain writes; others are of the interpreter that ends.
 
 
 def main() -> int:
@@ -157,13 +156,8 @@ def _place(error: BaseException) -> str:
 def chain_on(path: Path, out: Path, tell: Any) -> None:
     """Do with a file what the commands do, and check what comes out.
 
-    Parameters
-    ----------
-    path : Path
-    out : Path
-        For the results.
-    tell : callable
-        Gets one line per stage that is passed.
+    `out`: For the results.
+    `tell`: Gets one line per stage that is passed.
     """
     try:
         read_step(path)

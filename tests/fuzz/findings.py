@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-FINDINGS = Path(__file__).parent / "findings"
-"""One folder per reader."""
+FINDINGS = Path(__file__).parent / "findings"  #: One folder per reader.
 
 
 def keep(name: str, data: bytes) -> Path:

@@ -15,10 +15,8 @@ from types import FrameType
 from tests.fuzz.target import Target
 from wpcal.core.errors import LONGEST_MESSAGE, InputError
 
-MOST_SECONDS = 10.0
-"""Processor time for one input. The inputs are at most 0.4 MB."""
-MOST_CHARACTERS = LONGEST_MESSAGE + 1000
-"""Of a message: the longest, and the name of a file before it."""
+MOST_SECONDS = 10.0  #: Processor time for one input. The inputs are at most 0.4 MB.
+MOST_CHARACTERS = LONGEST_MESSAGE + 1000  #: Of a message: the longest, and the name of a file before it.
 
 
 class TooSlowError(BaseException):
@@ -27,31 +25,17 @@ class TooSlowError(BaseException):
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What a reader did.
+    """What a reader did."""
 
-    Parameters
-    ----------
-    fault : str
-        What is wrong with it; empty if nothing is.
-    was_read : bool
-        The reader accepted the input.
-    seconds : float
-    """
-
-    fault: str
-    was_read: bool
+    fault: str  #: What is wrong with it; empty if nothing is.
+    was_read: bool  #: The reader accepted the input.
     seconds: float
 
 
 def judge(target: Target, data: bytes, folder: Path) -> Judged:
     """Let a reader read an input. It may return, or raise an `InputError`.
 
-    Parameters
-    ----------
-    target : Target
-    data : bytes
-    folder : Path
-        For the file that the reader opens.
+    `folder`: For the file that the reader opens.
     """
     fault, was_read = "", False
     start = time.process_time()

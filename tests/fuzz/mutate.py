@@ -29,12 +29,7 @@ LARGEST_BYTES = 400_000
 def mutated(data: bytes, others: Sequence[bytes], rng: random.Random) -> bytes:
     """Return a changed copy of an input.
 
-    Parameters
-    ----------
-    data : bytes
-    others : sequence of bytes
-        More inputs, of which pieces are taken.
-    rng : random.Random
+    `others`: More inputs, of which pieces are taken.
     """
     if data[:1] == b"{" and rng.random() < 0.7:
         return _mutated_json(data, rng)

@@ -25,13 +25,7 @@ FACTORS = (-1.0, 0.5, 2.0, 1.0001, 1e-3, 1e3, 1e6)
 
 
 def mutated_step(data: bytes, rng: random.Random) -> bytes:
-    """Return a changed copy of a STEP file. Its text stays a list of entities.
-
-    Parameters
-    ----------
-    data : bytes
-    rng : random.Random
-    """
+    """Return a changed copy of a STEP file. Its text stays a list of entities."""
     head, mark, body = data.partition(b"DATA;")
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         entities = list(ENTITY.finditer(body))

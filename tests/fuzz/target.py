@@ -12,21 +12,11 @@ FIXTURES = HERE.parents[1] / "fixtures"
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A reader.
+    """A reader."""
 
-    Parameters
-    ----------
-    read : callable
-        Takes the bytes and a path to which it may write them.
-    seeds : tuple of bytes
-        Inputs that it accepts.
-    file : str
-        Name of the file; its end tells some readers what it is.
-    """
-
-    read: Callable[[bytes, Path], object]
-    seeds: tuple[bytes, ...]
-    file: str = "input"
+    read: Callable[[bytes, Path], object]  #: Takes the bytes and a path to which it may write them.
+    seeds: tuple[bytes, ...]  #: Inputs that it accepts.
+    file: str = "input"  #: Name of the file; its end tells some readers what it is.
 
 
 def seed(name: str) -> bytes:

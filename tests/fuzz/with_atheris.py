@@ -21,8 +21,7 @@ from tests.fuzz.findings import keep
 from tests.fuzz.judge import judge
 from tests.fuzz.mutate import LARGEST_BYTES, mutated
 
-OWN_MUTATIONS = 0.5
-"""Share of the mutations that know numbers, lines and JSON; the others are those of libFuzzer."""
+OWN_MUTATIONS = 0.5  #: Share of the mutations that know numbers, lines and JSON; the others are those of libFuzzer.
 
 
 def main() -> None:

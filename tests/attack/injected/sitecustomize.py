@@ -6,8 +6,7 @@ import signal
 import sys
 
 EVENTS = ("os.rename", "os.link", "os.remove", "os.rmdir", "os.mkdir", "os.chmod")
-LOOKS_UP = "ctypes.dlsym"
-"""`renameat2` is looked up by ctypes: the exchange of two folders follows that event."""
+LOOKS_UP = "ctypes.dlsym"  #: `renameat2` is looked up by ctypes: the exchange of two folders follows that event.
 _place, _moment = os.environ.get("ATTACK_PLACE", ""), int(os.environ.get("ATTACK_MOMENT", "0"))
 _count = itertools.count(1)
 

@@ -16,8 +16,7 @@ from OCP.TopoDS import TopoDS_Compound
 from cad.step.read import read_step
 from tests.benchmarks.welds.lists import Weld
 
-SAMPLES = 5
-"""Places along each weld at which distances are measured."""
+SAMPLES = 5  #: Places along each weld at which distances are measured.
 
 
 def off_members(step: Path, welds: tuple[Weld, ...]) -> dict[str, float]:

@@ -21,8 +21,7 @@ from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.seam.rules import GAP_SHARE_LOST, Rule
 
 LISTS = Path("fixtures/welds/lists")
-RIDGE = 0.02
-"""Keeps the factor of a rule that was seen on few parts near 1."""
+RIDGE = 0.02  #: Keeps the factor of a rule that was seen on few parts near 1.
 NOT_A_DEGREE = {Rule.IN_MATERIAL.key, Rule.NOT_REACHED.key}
 KEYS = [rule.key for rule in Rule]
 

@@ -22,35 +22,19 @@ SURE, PROBABLE, OPTIONAL = "A", "B", "O"
 """Any welder would weld it; most would; it counts neither as missed nor as wrong."""
 USUAL_TOL_MM = 2.0
 """How far a seam may lie from the line of a fillet: a root edge, a fit-up gap or a radius moves it by so much."""
-ARC_STEP_DEG = 3.0
-"""Of the points on arcs: a chord of 3 degrees leaves a circle of 100 mm by 0.03 mm."""
+ARC_STEP_DEG = 3.0  #: Of the points on arcs: a chord of 3 degrees leaves a circle of 100 mm by 0.03 mm.
 
 
 @dataclass(frozen=True, slots=True)
 class Weld:
-    """One weld of a list: a line in part coordinates, mm.
-
-    Parameters
-    ----------
-    name : str
-    members : tuple of str
-        Names of the bodies that it joins. A weld inside one fused body names that body once.
-    kind : str
-        In words: tee fillet, flare bevel, lap fillet …
-    cls : str
-        `SURE`, `PROBABLE` or `OPTIONAL`.
-    points : array, shape (n, 3)
-        Its line. The first point of a closed weld is repeated at the end.
-    tol_mm : float
-        How far a seam may lie from the line.
-    """
+    """One weld of a list: a line in part coordinates, mm."""
 
     name: str
-    members: tuple[str, ...]
-    kind: str
-    cls: str
-    points: FloatArray
-    tol_mm: float = USUAL_TOL_MM
+    members: tuple[str, ...]  #: Names of the bodies that it joins. A weld inside one fused body names that body once.
+    kind: str  #: In words: tee fillet, flare bevel, lap fillet ….
+    cls: str  #: `SURE`, `PROBABLE` or `OPTIONAL`.
+    points: FloatArray  #: shape (n, 3). Its line. The first point of a closed weld is repeated at the end.
+    tol_mm: float = USUAL_TOL_MM  #: How far a seam may lie from the line.
 
     @property
     def closed(self) -> bool:

@@ -17,16 +17,11 @@ from scipy.spatial import cKDTree
 from tests.benchmarks.welds.lists import OPTIONAL, PROBABLE, SURE, Weld
 from wpcal.core.arrays import BoolArray, FloatArray
 
-STEP_MM = 0.5
-"""Points along lines at which they are compared."""
-SLACK_MM = 0.3
-"""Added to every tolerance: curves are compared at points."""
-LEAST_COSINE = 0.85
-"""Directions within 32 degrees: a seam that crosses a weld is not along it."""
-COVERED = 0.9
-"""Share of a weld that must be found, and of a seam that must lie along welds."""
-HALF = 0.5
-"""Share of a right seam that lies along sure or probable welds; otherwise it counts as optional."""
+STEP_MM = 0.5  #: Points along lines at which they are compared.
+SLACK_MM = 0.3  #: Added to every tolerance: curves are compared at points.
+LEAST_COSINE = 0.85  #: Directions within 32 degrees: a seam that crosses a weld is not along it.
+COVERED = 0.9  #: Share of a weld that must be found, and of a seam that must lie along welds.
+HALF = 0.5  #: Share of a right seam that lies along sure or probable welds; otherwise it counts as optional.
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +52,7 @@ def sampled(points: FloatArray) -> Samples:
 def along(samples: Samples, other: Samples, within_mm: FloatArray) -> BoolArray:
     """Tell which samples lie along other lines, shape (n,): near a parallel sample of them.
 
-    Parameters
-    ----------
-    samples, other : Samples
-    within_mm : array, shape (m,)
-        For each sample of `other`, how near.
+    `within_mm`: shape (m,). For each sample of `other`, how near.
     """
     near: BoolArray = np.zeros(len(samples.p), dtype=bool)
     if len(samples.p) and len(other.p):

@@ -9,8 +9,7 @@ import signal
 import sys
 
 EVENTS = ("os.rename", "os.link", "os.remove", "os.rmdir", "os.mkdir", "os.chmod")
-LOOKS_UP = "ctypes.dlsym"
-"""`renameat2` is looked up by ctypes: the exchange of two folders follows that event."""
+LOOKS_UP = "ctypes.dlsym"  #: `renameat2` is looked up by ctypes: the exchange of two folders follows that event.
 _place, _moment = os.environ.get("KILL_PLACE", ""), int(os.environ.get("KILL_MOMENT", "0"))
 
 

@@ -21,8 +21,7 @@ from freecad.wpcal_wb.document.taught import TaughtModel
 
 TEE = Path(os.environ["WPCAL_TEST_ROOT"]) / "fixtures/tee"
 SAVED = Path(os.environ["WPCAL_TEST_FOLDER"]) / "tee.FCStd"
-ROUND_OFF_MM = 1e-6
-"""The part went through FreeCAD's STEP files, which have about 13 digits."""
+ROUND_OFF_MM = 1e-6  #: The part went through FreeCAD's STEP files, which have about 13 digits.
 
 
 def tee():

@@ -9,8 +9,7 @@ from freecad.wpcal_wb.document.kinds import transaction
 from freecad.wpcal_wb.document.moved_solids import moved_solids
 from freecad.wpcal_wb.document.placed import MOST_FRAMES, NamedFrame, add_frames, place_part, placed_part, remove_placed
 
-NEAR_MM = 1e-4
-"""Corners are compared with five decimals."""
+NEAR_MM = 1e-4  #: Corners are compared with five decimals.
 POSE = FreeCAD.Placement(FreeCAD.Vector(812, -240, 155), FreeCAD.Rotation(FreeCAD.Vector(0.1, -0.2, 1), 31))
 
 

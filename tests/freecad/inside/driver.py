@@ -23,13 +23,11 @@ from PySide import QtCore, QtGui
 
 WAIT_S = 60
 POLL_MS = 20
-SETTLE_S = 0.15
-"""The 3-D view needs a moment after the pointer came before it knows what is under it."""
+SETTLE_S = 0.15  #: The 3-D view needs a moment after the pointer came before it knows what is under it.
 
 SHOWN_DOCKS = ("Combo View", "Model", "Tasks")
 """FreeCAD 0.20 has tree and task panel in one dock, FreeCAD 1 in two; a first start shows a Python console, too."""
-DOCK_PX = 400
-"""A width at which a task panel shows its tables, and the 3-D view has enough room."""
+DOCK_PX = 400  #: A width at which a task panel shows its tables, and the 3-D view has enough room.
 
 
 class Window:

@@ -7,8 +7,7 @@ import FreeCADGui
 from PySide import QtCore
 
 WEBS = 49
-THINKING_S = 3.0
-"""Between choosing the workbench and clicking its first button."""
+THINKING_S = 3.0  #: Between choosing the workbench and clicking its first button.
 
 
 def make_part(document):

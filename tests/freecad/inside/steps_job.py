@@ -13,12 +13,9 @@ import FreeCADGui
 from PySide import QtCore, QtGui
 
 FIXTURE = Path(os.environ["WPCAL_TEE"])
-OFF = 5
-"""The column of the residuals in the panel of taught points."""
-TOLERANCE_MM = "0.4"
-"""Another one than wpcal's own; the document keeps it."""
-MOST_UNDONE = 4
-"""Calibrate, two tolerances, and the coordinate systems."""
+OFF = 5  #: The column of the residuals in the panel of taught points.
+TOLERANCE_MM = "0.4"  #: Another one than wpcal's own; the document keeps it.
+MOST_UNDONE = 4  #: Calibrate, two tolerances, and the coordinate systems.
 
 
 def read_rows():

@@ -14,12 +14,9 @@ from wpcal.brep.mesh import PartMesh, SolidMesh, vertex_normals
 from wpcal.brep.mesh_glb import STEPS, STEPS_PER_DEFLECTION, read_part_glb, write_part_glb
 from wpcal.core.errors import FormatError
 
-HALF_STEP = 0.5001
-"""Of a solid's own grid: rounding to the nearest step, and round-off."""
-COLOUR_DIGIT = 2e-4
-"""Colours are stored with 6 digits of linear light and given back with 4 of sRGB."""
-TURN = 1e-12
-"""Round-off of normals."""
+HALF_STEP = 0.5001  #: Of a solid's own grid: rounding to the nearest step, and round-off.
+COLOUR_DIGIT = 2e-4  #: Colours are stored with 6 digits of linear light and given back with 4 of sRGB.
+TURN = 1e-12  #: Round-off of normals.
 
 
 def box(name: str, size: tuple[float, float, float], color: tuple[float, float, float] | None = None) -> SolidMesh:

@@ -12,8 +12,7 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.moved_mesh import moved_glb, read_moved_glb
 
 GOLDEN = Path(__file__).parents[3] / "fixtures" / "uprights" / "golden"
-STEP_MM = 0.01
-"""Larger than the step of the coordinates in the file."""
+STEP_MM = 0.01  #: Larger than the step of the coordinates in the file.
 
 
 def test_every_solid_is_where_its_body_is() -> None:

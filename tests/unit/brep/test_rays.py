@@ -12,10 +12,8 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.rotations import rotation_from_zyx
 
-HALF_MM = np.array([40.0, 30.0, 20.0])
-"""Half the sides of the box around the origin."""
-CLEAR_MM = 1e-3
-"""Rays that pass an edge of the box within this are not tested."""
+HALF_MM = np.array([40.0, 30.0, 20.0])  #: Half the sides of the box around the origin.
+CLEAR_MM = 1e-3  #: Rays that pass an edge of the box within this are not tested.
 
 
 def turned_box(R: FloatArray) -> BrepGraph:

@@ -9,10 +9,8 @@ from wpcal.brep.nurbs import NurbsCurve, NurbsSurface
 from wpcal.brep.spans import CurveSet, SurfaceSet
 from wpcal.core.arrays import FloatArray
 
-ROUND_OFF_MM = 1e-10
-"""Coordinates up to 100 mm, derivatives up to some 1000 mm, degrees up to five."""
-NORMAL_RAD = 1e-7
-"""Twelve Gauss-Newton rounds from a seed within a third of a span, on a gently bent surface."""
+ROUND_OFF_MM = 1e-10  #: Coordinates up to 100 mm, derivatives up to some 1000 mm, degrees up to five.
+NORMAL_RAD = 1e-7  #: Twelve Gauss-Newton rounds from a seed within a third of a span, on a gently bent surface.
 
 
 def random_knots(rng: np.random.Generator, degree: int, poles: int, *, clamped: bool) -> FloatArray:

@@ -6,8 +6,7 @@ import pytest
 from wpcal.brep.strips import Strips
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-COUNTS = np.array([4, 0, 60, 300, 1, 25])
-"""Pieces of each face; one has none, as a whole sphere."""
+COUNTS = np.array([4, 0, 60, 300, 1, 25])  #: Pieces of each face; one has none, as a whole sphere.
 
 
 def boundaries(rng: np.random.Generator, turns: BoolArray) -> tuple[IntArray, FloatArray, FloatArray]:

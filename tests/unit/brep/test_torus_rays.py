@@ -5,8 +5,7 @@ import numpy as np
 from wpcal.brep.torus_rays import torus_roots
 from wpcal.core.arrays import FloatArray
 
-NEAR_MM = 1e-4
-"""A line that touches the torus is this near to it over a millimetre."""
+NEAR_MM = 1e-4  #: A line that touches the torus is this near to it over a millimetre.
 COUNT = 4000
 
 

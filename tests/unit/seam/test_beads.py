@@ -17,8 +17,7 @@ from wpcal.seam.find.bead import add_beads, find_strips
 EXACT_MM = 1e-9
 """Lines and circles are closed form; the ends are those of the bead's side, good to the kernel's 1e-12."""
 EXACT_RAD = 1e-9
-CURVE_MM = 1e-6
-"""A spline through points that Newton's method finds; between them it is this near to the curve."""
+CURVE_MM = 1e-6  #: A spline through points that Newton's method finds; between them it is this near to the curve.
 FRAME_RAD = 1e-6
 
 

@@ -25,10 +25,8 @@ from wpcal.seam.path.build import with_frames
 from wpcal.seam.record import seams_record
 from wpcal.seam.seam import SeamPieces, SeamSource
 
-EXACT_MM = 1e-6
-"""Planes and cylinders allow this; the cut itself is found to round-off."""
-WIRE_MM = 1e-3
-"""Where the wire touches a solid beside the seam is found by bisection."""
+EXACT_MM = 1e-6  #: Planes and cylinders allow this; the cut itself is found to round-off.
+WIRE_MM = 1e-3  #: Where the wire touches a solid beside the seam is found by bisection.
 PARTS = ("crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "tee-beside-bolt")
 
 

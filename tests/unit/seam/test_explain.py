@@ -16,8 +16,7 @@ from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging
 from wpcal.seam.rules import Rule
 
-ROUNDED = 2e-3
-"""Factors and confidences are written with three digits."""
+ROUNDED = 2e-3  #: Factors and confidences are written with three digits.
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,7 @@ from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam import detect_seams
 from wpcal.seam.judge.material import TorchPart, find_poses_in_material
 
-HALF_MM = np.array([40.0, 30.0, 20.0])
-"""Half the sides of the saved graph ``sharp-box``, which is around the origin."""
+HALF_MM = np.array([40.0, 30.0, 20.0])  #: Half the sides of the saved graph ``sharp-box``, which is around the origin.
 ROUND_OFF_MM = 1e-9
 MISCOUNTED = 1e-3
 """Share of rays that may count wrong: those between a curved edge and its polyline, which are up to 0.01 mm apart."""

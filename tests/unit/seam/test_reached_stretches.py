@@ -30,10 +30,8 @@ PARTS = (
     "saddle",
 )
 LEANS_RAD = Leans.of(Reach()).rad
-BETWEEN_MM = 0.7
-"""The torch is checked at this step between stations, which is not the step with which it was felt."""
-CUT_MM = 1.01
-"""Stretches end within this, on the free side, plus round-off."""
+BETWEEN_MM = 0.7  #: The torch is checked at this step between stations, which is not the step with which it was felt.
+CUT_MM = 1.01  #: Stretches end within this, on the free side, plus round-off.
 
 
 def poses_between(seam: Seam) -> tuple[np.ndarray, np.ndarray]:

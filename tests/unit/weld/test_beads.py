@@ -14,8 +14,7 @@ from wpcal.weld.section import Section, section_of, throat_of
 from wpcal.weld.stitch import stretches
 from wpcal.weld.values import Stitch, WeldKind, WeldValues
 
-ROUND_OFF = 1e-9
-"""Relative: all areas have a closed form."""
+ROUND_OFF = 1e-9  #: Relative: all areas have a closed form.
 
 LENGTH = st.floats(0.5, 30.0)
 SECTIONS = st.one_of(

@@ -16,8 +16,7 @@ from wpcal.weld.record import StatedWeld
 from wpcal.weld.rules import shipped_rules
 from wpcal.weld.values import WeldKind
 
-ATOL = 1e-4
-"""Triangles of the model are kept with 32-bit numbers."""
+ATOL = 1e-4  #: Triangles of the model are kept with 32-bit numbers.
 LENGTH, WIDTH = 120.0, 50.0
 
 

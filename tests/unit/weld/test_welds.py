@@ -23,8 +23,7 @@ from wpcal.weld.thickness import plate_thicknesses, thinner
 
 PLACE = SeamPlace((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), 100.0)
 HALF = math.sqrt(0.5)
-ROUND_OFF = 1e-12
-"""Of a turn that is none."""
+ROUND_OFF = 1e-12  #: Of a turn that is none.
 FILLET = np.array([[1.0, 0.0, 0.0], [0.0, HALF, HALF], [0.0, -HALF, HALF]]).T
 """Frame of a fillet along x between a plate below (normal z) and a wall behind (normal y reversed)."""
 

@@ -19,8 +19,7 @@ from wpcal.weld.xmcf.match import match_xmcf
 from wpcal.weld.xmcf.read import parse_xmcf, places_of, read_xmcf
 
 SAMPLES = Path(os.environ.get("WPCAL_XMCF", "no-such-folder"))
-SAME_MM = 1e-6
-"""Files hold nine digits."""
+SAME_MM = 1e-6  #: Files hold nine digits.
 IDENTITY = RigidTransform(np.eye(3), np.zeros(3), "part", "base")
 
 

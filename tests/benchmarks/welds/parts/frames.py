@@ -133,8 +133,7 @@ def lap_ladder() -> Part:
     return Part("lap-ladder", "flat bars lapped on flat bars with 60 mm between them", members, welds)
 
 
-CORNERS = ((0, 0), (600, 0), (600, 400), (0, 400))
-"""Outer corners of the frame with the board, mm."""
+CORNERS = ((0, 0), (600, 0), (600, 400), (0, 400))  #: Outer corners of the frame with the board, mm.
 
 
 def board_frame() -> Part:

@@ -22,10 +22,8 @@ from tests.benchmarks.welds.parts.shapes import (
 from tests.benchmarks.welds.parts.tubes import Tube, tube_end
 
 TUBE = Tube(side=40.0, radius=5.0)
-BAR_MM, BARREL_MM = 6.0, 10.0
-"""Radii of the bars of the gate and of the barrel of its hinge."""
-LEAN = float(np.radians(25.0))
-"""Of the two tubes of the drawbar to its axis."""
+BAR_MM, BARREL_MM = 6.0, 10.0  #: Radii of the bars of the gate and of the barrel of its hinge.
+LEAN = float(np.radians(25.0))  #: Of the two tubes of the drawbar to its axis.
 
 
 def gate() -> Part:

@@ -37,8 +37,7 @@ class Part:
     welds: Sequence[Weld]
 
 
-Row = tuple[str, str, str, Sequence[float], Sequence[float]]
-"""Name, kind, class, start and end of a straight weld."""
+Row = tuple[str, str, str, Sequence[float], Sequence[float]]  #: Name, kind, class, start and end of a straight weld.
 
 
 def straight(members: tuple[str, ...], *rows: Row) -> list[Weld]:

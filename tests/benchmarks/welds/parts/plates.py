@@ -69,8 +69,7 @@ def fused_bracket() -> Part:
     return Part("fused-bracket", "weldment saved as one solid, with a bent edge", members, welds)
 
 
-BOLTS = ((-70, -45), (0, -45), (70, -45), (-70, 45), (0, 45), (70, 45))
-"""Places of the screws of the cover, mm."""
+BOLTS = ((-70, -45), (0, -45), (70, -45), (-70, 45), (0, 45), (70, 45))  #: Places of the screws of the cover, mm.
 
 
 def bolted_cover() -> Part:
