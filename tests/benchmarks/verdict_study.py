@@ -71,9 +71,8 @@ def run_verdict_study(
         )
         verdict = judge_evidence(
             VerdictEvidence(
+                problem=problem,
                 fit=fit,
-                names=names,
-                word=problem.word,
                 residuals=problem.judge_residuals(fit),
                 check=None,
                 issues=issues,
@@ -82,7 +81,6 @@ def run_verdict_study(
                 tolerance_mm=tolerance_mm,
                 points_part=seam_points,
                 seam_names=("W",) * len(seam_points),
-                largest_mm=float(problem.distances_mm(fit.T).max()),
             )
         ).kind
         off = np.linalg.norm(fit.T.apply(seam_points) - seam_points, axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import scipy
@@ -30,7 +31,6 @@ from wpcal.calibrate.trust.criteria import (
 )
 from wpcal.calibrate.trust.diagnose import require_plausible_units
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
-from wpcal.calibrate.trust.residuals import ResidualEvidence
 from wpcal.calibrate.trust.silent import SilentSearches, silent_issues
 from wpcal.calibrate.trust.touch_evidence import TouchEvidence
 from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge_evidence, verdict_issues
@@ -157,7 +157,6 @@ def calibrate(
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
-    residuals = _residual_evidence(problem, fit, check)
     return CalibrationResult(
         pairs=pairs,
         check=check_pairs,
@@ -172,10 +171,9 @@ def calibrate(
         teaching=model,
         judgement=judge_evidence(
             VerdictEvidence(
+                problem=problem,
                 fit=fit,
-                names=observed.names,
-                word=problem.word,
-                residuals=residuals,
+                residuals=problem.judge_residuals(fit, cast("Any", check)),
                 check=check_pairs,
                 issues=found.issues,
                 distrusted=distrusted,
@@ -183,7 +181,6 @@ def calibrate(
                 tolerance_mm=tolerance_mm,
                 points_part=points,
                 seam_names=tuple(seam_names),
-                largest_mm=float(problem.distances_mm(fit.T)[fit.rows].max()),
             ),
             suggest=suggest,
         ),
@@ -219,10 +216,6 @@ def _require_usable(observed: PointPairs | Touches, nominal: RigidTransform, tol
 
 def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> PointPairs:
     return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
-
-
-def _residual_evidence(problem: FitProblem, fit: CriterionFit, check: PointPairs | Touches | None) -> ResidualEvidence:
-    return problem.judge_residuals(fit, check)
 
 
 def _assess(

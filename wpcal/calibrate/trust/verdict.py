@@ -34,6 +34,7 @@ from wpcal.calibrate.trust.criteria import (
     SILENT,
     TWO_BODIES,
     CriterionFit,
+    FitProblem,
 )
 from wpcal.calibrate.trust.residuals import FALSE_ALARM, ResidualEvidence
 from wpcal.calibrate.trust.tool_offset import TOOL_OFFSET
@@ -234,9 +235,8 @@ def _doubts(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> 
 class VerdictEvidence:
     """Everything that decides on the verdict of a fit of points or touches on a part that is one body."""
 
+    problem: FitProblem
     fit: CriterionFit
-    names: tuple[str, ...]  #: Of all observations.
-    word: str  #: What one observation is called.
     residuals: ResidualEvidence
     check: PointPairs | None
     issues: tuple[Issue, ...]
@@ -246,13 +246,22 @@ class VerdictEvidence:
     #: shape (k, 3). Points of the accepted seams, or the fitted points if there are none; part frame, mm.
     points_part: FloatArray
     seam_names: tuple[str, ...]  #: length k or 0. The seam of each point.
-    largest_mm: float  #: Largest residual of a fitted observation.
     remedy: str = ""
+
+    @property
+    def word(self) -> str:
+        """What one observation is called."""
+        return self.problem.word
 
     @property
     def sigma(self) -> Sigma:
         """The teaching error behind the fit."""
         return self.fit.sigma
+
+    @property
+    def largest_mm(self) -> float:
+        """Largest residual of a fitted observation."""
+        return float(self.problem.distances_mm(self.fit.T)[self.fit.rows].max())
 
     @property
     def _bias_mm(self) -> float:
@@ -289,7 +298,7 @@ class VerdictEvidence:
         """Whether contradicted observations were fitted, or a wrong tool may carry a seam out of the tolerance."""
         if issue.code == TOOL_OFFSET:
             return error_mm > self.tolerance_mm
-        if issue.ids and {self.names[row] for row in self.fit.rows}.isdisjoint(issue.ids):
+        if issue.ids and {self.problem.names[row] for row in self.fit.rows}.isdisjoint(issue.ids):
             return False
         if issue.code in (NEIGHBOUR, NOT_NAMED) and self.distrusted is None:
             return self.largest_mm > self.tolerance_mm
