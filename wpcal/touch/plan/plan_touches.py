@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +18,7 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
 from wpcal.seam.seam import Seam
+from wpcal.touch.moved_advice import MovedAdvice
 from wpcal.touch.plan.candidates import Candidates, find_searches, thinned, too_small_words
 from wpcal.touch.plan.choose import TouchDesign, advise_searches, fewest_set, joint_error_of
 from wpcal.touch.plan.contacts import face_words
@@ -28,8 +29,7 @@ from wpcal.touch.plan.order import Air, order_searches
 from wpcal.touch.plan.part import PartPlace, TouchPart
 from wpcal.touch.plan.patterns import choose_touches
 from wpcal.touch.plan.searches_of import post_search, search_of, stick_out_sigma_mm
-from wpcal.touch.searches import PlannedBody, SeamPrediction, Search, Served, TouchPlan
-from wpcal.touch.weldment import Tacked
+from wpcal.touch.searches import PlannedBody, SeamPrediction, TouchPlan
 
 
 class SearchingArm(Protocol):
@@ -83,13 +83,21 @@ def plan_touches(
     design = design_of(part, strokes, place, options)
     _require_held(part.graph, design, found, place, options)
     progress(f"choosing touches from {len(strokes)}")
-    made = _chosen(part, strokes, design, place, options)
+    rows, predicted = _chosen(part, strokes, design, place, options)
     progress("ordering the searches and finding the ways between them")
-    strokes = strokes.select(made.rows)
+    strokes = strokes.select(rows)
     clear = float(strokes.contacts.normal_mm.max())
     air = Air(materials, options.torch, options.wire_mm, up, found.safe_mm, clear, displaced)
-    order = _in_order if reach is None else _unordered
-    searches = order(part, strokes, air, made, options)
+    nowhere = np.empty((0, 3))  # an arm orders the searches by its joints, and finds its ways
+    order = [(row, nowhere) for row in range(len(strokes))] if reach is not None else _in_order(strokes, air)
+    searches = tuple(
+        search_of(part, strokes, row, f"T{number}", via, options) for number, (row, via) in enumerate(order, 1)
+    )
+    tacked: tuple[PlannedBody, ...] = ()
+    if isinstance(predicted, MovedAdvice):
+        touches, moving = [predicted.touches[row] for row, _ in order], predicted.model.bodies
+        searches = tuple(replace(s, body=t.body, serves=t) for s, t in zip(searches, touches, strict=True))
+        tacked = tuple(PlannedBody(n, t.mm, t.mrad) for n, t in zip(moving.names, moving.tolerances, strict=True))
     if options.post_base is not None:
         searches = (post_search(options, T, up, found.safe_mm), *searches)
     plan = TouchPlan(
@@ -98,9 +106,9 @@ def plan_touches(
         T,
         options.wire_mm,
         options.torch.wire_mm,
-        predicted=made.predicted,
+        predicted=predicted,
         notes=(*notes, *_notes(part.graph, found, T_base_part is None)),
-        bodies=made.bodies,
+        bodies=tacked,
     )
     return plan if reach is None else reach.with_joints(plan, air)
 
@@ -154,45 +162,19 @@ def _displaced(part: TouchPart, material: Material, place: PartPlace, options: T
     return DisplacedPart.of_bodies(material, part.graph, place, part.tacked, options.nominal)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Chosen:
-    """The rows of the strokes that are made, what they promise, and what each of them is for."""
-
-    rows: IntArray
-    predicted: SeamPrediction
-    bodies: tuple[PlannedBody, ...] = ()
-    of_each: tuple[tuple[str, Served | None], ...] = ()
-
-    def search(
-        self, part: TouchPart, strokes: Strokes, row: int, name: str, via: FloatArray, options: TouchOptions
-    ) -> Search:
-        """Return a row of the strokes, which are these rows in their order, as a search."""
-        search = search_of(part, strokes, row, name, via, options)
-        return search if not self.of_each else replace(search, body=self.of_each[row][0], serves=self.of_each[row][1])
-
-
-def _chosen(part: TouchPart, strokes: Strokes, design: TouchDesign, place: PartPlace, options: TouchOptions) -> _Chosen:
+def _chosen(
+    part: TouchPart, strokes: Strokes, design: TouchDesign, place: PartPlace, options: TouchOptions
+) -> tuple[IntArray, SeamPrediction]:
+    """Return the rows of the strokes that are made, and what they promise."""
     if part.tacked is not None:
-        return _chosen_for_bodies(part.graph, strokes, design, part.tacked, options)
+        advice = advise_searches(part.graph, strokes, design, part.tacked, options)
+        return np.array([touch.index for touch in advice.touches]), advice
     points, why = np.concatenate([seam.frames.p for seam in part.seams]) - place.centre, ""
     if options.tolerance_mm is None:
         rows = choose_touches(design, strokes.contacts.p, strokes.contacts.normal, options)
     else:
         rows, why = fewest_set(design, points, options, np.random.default_rng(options.seed))
-    return _Chosen(rows, replace(_prediction(part.seams, design, rows, place.centre), why_not=why))
-
-
-def _chosen_for_bodies(
-    graph: BrepGraph, strokes: Strokes, design: TouchDesign, tacked: Tacked, options: TouchOptions
-) -> _Chosen:
-    advice = advise_searches(graph, strokes, design, tacked, options)
-    names, tolerances = tacked.bodies.names, tacked.bodies.tolerances
-    return _Chosen(
-        np.array([touch.index for touch in advice.touches]),
-        advice,
-        tuple(PlannedBody(name, each.mm, each.mrad) for name, each in zip(names, tolerances, strict=True)),
-        tuple((touch.body, touch) for touch in advice.touches),
-    )
+    return rows, replace(_prediction(part.seams, design, rows, place.centre), why_not=why)
 
 
 def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray) -> SeamPrediction:
@@ -205,11 +187,12 @@ def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, ce
     return SeamPrediction(worst[1], worst[0], by_seam, joint_error_of(design, chosen, every))
 
 
-def _in_order(part: TouchPart, strokes: Strokes, air: Air, made: _Chosen, options: TouchOptions) -> tuple[Search, ...]:
+def _in_order(strokes: Strokes, air: Air) -> list[tuple[int, FloatArray]]:
+    """Return the rows of the strokes in the shortest order, each with the points on the way to it."""
     R = tool_axes(strokes)
     ends = np.stack([strokes.approach, strokes.at(strokes.before_mm)], axis=1)
     order, ways = order_searches(strokes.approach, R, air)
-    searches = list[Search]()
+    found = list[tuple[int, FloatArray]]()
     for number, row in enumerate(order.tolist()):
         via: FloatArray | None = air.over(ends[row, 0], ends[row, 0])[:1]
         if number:
@@ -223,14 +206,8 @@ def _in_order(part: TouchPart, strokes: Strokes, air: Air, made: _Chosen, option
                 "smaller --uncertainty-mm or --uncertainty-deg would help",
                 code=ErrorCode.NO_FREE_WAY,
             )
-        searches.append(made.search(part, strokes, row, f"T{number + 1}", via, options))
-    return tuple(searches)
-
-
-def _unordered(part: TouchPart, strokes: Strokes, _: Air, made: _Chosen, options: TouchOptions) -> tuple[Search, ...]:
-    """Return the searches as they come: the arm orders them by its joints."""
-    none = np.empty((0, 3))
-    return tuple(made.search(part, strokes, row, f"T{row + 1}", none, options) for row in range(len(strokes)))
+        found.append((row, via))
+    return found
 
 
 def _words(p: FloatArray) -> str:
