@@ -5,8 +5,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx_click.ext import NESTED_FULL, NESTED_NONE, ClickDirective
 
-from wpcal import __version__
 from wpcal.cli.main import wpcal
+from wpcal.core.version import __version__
 
 project = "wpcal"
 author = "The wpcal developers"

@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wpcal.core.lazy_names import lazy_names
+from wpcal.core.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from wpcal.calibrate import Criterion
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from wpcal.taught.features import feature_named, find_features
     from wpcal.touch.moved_advice import advise_touches
 
-__version__ = "0.1.0"
 
 _HOMES = {
     "Criterion": "wpcal.calibrate:Criterion",

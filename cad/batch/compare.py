@@ -10,9 +10,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from wpcal import __version__
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import holds_file, sha256_of
+from wpcal.core.version import __version__
 from wpcal.results.diff import Difference, compare_folders
 from wpcal.results.folder import JOB_FILE
 

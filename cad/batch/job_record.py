@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from wpcal import __version__
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
+from wpcal.core.version import __version__
 from wpcal.core.whole_folder import put_in_place
 from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
 

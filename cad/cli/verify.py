@@ -166,8 +166,8 @@ def _guessed(folder: Path, inputs: InputsNow) -> Claim | None:
     from cad.batch.agreement import usual_inputs
     from cad.batch.recorded import Claim
     from cad.cli.kernel_work import FROM_STDIN
-    from wpcal import __version__
     from wpcal.core.errors import InputError
+    from wpcal.core.version import __version__
 
     asked = usual_inputs(folder)
     if asked is None:
@@ -337,8 +337,8 @@ def _run(
 
 
 def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
-    from wpcal import __version__
     from wpcal.cli.console import plain_console
+    from wpcal.core.version import __version__
 
     if as_json:
         from wpcal.core.records import to_json

@@ -37,10 +37,10 @@ def addon_files() -> dict[str, bytes]:
 
 def wpcal_version() -> str:
     """Return the version of this project, which is also that of the workbench."""
-    text = (ROOT / "wpcal/__init__.py").read_text(encoding="utf-8")
+    text = (ROOT / "wpcal/core/version.py").read_text(encoding="utf-8")
     found = re.search(r'^__version__ = "([^"]+)"', text, re.MULTILINE)
     if found is None:
-        raise ValueError("wpcal/__init__.py has no line __version__ = …")
+        raise ValueError("wpcal/core/version.py has no line __version__ = …")
     return found[1]
 
 

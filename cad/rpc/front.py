@@ -17,7 +17,7 @@ from cad.rpc.client_lines import MOST_BYTES, LongLine, read_lines
 from cad.rpc.messages import PROTOCOL, Id, MessageFaultError, Request, error_line, read_request, result_line
 from cad.rpc.protocol import HANDLE, check_request, method_names, takes_handle
 from cad.rpc.worker_process import WorkerProcess
-from wpcal import __version__
+from wpcal.core.version import __version__
 
 MOST_WAITING = 1000
 MOST_WAITING_BYTES = 64_000_000

@@ -15,9 +15,9 @@ from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
 from cad.sheet.touches import DrawnTouch, SheetTouch, drawn_touches
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Workpiece, open_workpiece
-from wpcal import __version__
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.version import __version__
 from wpcal.core.wording import counted
 from wpcal.taught.features import ReferenceFeature, feature_named
 

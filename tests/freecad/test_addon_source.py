@@ -73,7 +73,7 @@ def test_the_zip_file_is_one_folder_with_all_that_freecad_reads(tmp_path: Path) 
     space = {"p": "https://wiki.freecad.org/Package_Metadata"}
     for icon in package.iterfind(".//p:icon", space):
         assert f"WpCal/{icon.text}" in names
-    version = re.search(r'__version__ = "(.+)"', (ROOT / "wpcal/__init__.py").read_text(encoding="utf-8"))
+    version = re.search(r'__version__ = "(.+)"', (ROOT / "wpcal/core/version.py").read_text(encoding="utf-8"))
     assert version is not None
     assert package.findtext("p:version", namespaces=space) == version[1]
     license_file = package.find("p:license", space)

@@ -18,12 +18,12 @@ from cad.cli.verify import Checked, _claim_of
 from cad.workpiece.answer_cache import SUFFIX, AnswerCache, key_of
 from tests.drift_jobs import simulated_jobs, write_batch
 from tests.fuzz.target import FIXTURES, Target
-from wpcal import __version__
 from wpcal.cli.drift import _watched
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json
+from wpcal.core.version import __version__
 from wpcal.pages.drift import build_drift_page
 from wpcal.results.folder import JOB_FILE
 from wpcal.study.drift import read_drift_jobs

@@ -37,12 +37,12 @@ from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import SharedTable
 from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
-from wpcal import __version__
 from wpcal.brep.graph_file import read_graph
 from wpcal.controllers.program.weld_program import build_program
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.schemas import schema_text
+from wpcal.core.version import __version__
 from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.pages.cell import build_cell_page
 from wpcal.pages.report import build_report

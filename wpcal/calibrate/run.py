@@ -10,7 +10,6 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from wpcal import __version__
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.observe.points import PointProblem, search_points
 from wpcal.calibrate.observe.touch_problem import search_touches
@@ -40,6 +39,7 @@ from wpcal.core.errors import FrameError, GeometryError, InputError
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
+from wpcal.core.version import __version__
 from wpcal.optim.annealing import AnnealingSchedule
 
 COMPARED = 20_000

@@ -7,13 +7,13 @@ import sys
 
 import click
 
-from wpcal import __version__
 from wpcal.cli.command_group import CommandsByEntryPoint
 from wpcal.cli.signals import Stopped, stopped_like_interrupted
 from wpcal.cli.streams import protect_streams
 from wpcal.core.collector import collect_rarely
 from wpcal.core.printable import printable
 from wpcal.core.threads import use_one_thread
+from wpcal.core.version import __version__
 
 EXIT_OUR_FAULT = 70
 EXIT_OF_SIGNAL = 128

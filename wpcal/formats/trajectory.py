@@ -8,7 +8,7 @@ tesseract_robotics: StateWaypoint, MoveInstruction, CompositeInstruction.
 
 from __future__ import annotations
 
-from wpcal import __version__
+from wpcal.core.version import __version__
 from wpcal.planning.sequence.timeline import SequencePhase, Timeline
 from wpcal.planning.sequence.weld_sequence import WeldSequence
 

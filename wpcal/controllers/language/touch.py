@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wpcal import __version__
 from wpcal.controllers.language.naming import NameRules, comment_lines, own_name
 from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, Blocks, whole_template
 from wpcal.controllers.program.describe import NOT_CHECKED
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.core.version import __version__
 from wpcal.touch.searches import STORED_NUMBERS, Outcome, Search
 
 FOUND, MISSED, ACTIVE, NOT_RUN = (

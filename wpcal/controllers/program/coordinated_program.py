@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wpcal import __version__
 from wpcal.controllers.program import ControllerSettings, WeldPath
 from wpcal.controllers.program.arc import ArcSettings, arc_in_words, seam_marks
 from wpcal.controllers.program.describe import describe_path
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.version import __version__
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.run import AIR_SPEED_MM_S

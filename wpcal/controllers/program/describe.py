@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal import __version__
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import arc_in_words
 from wpcal.core.arrays import FloatArray
+from wpcal.core.version import __version__
 from wpcal.core.wording import listed
 from wpcal.robot.moves import Arc, Move
 from wpcal.seam.seam import SeamFrames

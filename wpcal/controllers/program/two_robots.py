@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal import __version__
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.coordinated_program import SyncProgram, build_coordinated_program
 from wpcal.controllers.registry import controller_named, controllers
 from wpcal.core.errors import InputError
+from wpcal.core.version import __version__
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.plan.coordinated import CoordinatedRun, coordinate_run
