@@ -56,10 +56,8 @@ def solve(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    x : ndarray, shape (n, k, m)
-        Infinite or NaN where a system is singular.
-    det : ndarray, shape (n,)
-        Absolute values of the determinants.
+    x : ndarray, shape (n, k, m). Infinite or NaN where a system is singular.
+    det : ndarray, shape (n,). Absolute values of the determinants.
     """
     n, k = len(A), A.shape[1]
     M = np.concatenate([A, b], axis=2)
@@ -135,13 +133,7 @@ def _polynomial(coefficients: tuple[float, ...], z: FloatArray) -> FloatArray:
 
 
 def ranked(costs: ArrayLike) -> FloatArray:
-    """Return costs rounded for a comparison: equal ones are the same number, and the first of them is the smallest.
-
-    Parameters
-    ----------
-    costs : array_like, any shape
-        Rounded to `RANK_BITS` bits of the largest finite one.
-    """
+    """Return costs of shape (...) rounded to `RANK_BITS` bits of the largest finite one: equal ones are the same number."""
     values = np.asarray(costs, dtype=np.float64)
     largest = float(np.abs(values).max(initial=0.0, where=np.isfinite(values)))
     return np.asarray(np.rint(np.ldexp(values, RANK_BITS - int(np.frexp(largest)[1]))), dtype=np.float64)

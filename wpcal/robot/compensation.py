@@ -21,13 +21,8 @@ NO_TOOL = RigidTransform.identity(target="flange", source="tool")
 def correct_points(arm: Arm, joints: ArrayLike, *, T_flange_tool: RigidTransform = NO_TOOL) -> FloatArray:
     """Return where the tool tip was for taught joint angles.
 
-    Parameters
-    ----------
-    joints : shape (N, n). Shown angles, rad.
-
-    Returns
-    -------
-    ndarray, shape (N, 3). Positions in the base, mm, in the robot space of `arm`.
+    `joints`: shape (N, n). Shown angles, rad.
+    Returns ndarray, shape (N, 3). Positions in the base, mm, in the robot space of `arm`.
     """
     T = arm.forward(joints)
     return np.asarray(T[:, :3, :3] @ T_flange_tool.t_mm + T[:, :3, 3], dtype=np.float64)
@@ -38,22 +33,17 @@ def compensate_targets(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the targets to send so that the real robot goes to the true poses: ``FK_nominal(IK_identified(T))``.
 
+    Returns `targets`: ndarray, shape (N, 4, 4). Tool poses for the controller, in nominal robot space, mm.
+    Returns `joints`: ndarray, shape (N, n). Shown angles at these targets, rad.
+    Raises `InputError` when the arm is not an identified one.
+    Raises `GeometryError` when a pose is out of reach or breaks a joint limit.
+
     Parameters
     ----------
     T_base_tool : shape (N, 4, 4). True tool poses, mm.
     near : array_like, shape (n,) or (N, n)
         Shown angles, rad, that say which of the eight configurations the robot will be in; the correction differs a
         little from one to another.
-
-    Returns
-    -------
-    targets : ndarray, shape (N, 4, 4). Tool poses for the controller, in nominal robot space, mm.
-    joints : ndarray, shape (N, n). Shown angles at these targets, rad.
-
-    Raises
-    ------
-    InputError : When the arm is not an identified one.
-    GeometryError : When a pose is out of reach or breaks a joint limit.
     """
     if arm.nominal is None:
         raise InputError(f"{arm.name} is a nominal arm: compensated targets need an identified one")

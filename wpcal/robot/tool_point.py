@@ -21,8 +21,7 @@ from wpcal.core.errors import GeometryError
 from wpcal.robot.kinematics.arm import Arm
 
 TOOL_SCHEMA = "wpcal/tool/1"
-LEAST_POSTURES = 4
-"""Three postures solve for the point and leave no residual worth the name; the fourth shows a slip."""
+LEAST_POSTURES = 4  #: Three postures solve for the point and leave no residual worth the name; the fourth shows a slip.
 LEAST_SPREAD = 0.1
 """Least singular value of the rotations per posture: below it (about 6 degrees) the postures turn about one axis, and
 the tool centre point may lie anywhere along that axis."""
@@ -67,13 +66,8 @@ class ToolPoint:
 def find_tool_point(arm: Arm, joints: ArrayLike) -> ToolPoint:
     """Find the tool centre point from touches of one fixed point.
 
-    Parameters
-    ----------
-    joints : shape (n, k). Shown joint angles at each touch, rad.
-
-    Raises
-    ------
-    GeometryError : When there are fewer than four postures, or they all turn about one axis.
+    `joints`: shape (n, k). Shown joint angles at each touch, rad.
+    Raises `GeometryError` when there are fewer than four postures, or they all turn about one axis.
     """
     T = arm.forward(joints)
     n = len(T)

@@ -24,8 +24,7 @@ from wpcal.planning.cell.grasp import NO_GRASP, with_arms
 
 BASE1_COLUMNS = ("base1_x_mm", "base1_y_mm", "base1_z_mm")
 BASE2_COLUMNS = ("base2_x_mm", "base2_y_mm", "base2_z_mm")
-FEWEST = 3
-"""Fewest points that determine a pose in space."""
+FEWEST = 3  #: Fewest points that determine a pose in space.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,14 +61,9 @@ def measure_bases(cell_json: Path, touched: PointPairs, *, tolerance_mm: float) 
 
     .. math:: T_{world,base2} = T_{world,base1} \, T_{base1,base2}
 
-    Parameters
-    ----------
-    touched : Of n points: source in base 2, target in base 1, mm.
-
-    Raises
-    ------
-    GeometryError : When the points are on one line.
-    FormatError : When the file breaks its format.
+    `touched`: Of n points: source in base 2, target in base 1, mm.
+    Raises `GeometryError` when the points are on one line.
+    Raises `FormatError` when the file breaks its format.
     """
     record = copy.deepcopy(read_json(cell_json, schema=CELL_SCHEMA))
     cell = _read_without_grasp(record, cell_json)

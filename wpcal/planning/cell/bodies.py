@@ -21,10 +21,8 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.planning.cell.cell import CARRIER, TOOL, WORLD, Cell
 from wpcal.planning.cell.shape import JOINTS, Shape
 
-JOINTS_BETWEEN = 4
-"""Fewest joints between two bodies of one robot that are compared: see the head of this file."""
-FIRST_LINK_OVER_BENCH = 2
-"""Links of a robot before this one cannot be brought to the bench by any joint."""
+JOINTS_BETWEEN = 4  #: Fewest joints between two bodies of one robot that are compared: see the head of this file.
+FIRST_LINK_OVER_BENCH = 2  #: Links of a robot before this one cannot be brought to the bench by any joint.
 
 
 class Owner(Enum):

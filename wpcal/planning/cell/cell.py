@@ -23,22 +23,18 @@ from wpcal.robot.kinematics.arm import Arm, arm_frames
 from wpcal.robot.kinematics.forward import Frames, start_frames
 from wpcal.robot.torch.shape import TorchShape
 
-MOST_AXES = 2
-"""Axes of a positioner: one turns the part, two also tilt it."""
+MOST_AXES = 2  #: Axes of a positioner: one turns the part, two also tilt it.
 TOOL, WORLD, CARRIER = JOINTS + 1, JOINTS + 2, JOINTS + 3
 """Rows of these frames in the result of `Cell.frames`, after the seven of the robot. The frames of the carrier begin at
 CARRIER, and the frame of the part is last."""
-RAIL_MM_PER_RAD = 1000.0
-"""A metre on the rail is weighed like one radian of a joint wherever axes are compared."""
+RAIL_MM_PER_RAD = 1000.0  #: A metre on the rail is weighed like one radian of a joint wherever axes are compared.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rail:
     """A straight rail under the robot.
 
-    Raises
-    ------
-    InputError : When the direction is zero, or the limits or the speed are no range.
+    Raises `InputError` when the direction is zero, or the limits or the speed are no range.
     """
 
     direction: FloatArray  #: shape (3,). Unit vector in `world` along which the base moves.
@@ -63,9 +59,7 @@ class Rail:
 class Carrier:
     """What moves the part: a positioner with one or two axes, or a second robot.
 
-    Raises
-    ------
-    InputError : When the number of axes is wrong, or a body is on a link that is not there.
+    Raises `InputError` when the number of axes is wrong, or a body is on a link that is not there.
     """
 
     arm: Arm  #: The part is carried by its flange.
@@ -198,9 +192,7 @@ class Cell:
     def T_part(self) -> RigidTransform:
         """The part in its carrier.
 
-        Raises
-        ------
-        InputError : When it is not known.
+        Raises `InputError` when it is not known.
         """
         if self.T_carrier_part is None:
             raise InputError(
@@ -301,9 +293,7 @@ def joint_speeds(arm: Arm) -> FloatArray:
 class CellState:
     """Joints of two robots at n points of a path.
 
-    Raises
-    ------
-    InputError : When a shape is wrong.
+    Raises `InputError` when a shape is wrong.
     """
 
     #: `joints1`, `joints2`: shape (n, 6). Shown angles, rad, unwrapped: neighbours differ by the actual move.

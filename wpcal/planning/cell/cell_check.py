@@ -31,16 +31,12 @@ FLOOR_MM = 25.0
 """A mounting face this near to its height is at this height: floors are levelled, and bases are measured, to less."""
 SMALLEST_MM = 5.0
 """No body of a cell is smaller, and no link of an arm is longer than 5 m: a smaller body is in metres."""
-FAR_MM = 150.0
-"""Bodies enclose the axes of their link, or are fastened beside them at less than this distance."""
-STICKS_OUT_MM = 0.1
-"""A capsule that misses corners of its hull by less changes no clearance that anyone reads."""
+FAR_MM = 150.0  #: Bodies enclose the axes of their link, or are fastened beside them at less than this distance.
+STICKS_OUT_MM = 0.1  #: A capsule that misses corners of its hull by less changes no clearance that anyone reads.
 NOT_ROBOTS = (Owner.BENCH, Owner.POSITIONER)
 """Owners whose bodies are given anywhere: no frame of an arm says where they should be."""
-WIRE_MM = 80.0
-"""No wire is so long: the nozzle of a torch is nearer to the tip."""
-SAMPLES = 17
-"""Points per link and per edge of a hull that are measured: one per 100 mm on a large arm."""
+WIRE_MM = 80.0  #: No wire is so long: the nozzle of a torch is nearer to the tip.
+SAMPLES = 17  #: Points per link and per edge of a hull that are measured: one per 100 mm on a large arm.
 
 
 def check_cell(cell: Cell) -> tuple[Issue, ...]:

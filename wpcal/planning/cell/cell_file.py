@@ -25,10 +25,8 @@ Built = TypeVar("Built")
 def read_cell(path: Path) -> Cell:
     """Read a cell file. An arm is the name of a shipped arm, or of a file beside the cell file.
 
-    Raises
-    ------
-    InputError : When a file cannot be opened, or the tool or the part's place in a gripper is missing.
-    FormatError : When a field is missing or wrong; the message names the file.
+    Raises `InputError` when a file cannot be opened, or the tool or the part's place in a gripper is missing.
+    Raises `FormatError` when a field is missing or wrong; the message names the file.
     """
     return cell_from_record(read_json(path, schema=CELL_SCHEMA), path=path)
 
@@ -36,9 +34,7 @@ def read_cell(path: Path) -> Cell:
 def read_one_robot(path: Path) -> Cell:
     """Read the cell file of one robot.
 
-    Raises
-    ------
-    InputError, FormatError : As `read_cell`; also when the file is of two robots.
+    Raises `InputError` or `FormatError` as `read_cell`; also when the file is of two robots.
     """
     found = read_cell(path)
     if found.has_two_robots:
@@ -49,9 +45,7 @@ def read_one_robot(path: Path) -> Cell:
 def cell_from_record(record: Mapping[str, Any], *, path: Path) -> Cell:
     """Return the cell of a record. `path` is its file: arm files are looked up beside it, and messages name it.
 
-    Raises
-    ------
-    InputError, FormatError : As `read_cell` does.
+    Raises `InputError` or `FormatError` as `read_cell` does.
     """
     return built_from(_two_robots if "holder_robot" in record else _one_robot, record, path)
 
@@ -59,9 +53,7 @@ def cell_from_record(record: Mapping[str, Any], *, path: Path) -> Cell:
 def built_from(build: Callable[[Mapping[str, Any], Path], Built], record: Mapping[str, Any], path: Path) -> Built:
     """Build a cell from the record of a file; messages name the file, and fields that are missing or of a wrong type.
 
-    Raises
-    ------
-    InputError, FormatError : As `build` does, or when it finds no field or a wrong one.
+    Raises `InputError` or `FormatError` as `build` does, or when it finds no field or a wrong one.
     """
     try:
         return build(record, path)
@@ -137,9 +129,7 @@ def _common(record: Mapping[str, Any]) -> dict[str, Any]:
 def arm_beside(name: str, path: Path) -> Arm:
     """Return the arm that the cell file `path` names: a shipped arm, or a file beside the cell file.
 
-    Raises
-    ------
-    InputError, FormatError : When there is no such arm, or its file breaks its format.
+    Raises `InputError` or `FormatError` when there is no such arm, or its file breaks its format.
     """
     return find_arm(name if name in shipped_arms() else str(path.parent / name))
 

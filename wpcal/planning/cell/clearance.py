@@ -23,10 +23,8 @@ from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.forward import Frames
 
-STATES = 1024
-"""States per batch: the axes of all capsules of a cell (some MB) then stay in the cache."""
-BLOCK = 16_384
-"""Distances per batch: each temporary array (128 kB) stays in the cache of a core."""
+STATES = 1024  #: States per batch: the axes of all capsules of a cell (some MB) then stay in the cache.
+BLOCK = 16_384  #: Distances per batch: each temporary array (128 kB) stays in the cache of a core.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,9 +46,7 @@ class Clearance:
     def nearest(self, row: int) -> tuple[str, str]:
         """Return the names of the bodies with the least margin at a state.
 
-        Raises
-        ------
-        IndexError : In a cell without pairs.
+        Raises `IndexError` in a cell without pairs.
         """
         return self.pairs.names(int(self.pair[row]))
 
@@ -76,9 +72,7 @@ def capsule_clearance(cell: Cell, state: CellState) -> Clearance:
 def require_bases_apart(cell: Cell) -> None:
     """Refuse a cell whose fixed bodies (pedestals and bench) are nearer to each other than the safety distance.
 
-    Raises
-    ------
-    GeometryError : With the two bodies and the missing distance.
+    Raises `GeometryError` with the two bodies and the missing distance.
     """
     links = tuple(shape for shape in cell.links if shape.link == 0)
     carrier = cell.carrier and replace(cell.carrier, links=tuple(s for s in cell.carrier.links if s.link == 0))

@@ -33,8 +33,7 @@ from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 from wpcal.seam.seam import SeamFrames
 
 COORDINATES = 9
-PLACE, YAW, SLOPE, ROTATION, WORK, TRAVEL, SPIN = slice(0, 3), 3, 4, 5, 6, 7, 8
-"""Columns of the coordinates."""
+PLACE, YAW, SLOPE, ROTATION, WORK, TRAVEL, SPIN = slice(0, 3), 3, 4, 5, 6, 7, 8  #: Columns of the coordinates.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,9 +49,7 @@ class SeamPath:
     def of_frames(cls, name: str, frames: SeamFrames) -> SeamPath:
         """Take the frames of a seam, which must be given in `part`.
 
-        Raises
-        ------
-        InputError : When they are given in another frame, or are fewer than two.
+        Raises `InputError` when they are given in another frame, or are fewer than two.
         """
         if frames.frame != "part":
             raise InputError(f"seam {name}: expected frames in part, got {frames.frame}")
@@ -84,13 +81,8 @@ def torch_on_seam(coordinates: FloatArray) -> FloatArray:
 def flange_poses(cell: Cell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the poses of both flanges.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (N, 9)
-
-    Returns
-    -------
-    T_base1_flange1, T_base2_flange2 : ndarray, shape (N, 4, 4). mm.
+    `coordinates`: ndarray, shape (N, 9).
+    Returns `T_base1_flange1, T_base2_flange2`: ndarray, shape (N, 4, 4). mm.
     """
     R_middle_seam = seam_in_middle(coordinates)
     R_middle_part = product(R_middle_seam, np.swapaxes(path.R, 1, 2))
@@ -114,13 +106,8 @@ def _poses(R: FloatArray, p: FloatArray) -> FloatArray:
 def all_joints(cell: Cell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the joints of all eight branches of both arms, each angle in the turn around zero.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (N, 9)
-
-    Returns
-    -------
-    joints1, joints2 : ndarray, shape (N, 8, 6). rad; NaN where a branch does not reach.
+    `coordinates`: ndarray, shape (N, 9).
+    Returns `joints1, joints2`: ndarray, shape (N, 8, 6). rad; NaN where a branch does not reach.
     """
     flange1, flange2 = flange_poses(cell, path, coordinates)
     return solve_inverse(cell.arm, flange1).joints, solve_inverse(cell.arm2, flange2).joints
@@ -131,14 +118,9 @@ def joints_along(
 ) -> FloatArray:
     """Return the unwrapped joints of one pair of branches along a path.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n, 9)
-    near : shape (12,). The whole turns of the first point are those nearest to these joints, rad.
-
-    Returns
-    -------
-    ndarray, shape (n, 12). Robot 1, then robot 2; NaN where a branch does not reach.
+    `coordinates`: ndarray, shape (n, 9).
+    `near`: shape (12,). The whole turns of the first point are those nearest to these joints, rad.
+    Returns ndarray, shape (n, 12). Robot 1, then robot 2; NaN where a branch does not reach.
     """
     one, two = all_joints(cell, path, coordinates)
     both = np.concatenate([one[:, branches[0]], two[:, branches[1]]], axis=1)
@@ -151,10 +133,8 @@ def unwrap(joints: FloatArray, near: FloatArray) -> FloatArray:
     Between neighbouring points of a path a joint turns by less than π, so the shorter step is the right one. The angle
     may grow over several turns.
 
-    Parameters
-    ----------
-    joints : shape (n, k). rad.
-    near : shape (k,). rad.
+    `joints`: shape (n, k). rad.
+    `near`: shape (k,). rad.
     """
     steps = np.diff(joints, axis=0, prepend=np.broadcast_to(near, (1, joints.shape[1])))
     return np.asarray(near + np.cumsum(steps - TURN * np.rint(steps / TURN), axis=0), dtype=np.float64)
@@ -163,14 +143,9 @@ def unwrap(joints: FloatArray, near: FloatArray) -> FloatArray:
 def joint_slopes(cell: Cell, coordinates: FloatArray, joints: FloatArray) -> FloatArray:
     """Return the derivative of all joints with respect to the nine coordinates.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n, 9)
-    joints : shape (n, 12). The joints that belong to the coordinates, rad.
-
-    Returns
-    -------
-    ndarray, shape (n, 12, 9). rad per mm and rad per rad; large but finite near a singular pose.
+    `coordinates`: ndarray, shape (n, 9).
+    `joints`: shape (n, 12). The joints that belong to the coordinates, rad.
+    Returns ndarray, shape (n, 12, 9). rad per mm and rad per rad; large but finite near a singular pose.
     """
     seam, tool = _turning_axes(coordinates)
     motion2 = np.zeros((len(joints), 6, COORDINATES))
@@ -206,8 +181,7 @@ def _turning_axes(coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 LEAST_PIVOT = 1e-6
 """Damping of the squared, length-scaled Jacobian: near a singular pose the slopes are steep but finite."""
-ARM_LENGTH_MM = 1000.0
-"""Scale that makes millimetres at the end of an arm comparable with radians."""
+ARM_LENGTH_MM = 1000.0  #: Scale that makes millimetres at the end of an arm comparable with radians.
 
 
 def _solved(arm: Arm, q: FloatArray, R_middle_base: FloatArray, point: FloatArray, motion: FloatArray) -> FloatArray:

@@ -16,12 +16,9 @@ from scipy.ndimage import distance_transform_edt
 from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import FloatArray
 
-CELLS = 120
-"""Cells along the longest side of the grid: 2 million at most, filled in 0.2 s."""
-FINEST_MM = 2.0
-"""Smaller cells show nothing that matters to a robot."""
-AROUND_MM = 120.0
-"""The grid reaches this far beyond the part's box: a torch outside of it sees more than the box."""
+CELLS = 120  #: Cells along the longest side of the grid: 2 million at most, filled in 0.2 s.
+FINEST_MM = 2.0  #: Smaller cells show nothing that matters to a robot.
+AROUND_MM = 120.0  #: The grid reaches this far beyond the part's box: a torch outside of it sees more than the box.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,9 +35,7 @@ class DistanceField:
     def of_triangles(cls, corners: FloatArray) -> DistanceField:
         """Fill a grid.
 
-        Parameters
-        ----------
-        corners : shape (m, 3, 3). Corners of triangles in any frame, mm; at least one triangle.
+        `corners`: shape (m, 3, 3). Corners of triangles in any frame, mm; at least one triangle.
         """
         box = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
         low = box[0] - AROUND_MM
@@ -58,22 +53,15 @@ class DistanceField:
     def at(self, points: FloatArray) -> FloatArray:
         """Return lower bounds of the distances of points from the surface, shape (n,), mm.
 
-        Parameters
-        ----------
-        points : shape (n, 3). In the frame of the triangles, mm.
+        `points`: shape (n, 3). In the frame of the triangles, mm.
         """
         return self.between(points)[0]
 
     def between(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return bounds of the distances of points from the surface.
 
-        Parameters
-        ----------
-        points : shape (n, 3). In the frame of the triangles, mm.
-
-        Returns
-        -------
-        least, most : ndarray, shape (n,). mm; `most` is infinite outside the grid.
+        `points`: shape (n, 3). In the frame of the triangles, mm.
+        Returns `least, most`: ndarray, shape (n,). mm; `most` is infinite outside the grid.
         """
         index = np.floor((points - self.low) / self.cell_mm).astype(np.int64)
         shape = np.array(self.bound_mm.shape)

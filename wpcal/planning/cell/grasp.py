@@ -37,14 +37,9 @@ class Holding:
 def read_holding(path: Path, joints_deg: str) -> Holding:
     """Read a cell file, whose grasp may be missing, and the joints of robot 2.
 
-    Parameters
-    ----------
-    joints_deg : Six shown angles in degrees, separated by commas.
-
-    Raises
-    ------
-    InputError : When there are not six numbers or a joint is beyond its limits.
-    FormatError : When the file breaks its format.
+    `joints_deg`: Six shown angles in degrees, separated by commas.
+    Raises `InputError` when there are not six numbers or a joint is beyond its limits.
+    Raises `FormatError` when the file breaks its format.
     """
     record = copy.deepcopy(read_json(path, schema=CELL_SCHEMA))
     if not isinstance(record.get("holder_robot"), dict):
@@ -77,10 +72,6 @@ def solve_grasp(holding: Holding, T_base1_part: RigidTransform) -> RigidTransfor
     r"""Return ``T_flange2_part`` from the place where robot 1 found the part.
 
     .. math:: T_{flange2,part} = (T_{base1,base2} \, T_{base2,flange2}(q_2))^{-1} \, T_{base1,part}
-
-    Parameters
-    ----------
-    T_base1_part : Result of a calibration with points that robot 1 touched; the names of its frames are ignored.
 
     Notes
     -----

@@ -18,12 +18,10 @@ from wpcal.robot.kinematics.inverse import solve_inverse
 
 HOME_DISTANCES, HOME_HEIGHTS = (0.7, 0.6, 0.8, 0.5), (0.8, 0.6, 1.0)
 """Where the tip of the wire is at home, in front of the base and above the mounting face, in parts of the reach."""
-ELBOW = 4.0
-"""What an elbow that is higher by the reach counts against a turn of the wrist, rad."""
+ELBOW = 4.0  #: What an elbow that is higher by the reach counts against a turn of the wrist, rad.
 TURNS_DEG = tuple(float(sign * turn) for turn in range(0, 181, 15) for sign in (1, -1) if 0 < turn < 180 or sign > 0)
 """Turns of joint 1 away from the front, the smallest first."""
-AT_ONCE = 128
-"""States that are compared with the cell together: most cells have a free one among the first."""
+AT_ONCE = 128  #: States that are compared with the cell together: most cells have a free one among the first.
 
 
 def choose_home(cell: Cell) -> FloatArray:

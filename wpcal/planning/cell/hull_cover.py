@@ -17,12 +17,9 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.distance_field import DistanceField
 
-ALONG = 6
-"""Largest balls along the longest side of the hull's box: some tens of them."""
-LEVELS = 3
-"""Sizes of balls, each half of the one before: the smallest is 1/24 of the longest side."""
-APART = 0.4
-"""Of faces whose normals are nearer to each other than this, one is compared: some tens of faces."""
+ALONG = 6  #: Largest balls along the longest side of the hull's box: some tens of them.
+LEVELS = 3  #: Sizes of balls, each half of the one before: the smallest is 1/24 of the longest side.
+APART = 0.4  #: Of faces whose normals are nearer to each other than this, one is compared: some tens of faces.
 HALVES = np.array(np.meshgrid(*((-0.25, 0.25),) * 3)).reshape(3, -1).T
 """Centres of the eight parts of a cube, in parts of its side."""
 
@@ -48,9 +45,7 @@ class HullCover:
     def of_hull(cls, corners: FloatArray) -> HullCover:
         """Cover a hull with balls around the cells of a grid.
 
-        Parameters
-        ----------
-        corners : shape (n, 3). Of the hull, not in one plane, mm.
+        `corners`: shape (n, 3). Of the hull, not in one plane, mm.
         """
         low, high = corners.min(axis=0), corners.max(axis=0)
         step = float((high - low).max()) / ALONG
@@ -74,14 +69,9 @@ class HullCover:
     def beyond_a_face(self, outline: FloatArray, T: FloatArray) -> FloatArray:
         """Return lower bounds of the distances of points from the hull: they are all beyond one of its faces by this.
 
-        Parameters
-        ----------
-        outline : shape (m, 3). Points in the frame of the surface, mm; the bound holds for their convex hull.
-        T : shape (n, 4, 4). ``T_surface_body``, mm.
-
-        Returns
-        -------
-        ndarray, shape (n,). mm; 0 where no face has all points beyond it.
+        `outline`: shape (m, 3). Points in the frame of the surface, mm; the bound holds for their convex hull.
+        `T`: shape (n, 4, 4). ``T_surface_body``, mm.
+        Returns ndarray, shape (n,). mm; 0 where no face has all points beyond it.
         """
         normal = np.einsum("nij,fj->nfi", T[:, :3, :3], self.planes[:, :3])  # in the frame of the surface
         off = self.planes[:, 3] - np.einsum("nfi,ni->nf", normal, T[:, :3, 3])
@@ -91,14 +81,9 @@ class HullCover:
     def settled(self, field: DistanceField, T: FloatArray, needed_mm: float) -> tuple[FloatArray, BoolArray]:
         """Compare the hull with a surface at many states.
 
-        Parameters
-        ----------
-        T : shape (n, 4, 4). ``T_surface_body``, mm.
-
-        Returns
-        -------
-        margin : ndarray, shape (n,). Lower bounds of distance less `needed_mm`, mm.
-        meets : ndarray of bool, shape (n,). Whether the surface is surely inside the hull somewhere.
+        `T`: shape (n, 4, 4). ``T_surface_body``, mm.
+        Returns `margin`: ndarray, shape (n,). Lower bounds of distance less `needed_mm`, mm.
+        Returns `meets`: ndarray of bool, shape (n,). Whether the surface is surely inside the hull somewhere.
         """
         margin, meets = np.full(len(T), np.inf), np.zeros(len(T), dtype=bool)
         R, p = np.ascontiguousarray(T[:, :3, :3]), T[:, :3, 3]

@@ -35,10 +35,8 @@ FCL_MM = 1e-4
 def hull_clearance(cell: Cell, state: CellState) -> Clearance:
     """Measure n states by the hulls of bodies (capsules where a body has no hull).
 
-    Raises
-    ------
-    GeometryError : When the corners of a hull are in one plane.
-    InputError : When a body has a hull and `python-fcl` is not installed.
+    Raises `GeometryError` when the corners of a hull are in one plane.
+    Raises `InputError` when a body has a hull and `python-fcl` is not installed.
     """
     pairs = body_pairs(cell)
     margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
@@ -96,10 +94,7 @@ class HullMeasure:
 
         The bounds of the pairs of that state that are not measured become infinite: they name nobody.
 
-        Parameters
-        ----------
-        bounds : shape (m, n). `pair_margins` of `bounded`, mm.
-        frames : At the n states.
+        `bounds`: shape (m, n). `pair_margins` of `bounded`, mm.
         """
         for k, planes in self.walls.items():
             rows = np.flatnonzero(bounds[k] <= 0.0)
@@ -165,10 +160,8 @@ def _fcl_distance(first: Any, second: Any) -> float:
 def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
     """Return FCL's objects of a body, each with its rotation and origin in the body's frame.
 
-    Raises
-    ------
-    GeometryError : When the corners of the hull lie in a plane.
-    InputError : When `python-fcl` is not installed.
+    Raises `GeometryError` when the corners of the hull lie in a plane.
+    Raises `InputError` when `python-fcl` is not installed.
     """
     fcl = import_fcl()
     if len(shape.hull):
@@ -184,10 +177,8 @@ def fcl_objects(shape: Shape) -> list[tuple[Any, FloatArray, FloatArray]]:
 def convex_hull_object(shape: Shape) -> Any:
     """Return FCL's object of the hull of a body.
 
-    Raises
-    ------
-    GeometryError : When the corners of the hull lie in a plane.
-    InputError : When `python-fcl` is not installed.
+    Raises `GeometryError` when the corners of the hull lie in a plane.
+    Raises `InputError` when `python-fcl` is not installed.
     """
     fcl = import_fcl()
     return fcl.CollisionObject(_fcl_hull(shape), fcl.Transform())
@@ -222,9 +213,7 @@ def _rotation_to(direction: FloatArray) -> FloatArray:
 def import_fcl() -> Any:
     """Return the module `fcl`.
 
-    Raises
-    ------
-    InputError : When `python-fcl` is not installed.
+    Raises `InputError` when `python-fcl` is not installed.
     """
     try:
         import fcl  # noqa: PLC0415  # an optional package, needed only where a body has a hull

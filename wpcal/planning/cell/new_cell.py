@@ -29,10 +29,8 @@ from wpcal.robot.torch.bodies import (
 from wpcal.robot.torch.file import without_none
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 
-SAFETY_MM = 10.0
-"""Above the errors of bases and meshes, and below what is between the links of most arms and a part."""
-NO_FLOOR_MM = -1e5
-"""The floor of a cell of which nothing is known: no arm reaches it."""
+SAFETY_MM = 10.0  #: Above the errors of bases and meshes, and below what is between the links of most arms and a part.
+NO_FLOOR_MM = -1e5  #: The floor of a cell of which nothing is known: no arm reaches it.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,9 +58,7 @@ class NewCell:
 def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> Cell:
     """Return the cell of one arm with a straight torch and nothing around it: its base is `world`, without a floor.
 
-    Raises
-    ------
-    InputError : When the arm is not known, or its file cannot be read.
+    Raises `InputError` when the arm is not known, or its file cannot be read.
     """
     place = RigidTransform.identity(target="world", source="base")
     new = NewCell(robot=arm, T_world_base=place, T_flange_tool=T_flange_tool, torch=torch, safety_mm=NOZZLE_TO_PART_MM)
@@ -76,9 +72,7 @@ def bare_cell(arm: str, T_flange_tool: RigidTransform, torch: TorchShape) -> Cel
 def new_cell_files(new: NewCell, name: str) -> dict[str, dict[str, Any]]:
     """Return the records of a new cell by file name: ``cell.json`` is under `name`, arm files are beside it.
 
-    Raises
-    ------
-    InputError, FormatError : When an arm or a mesh cannot be read.
+    Raises `InputError` or `FormatError` when an arm or a mesh cannot be read.
     """
     files: dict[str, dict[str, Any]] = {}
     arm = _arm(new)

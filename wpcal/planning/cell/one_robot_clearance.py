@@ -36,19 +36,15 @@ from wpcal.planning.cell.part_capsules import PartCapsules
 from wpcal.planning.cell.part_distance import part_distances
 from wpcal.robot.kinematics.forward import Frames
 
-ROWS = 512
-"""States per batch: arrays of all places on all capsules stay at some MB."""
+ROWS = 512  #: States per batch: arrays of all places on all capsules stay at some MB.
 ENOUGH_MM = 5.0
 """A capsule that the grid calls too near is measured exactly up to this margin; beyond it, it is far enough."""
 MOST_OUTLINE = 60
 """Corners of the part's convex hull; with more of them those of its box are compared with the faces of hulls."""
-SPACING_MM = 20.0
-"""Places on the axis of a capsule that are looked up in the grid are at most this far apart ..."""
-LEAST_PLACES = 3
-"""... and at least this many."""
+SPACING_MM = 20.0  #: Places on the axis of a capsule that are looked up in the grid are at most this far apart ...
+LEAST_PLACES = 3  #: ... and at least this many.
 PART, FLOOR = "part", "floor"
-NOTHING: tuple[FloatArray, IntArray] = (np.zeros((0, 1)), np.zeros(0, dtype=np.int64))
-"""Margins of no pairs."""
+NOTHING: tuple[FloatArray, IntArray] = (np.zeros((0, 1)), np.zeros(0, dtype=np.int64))  #: Margins of no pairs.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,10 +63,6 @@ class Margins:
 
 class OneRobotClearance:
     """Measures a cell with its part. Grids and hulls are made once.
-
-    Parameters
-    ----------
-    part : The part in its own frame; None: nothing is compared with a part.
 
     Attributes
     ----------
@@ -125,9 +117,7 @@ class OneRobotClearance:
     def margins(self, q: FloatArray) -> Margins:
         """Return lower bounds of the margins of n states.
 
-        Parameters
-        ----------
-        q : shape (n, k). All axes, rad and mm.
+        `q`: shape (n, k). All axes, rad and mm.
         """
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
         by_carriers = np.full((len(self.carriers), len(q)), np.inf)
@@ -185,14 +175,9 @@ class OneRobotClearance:
     def capsule_margins(self, p: FloatArray, q: FloatArray, radius: FloatArray, needed: FloatArray) -> FloatArray:
         """Return lower bounds of the margins of capsules from the part.
 
-        Parameters
-        ----------
-        p, q : shape (n, c, 3). Ends of the axes in the frame of the part, mm.
-        radius, needed : shape (c,). Radii and safety distances, mm.
-
-        Returns
-        -------
-        ndarray, shape (n, c). mm; exact where it is below `ENOUGH_MM`.
+        `p`, `q`: shape (n, c, 3). Ends of the axes in the frame of the part, mm.
+        `radius`, `needed`: shape (c,). Radii and safety distances, mm.
+        Returns ndarray, shape (n, c). mm; exact where it is below `ENOUGH_MM`.
         """
         margin = self._grid_margins(p, q, radius, needed)
         self._measure_capsules(margin, np.argwhere(margin <= 0.0), p, q, radius + needed)

@@ -12,10 +12,8 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.planning.cell.segments import Segments, segment_distances
 
-CHUNK = 200_000
-"""Pairs of a segment and a triangle in one array: some 50 MB."""
-FLAT = 1e-12
-"""A triangle whose area is below this part of its squared edges is a line, and its edges are enough."""
+CHUNK = 200_000  #: Pairs of a segment and a triangle in one array: some 50 MB.
+FLAT = 1e-12  #: A triangle whose area is below this part of its squared edges is a line, and its edges are enough.
 
 
 def part_distances(
@@ -23,15 +21,13 @@ def part_distances(
 ) -> tuple[FloatArray, IntArray]:
     """Return the distance of each segment from the part, as far as it is within a bound.
 
+    Returns `distance`: ndarray, shape (n,). mm; infinity where nothing is within the bound.
+    Returns `triangle`: ndarray of int, shape (n,). The nearest triangle; -1 where there is none.
+
     Parameters
     ----------
     starts, ends : shape (n, 3). In the frame of the triangles, mm.
     within : shape (n,). Beyond this distance, mm, the answer is infinity.
-
-    Returns
-    -------
-    distance : ndarray, shape (n,). mm; infinity where nothing is within the bound.
-    triangle : ndarray of int, shape (n,). The nearest triangle; -1 where there is none.
     """
     grow = within[:, None]
     row, triangle = part.tree.meeting(np.minimum(starts, ends) - grow, np.maximum(starts, ends) + grow)
@@ -51,10 +47,8 @@ def segment_triangle_distances(starts: FloatArray, ends: FloatArray, corners: Fl
 
     The nearest point is on an edge of the triangle, or at an end of the segment, or where the segment goes through.
 
-    Parameters
-    ----------
-    starts, ends : shape (k, 3). Any frame, mm.
-    corners : shape (k, 3, 3). Corners of the triangles in the same frame.
+    `starts`, `ends`: shape (k, 3). Any frame, mm.
+    `corners`: shape (k, 3, 3). Corners of the triangles in the same frame.
     """
     segments = Segments(starts.T, (ends - starts).T)
     best = np.full(len(starts), np.inf)

@@ -35,9 +35,7 @@ def segment_distances(first: Segments, second: Segments) -> FloatArray:
     clipped to its segment. Then t is optimised for this s and clipped, then s for this t and clipped. This is exact for
     segments, because at most one of the two clips moves the other point.
 
-    Parameters
-    ----------
-    first, second : Shapes (3, ...) that broadcast, mm.
+    `first`, `second`: Shapes (3, ...) that broadcast, mm.
 
     Notes
     -----

@@ -9,22 +9,19 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 
-JOINTS = 6
-"""The closed-form inverse kinematics that both arms need has six joints."""
+JOINTS = 6  #: The closed-form inverse kinematics that both arms need has six joints.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
     """A rigid body for collision checks: some capsules, and the hull around it.
 
+    Raises `InputError` when shapes of arrays differ, a value is not finite or a radius is not positive.
+
     Parameters
     ----------
     hull : array_like, shape (m, 3), optional
         Corners of the convex body in the same frame, mm; empty if the body has capsules only.
-
-    Raises
-    ------
-    InputError : When shapes of arrays differ, a value is not finite or a radius is not positive.
     """
 
     name: str

@@ -52,9 +52,7 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
     """Tell which joints some whole turns bring within the limits, shape (...).
 
-    Parameters
-    ----------
-    q : shape (..., 6). Shown angles, rad; NaN where there are none.
+    `q`: shape (..., 6). Shown angles, rad; NaN where there are none.
     """
     low, high = arm.limits
     with np.errstate(invalid="ignore"):
@@ -64,9 +62,7 @@ def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
 def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
     """Tell which joints are away from singular poses, shape (...).
 
-    Parameters
-    ----------
-    q : shape (..., 6). Shown angles, rad; NaN where there are none.
+    `q`: shape (..., 6). Shown angles, rad; NaN where there are none.
     """
     values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[-1]))
     return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:-1])) & np.isfinite(q).all(axis=-1)

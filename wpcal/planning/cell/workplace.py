@@ -42,13 +42,8 @@ def candidate_places(cell: Cell) -> FloatArray:
 def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
     """Return how far the centre of the wrist is outside the shell that an arm reaches.
 
-    Parameters
-    ----------
-    T_base_flange : shape (N, 4, 4). mm.
-
-    Returns
-    -------
-    ndarray, shape (N,). mm; zero within the shell.
+    `T_base_flange`: shape (N, 4, 4). mm.
+    Returns ndarray, shape (N,). mm; zero within the shell.
     """
     g = OPWGeometry.of_chain(arm.as_nominal().chain)
     local = product(product(inverse_pose(g.T_base_opw), T_base_flange), inverse_pose(g.T_wrist_flange))

@@ -28,10 +28,8 @@ from wpcal.robot.moves import Arc, MovePath, PathTolerance, fit_moves
 
 STEP_MM = 1.0
 """Between computed states of the torch along the seam: joints interpolated between them are off by micrometres."""
-STEP_RAD = math.radians(2.0)
-"""The same for turns of the part or the torch."""
-REFINE = 2
-"""Parts into which these steps are divided for the check, which halves them further where bodies move far."""
+STEP_RAD = math.radians(2.0)  #: The same for turns of the part or the torch.
+REFINE = 2  #: Parts into which these steps are divided for the check, which halves them further where bodies move far.
 LARGEST_STEP_RAD = math.radians(20.0)
 """Of a joint in one step: more is a change of the branch, or a pose that is nearly singular."""
 
@@ -86,9 +84,7 @@ def coordinate_run(
 ) -> CoordinatedRun:
     """Return a run with the fewest common moves of both robots that keep to the seam and to the planned positions.
 
-    Raises
-    ------
-    InputError : When no such motion is free, within the joint limits and within the joint speeds.
+    Raises `InputError` when no such motion is free, within the joint limits and within the joint speeds.
     """
     reason = ""
     for attempt in ATTEMPTS:
@@ -201,9 +197,7 @@ class _Places:
     def torch_joints(self, moves: MovePath, cell: Cell, joints2: FloatArray, near: FloatArray) -> FloatArray:
         """Return the angles of robot 1 at all states, shape (m, 6), rad.
 
-        Raises
-        ------
-        GeometryError : When the arm does not reach a state, or changes its branch.
+        Raises `GeometryError` when the arm does not reach a state, or changes its branch.
         """
         at = moves.arrays.select(self.move)
         T = np.zeros((len(self.move), 4, 4))
@@ -221,13 +215,8 @@ class _Places:
 def _whole_turns(arm: Arm, joints: FloatArray) -> FloatArray:
     """Return whole turns to be added to joints so that they are as near to zero as possible: the poses stay the same.
 
-    Parameters
-    ----------
-    joints : shape (m, 6). Shown angles along a run, rad.
-
-    Returns
-    -------
-    ndarray, shape (6,). Multiples of a turn, rad; 0 where the limits do not allow it for the whole run.
+    `joints`: shape (m, 6). Shown angles along a run, rad.
+    Returns ndarray, shape (6,). Multiples of a turn, rad; 0 where the limits do not allow it for the whole run.
     """
     low, high = arm.limits
     least, most = joints.min(axis=0), joints.max(axis=0)
@@ -240,9 +229,7 @@ def _whole_turns(arm: Arm, joints: FloatArray) -> FloatArray:
 def _require_speeds(run: CellRun, cell: Cell, joints: FloatArray, s_mm: FloatArray) -> None:
     """Refuse a motion in which a joint would be faster than it can be.
 
-    Raises
-    ------
-    GeometryError : With the joint and the place.
+    Raises `GeometryError` with the joint and the place.
     """
     step = np.diff(s_mm)
     rate = np.abs(np.diff(joints, axis=0)) * (run.schedule.speed_mm_s / np.where(step > 0.0, step, np.inf))[:, None]

@@ -21,17 +21,14 @@ from wpcal.robot.moves.interpolation import turns_between
 
 MOST_POINTS = 15
 """Planned points at which a move is compared: the largest difference is measured everywhere afterwards."""
-CHUNK = 200_000
-"""Compared points in one array: some 60 MB."""
+CHUNK = 200_000  #: Compared points in one array: some 60 MB.
 
 
 class HolderMove(Enum):
     """How robot 2 moves from mark to mark."""
 
-    JOINTS = "joints"
-    """All joints evenly."""
-    LINE = "line"
-    """The origin of the part on a straight line, and the part about one axis."""
+    JOINTS = "joints"  #: All joints evenly.
+    LINE = "line"  #: The origin of the part on a straight line, and the part about one axis.
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +58,7 @@ class HolderPath:
     def joints_between(self, s0: float, s1: float, share: FloatArray) -> FloatArray:
         """Return the angles in the move from s0 to s1 at shares of shape (m,); shape (m, 6), rad.
 
-        Raises
-        ------
-        GeometryError : When robot 2 cannot make the move.
+        Raises `GeometryError` when robot 2 cannot make the move.
         """
         ends = self.joints_at(np.array([s0, s1]))
         even = np.asarray(ends[0] + share[:, None] * (ends[1] - ends[0]), dtype=np.float64)
@@ -77,9 +72,7 @@ class HolderPath:
     def is_near(self, s0: FloatArray, s1: FloatArray) -> BoolArray:
         """Tell for moves between lengths whether robot 2 stays near its planned path.
 
-        Parameters
-        ----------
-        s0, s1 : shape (m,). Where the moves begin and end, mm.
+        `s0`, `s1`: shape (m,). Where the moves begin and end, mm.
         """
         worst = np.zeros(len(s0))
         first, last = np.searchsorted(self.s_mm, s0, side="right"), np.searchsorted(self.s_mm, s1, side="left")
@@ -113,14 +106,9 @@ class HolderPath:
 def differences(T: FloatArray, T_planned: FloatArray, p_part: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how poses of the part differ from planned ones.
 
-    Parameters
-    ----------
-    T, T_planned : shape (m, 4, 4). In one frame, mm.
-    p_part : shape (m, 3). A point of the part for each, mm.
-
-    Returns
-    -------
-    turned, off : ndarray, shape (m, 3). Rotation vectors, rad, and what the points are off, mm.
+    `T`, `T_planned`: shape (m, 4, 4). In one frame, mm.
+    `p_part`: shape (m, 3). A point of the part for each, mm.
+    Returns `turned, off`: ndarray, shape (m, 3). Rotation vectors, rad, and what the points are off, mm.
     """
     turned = log_rotation(product(T[:, :3, :3], np.swapaxes(T_planned[:, :3, :3], 1, 2)))
     gap = T - T_planned

@@ -23,9 +23,7 @@ class CollisionVerdict(Enum):
 class Plan:
     """One path of both robots along a seam.
 
-    Raises
-    ------
-    InputError : When lengths differ.
+    Raises `InputError` when lengths differ.
     """
 
     seam: str  #: Name of the seam in ``seams.json``.

@@ -28,10 +28,8 @@ REFINE = 10
 HALVINGS = 3
 """How often the parts are halved if bodies move farther between two states than the distance between them. At eight
 times finer steps, a body on a path of 2 mm steps moves by some tenths of a millimetre."""
-LARGEST_TIP_ERROR_MM = 0.25
-"""A fifth of a usual wire of 1.2 mm: a weld does not show less."""
-LARGEST_SPEED_ERROR = 0.15
-"""Part of the planned speed. The throat of a fillet then changes by half of this."""
+LARGEST_TIP_ERROR_MM = 0.25  #: A fifth of a usual wire of 1.2 mm: a weld does not show less.
+LARGEST_SPEED_ERROR = 0.15  #: Part of the planned speed. The throat of a fillet then changes by half of this.
 TINY_MM2 = 1e-18
 """Squared length of a chord of 1e-9 mm. Shorter chords count as points, so nothing is divided by zero."""
 
@@ -117,9 +115,7 @@ class TipMotion:
 def recheck_clearance(plan: Plan, cell: Cell, *, refine: int = REFINE) -> PathCheck:
     """Measure a plan by hulls at finer steps.
 
-    Raises
-    ------
-    InputError : When `refine` is less than 1, or hulls need a package that is not installed.
+    Raises `InputError` when `refine` is less than 1, or hulls need a package that is not installed.
     """
     return check_path(plan.state, plan.s_mm, cell, refine=refine)
 
@@ -130,13 +126,8 @@ def check_path(planned: CellState, s_mm: FloatArray, cell: Cell, *, refine: int 
     If all states are clear, but bodies move farther between two states than the distance between them, the steps are
     halved and measured again, at most `HALVINGS` times.
 
-    Parameters
-    ----------
-    s_mm : shape (n,). Arc length along the seam at the states, mm.
-
-    Raises
-    ------
-    InputError : As in `recheck_clearance`.
+    `s_mm`: shape (n,). Arc length along the seam at the states, mm.
+    Raises `InputError` as in `recheck_clearance`.
     """
     found = _measure(planned, s_mm, cell, refine)
     for _ in range(HALVINGS):
@@ -157,9 +148,7 @@ def _measure(planned: CellState, s_mm: FloatArray, cell: Cell, refine: int) -> P
 def finer_states(state: CellState, *, refine: int) -> CellState:
     """Return a path with each step divided into `refine` equal parts in the joints.
 
-    Raises
-    ------
-    InputError : When `refine` is less than 1 or there are no states.
+    Raises `InputError` when `refine` is less than 1 or there are no states.
     """
     if refine < 1 or len(state) < 1:
         raise InputError(f"expected at least one state and at least one part per step, got {len(state)} and {refine}")
@@ -215,10 +204,8 @@ def _off_chords(tip: FloatArray, refine: int) -> FloatArray:
 def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: Cell) -> TipMotion:
     """Measure how the tip of the wire moves in the part between the points of a weld.
 
-    Parameters
-    ----------
-    s_mm : shape (n,). Arc length along the seam at the states, mm.
-    t_s : shape (n,). Their times, s; between them joints move evenly.
+    `s_mm`: shape (n,). Arc length along the seam at the states, mm.
+    `t_s`: shape (n,). Their times, s; between them joints move evenly.
     """
     tip = _tip_in_part(cell, finer_states(planned, refine=REFINE))
     off, at = _off_chords(tip, REFINE), np.arange(len(tip)) / REFINE

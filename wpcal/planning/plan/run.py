@@ -24,10 +24,8 @@ from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path
 from wpcal.planning.plan.schedule import Schedule
 from wpcal.robot.kinematics.inverse import nearest_joints
 
-AIR_SPEED_MM_S = 50.0
-"""Near a part: half of the speed that `wpcal export` uses for free moves."""
-AIR_STEP_MM = 10.0
-"""On such a step the tip leaves its line by some hundredths of a millimetre."""
+AIR_SPEED_MM_S = 50.0  #: Near a part: half of the speed that `wpcal export` uses for free moves.
+AIR_STEP_MM = 10.0  #: On such a step the tip leaves its line by some hundredths of a millimetre.
 LARGEST_AIR_MOVE_RAD = math.radians(20.0)
 """A step of 10 mm turns a joint by more only near a singular pose: the run then begins after that pose."""
 
@@ -121,13 +119,8 @@ def away_along_wire(
 ) -> FloatArray:
     """Return joints of robot 1 at steps away from a pose, against the wire, while robot 2 does not move.
 
-    Parameters
-    ----------
-    joints1, joints2 : shape (6,). At the pose, rad.
-
-    Returns
-    -------
-    ndarray, shape (k, 6). As far as the steps can be reached and, if checked, are clear.
+    `joints1`, `joints2`: shape (6,). At the pose, rad.
+    Returns ndarray, shape (k, 6). As far as the steps can be reached and, if checked, are clear.
     """
     away = _back_along_wire(cell, joints1, distance_mm)
     if refine is None or not len(away):

@@ -17,8 +17,7 @@ from wpcal.planning.plan.run import CellRun
 from wpcal.robot.moves import Arc
 
 PLAN_SCHEMA = "wpcal/plan/1"
-CSV_DIGITS = 10
-"""Significant digits of the table: 1e-8 degrees."""
+CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
 
 
 def run_record(run: CellRun, cell: Cell, coordinated: Mapping[str, CoordinatedRun] | None = None) -> dict[str, Any]:

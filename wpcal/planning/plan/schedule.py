@@ -62,9 +62,7 @@ def schedule_plan(plan: Plan, cell: Cell, *, speed_mm_s: float = PLANNED_SPEED_M
     :math:`v = \min(v_{asked}, \min_{i,j} \dot q_{j,max} \, \Delta s_i / |\Delta q_{ij}|)` and
     :math:`t = (s - s_0) / v`.
 
-    Raises
-    ------
-    InputError : When the speed is not positive, or two points of the plan have the same arc length.
+    Raises `InputError` when the speed is not positive, or two points of the plan have the same arc length.
     """
     if not 0.0 < speed_mm_s < math.inf:
         raise InputError(f"the speed along the seam must be positive, got {speed_mm_s:g} mm/s")

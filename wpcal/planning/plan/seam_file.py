@@ -19,16 +19,9 @@ from wpcal.seam.seam import Seam
 def read_held_seams(path: Path, cell: Cell) -> dict[str, Seam]:
     """Read all seams and bring them into the frame `part`, by name: ``W1``, and so on.
 
-    Parameters
-    ----------
-    path : Of schema ``wpcal/seams/1``, with frames in `part`, or in `base` if it also has ``T_base_part``.
-    cell : Its robot 1 must have the robot space in which frames in `base` were calibrated.
-
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is of another schema version or incomplete.
-    FrameError : When the seams were calibrated with a different model of robot 1 than the cell has.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is of another schema version or incomplete.
+    Raises `FrameError` when the seams were calibrated with a different model of robot 1 than the cell has.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
     seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
@@ -51,9 +44,7 @@ def read_held_seams(path: Path, cell: Cell) -> dict[str, Seam]:
 def read_seam_path(path: Path, name: str, cell: Cell) -> SeamPath:
     """Read one seam and bring it into the frame `part`; arguments and errors as in `read_held_seams`.
 
-    Raises
-    ------
-    InputError : When the file has no seam of that name.
+    Raises `InputError` when the file has no seam of that name.
     """
     seams = read_held_seams(path, cell)
     if name not in seams:

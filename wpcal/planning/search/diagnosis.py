@@ -44,9 +44,7 @@ def obstacle_at(
 ) -> Obstacle | None:
     """Return what keeps both robots from a point of the seam; None if there is an allowed state at the target angles.
 
-    Parameters
-    ----------
-    place : shape (3,). Of the weld point, in `middle`, mm.
+    `place`: shape (3,). Of the weld point, in `middle`, mm.
     """
     coordinates, leaning = _leaning_attitudes(problem, place, leans)
     path = problem.path.select(np.full(len(coordinates), point))
@@ -89,9 +87,7 @@ def _shortage(obstacle: Obstacle) -> tuple[int, float]:
 def limit_excess(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
     """Return how far joints are beyond their limits in the best whole turn, shape (n, 12). rad; zero within the limits.
 
-    Parameters
-    ----------
-    joints : shape (n, 12). Robot 1, then robot 2, rad.
+    `joints`: shape (n, 12). Robot 1, then robot 2, rad.
     """
     low, high = problem.cell.limits
     turned = joints[None] + TURN * np.arange(-2, 3)[:, None, None]
@@ -101,9 +97,7 @@ def limit_excess(problem: PlanningProblem, joints: FloatArray) -> FloatArray:
 def clearance_advice(problem: PlanningProblem, between: tuple[str, str], best_mm: float) -> str:
     """Return what would let two bodies keep their distance.
 
-    Parameters
-    ----------
-    best_mm : Largest distance that was attained, mm.
+    `best_mm`: Largest distance that was attained, mm.
     """
     near = {shape.name for shape in problem.cell.torch if shape.to_part_mm is not None}
     part = {f"robot 2 {shape.name}" for shape in problem.cell.part}
@@ -187,10 +181,8 @@ def _singular(values: FloatArray, s_mm: float) -> Obstacle:
 def singular_obstacle(values: FloatArray, s_mm: float) -> Obstacle:
     """Return the obstacle of a state that is too near to a singular pose.
 
-    Parameters
-    ----------
-    values : shape (6,). The three measures of robot 1, then of robot 2.
-    s_mm : Place along the seam, mm.
+    `values`: shape (6,). The three measures of robot 1, then of robot 2.
+    `s_mm`: Place along the seam, mm.
     """
     robot, kind = divmod(int(np.argmin(values)), len(SINGULAR))
     return Obstacle(

@@ -24,20 +24,17 @@ from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 
-TERMS = 10
-"""Numbers per coordinate: level, drift and eight sine terms."""
+TERMS = 10  #: Numbers per coordinate: level, drift and eight sine terms.
 DRIFT_MM, DRIFT_RAD = 600.0, 8.0
 """Ranges of the drift of the place, and of yaw and spin (more than a whole turn). The range of the m-th sine term is
 this divided by m + 1."""
-SEEDED_SPAN = 0.1
-"""Near a base the ranges are multiplied by this: the search is for improvements of that path."""
+SEEDED_SPAN = 0.1  #: Near a base the ranges are multiplied by this: the search is for improvements of that path.
 RANDOM_SPREAD = 0.15
 """Standard deviation of the drift and sine terms of a random path, in parts of their ranges: most paths hardly move."""
 CONSTRAINTS = ("reach", "joint limits", "singular poses", "joint speeds", "clearance")
 """Violations of decoded paths, each about 1 for a bad path: 100 mm, 1 rad, the whole measure, twice the speed, and
 100 mm."""
-HUNDRED_MM = 100.0
-"""Unit of the violations that are lengths."""
+HUNDRED_MM = 100.0  #: Unit of the violations that are lengths.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

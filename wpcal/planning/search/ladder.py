@@ -30,12 +30,9 @@ from wpcal.planning.search.reachable_states import (
 from wpcal.planning.search.targets import deviations, target_coordinates
 from wpcal.robot.kinematics.inverse import TURN
 
-RUNG_MM = 7.0
-"""Target distance of rungs; a path between them is a straight line in the coordinates."""
-FEWEST_RUNGS, MOST_RUNGS = 8, 40
-"""A short seam still has a shape. A long seam need not cost more than a second."""
-WORST_POINTS = 3
-"""Points of a closed ladder that are tried with a leaning torch: each takes some tenths of a second."""
+RUNG_MM = 7.0  #: Target distance of rungs; a path between them is a straight line in the coordinates.
+FEWEST_RUNGS, MOST_RUNGS = 8, 40  #: A short seam still has a shape. A long seam need not cost more than a second.
+WORST_POINTS = 3  #: Points of a closed ladder that are tried with a leaning torch: each takes some tenths of a second.
 YAWS, SPINS = 12, 8
 """Directions of travel and spins of the torch. The steps are coarse; the least squares afterwards remove them."""
 

@@ -19,15 +19,13 @@ from wpcal.planning.search.targets import ATTITUDE, deviations
 
 KEEP_OFF_DEG = 0.5
 """Limits count from this far inside, so that a path that a squared penalty holds back stays within them."""
-KEEP_CLEAR_MM = 3.0
-"""The same margin for clearances: about a tenth of the usual safety distance."""
+KEEP_CLEAR_MM = 3.0  #: The same margin for clearances: about a tenth of the usual safety distance.
 LOOK_AHEAD_MM = 30.0
 """The derivative of a clearance is computed below the safety distance plus this: a step rarely moves a body farther."""
 STIFFNESS = 0.1
 """Weight of a degree beyond a limit. The objectives sum up to about 0.1 (deg/mm)², so that half a degree beyond a limit
 (`KEEP_OFF_DEG`) at many points costs more."""
-MM_PER_DEG = 10.0
-"""This distance outside the weld zone counts like one degree: at arm's length it is half a degree."""
+MM_PER_DEG = 10.0  #: This distance outside the weld zone counts like one degree: at arm's length it is half a degree.
 CLEARANCE_STIFFNESS = 0.2 * STIFFNESS
 """Weight of a missing millimetre: at arm's length five millimetres are a third of a degree."""
 GRADIENT_STEP_RAD = 1e-6

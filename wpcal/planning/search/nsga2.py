@@ -26,17 +26,14 @@ POOL = 20
 """Random paths per path of an unseeded population. One in some hundreds is allowed, and a few are enough to start."""
 LARGEST_ARCHIVE = 300
 """Paths that are kept while it runs: comparing all of them with a generation then takes milliseconds."""
-MOST_PATHS = 60
-"""Paths that are returned, spread over the front: more than a person wants to choose from."""
+MOST_PATHS = 60  #: Paths that are returned, spread over the front: more than a person wants to choose from.
 
 
 @dataclass(frozen=True, slots=True)
 class Nsga2Options:
     """How long NSGA-II runs, and what it starts from.
 
-    Raises
-    ------
-    InputError : When a number is too small.
+    Raises `InputError` when a number is too small.
     """
 
     population: int = opt(100, "Population of NSGA-II.", least=4)
@@ -54,9 +51,7 @@ def evolve_paths(
 ) -> tuple[list[CandidatePath], bool]:
     """Run NSGA-II.
 
-    Raises
-    ------
-    InputError : When pymoo is not installed.
+    Raises `InputError` when pymoo is not installed.
     """
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: PLC0415  # an optional extra, slow to import

@@ -45,10 +45,8 @@ class Residuals(Enum):
 
     TARGET_DEVIATIONS = "target deviations"
     """Deviations of the objective's coordinates from their targets, at every point."""
-    JOINT_STEPS = "joint steps"
-    """Joint steps between neighbouring points."""
-    NONE = "none"
-    """The deterministic search reports the objective and does not minimise it."""
+    JOINT_STEPS = "joint steps"  #: Joint steps between neighbouring points.
+    NONE = "none"  #: The deterministic search reports the objective and does not minimise it.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,12 +195,10 @@ MOTION = Objective(
     symbol="f2",
     printed=printed_smoothness,
 )
-OBJECTIVES = (POSITION, TORCH, MOTION)
-"""What a front trades, in the order of the columns of files, tables and charts."""
+OBJECTIVES = (POSITION, TORCH, MOTION)  #: What a front trades, in the order of the columns of files, tables and charts.
 OBJECTIVE_NAMES = tuple(objective.name for objective in OBJECTIVES)
 
-Weights = Mapping[Objective, float]
-"""Weights of the squared objectives; an objective that is missing has weight 0."""
+Weights = Mapping[Objective, float]  #: Weights of the squared objectives; an objective that is missing has weight 0.
 
 
 def objective_values(path: PathValues) -> FloatArray:

@@ -17,10 +17,8 @@ from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, POSITION
 class Preference(Enum):
     """Which plan of a front is taken."""
 
-    POSITION = "position"
-    """The least deviation from the target weld position."""
-    SMOOTH = "smooth"
-    """The least joint motion."""
+    POSITION = "position"  #: The least deviation from the target weld position.
+    SMOOTH = "smooth"  #: The least joint motion.
     BALANCED = "balanced"
     """The plan nearest to the best value of every objective, each scaled by its range over the front."""
 
@@ -33,9 +31,7 @@ MINIMISED = {Preference.POSITION: POSITION, Preference.SMOOTH: MOTION}
 class ParetoSet:
     """Plans none of which is at least as good as another in every objective.
 
-    Raises
-    ------
-    InputError : When there is no plan.
+    Raises `InputError` when there is no plan.
     """
 
     plans: tuple[Plan, ...]  #: With all objectives of `OBJECTIVES`.
@@ -66,9 +62,7 @@ class ParetoSet:
 def is_nondominated(values: FloatArray) -> BoolArray:
     """Tell which rows no other row beats. A row beats another if it is nowhere worse and somewhere better, shape (m,).
 
-    Parameters
-    ----------
-    values : shape (m, k). Smaller is better. Of equal rows the first stays.
+    `values`: shape (m, k). Smaller is better. Of equal rows the first stays.
     """
     no_worse = (values[:, None] <= values).all(axis=2)
     better = (values[:, None] < values).any(axis=2)
@@ -80,9 +74,7 @@ def is_nondominated(values: FloatArray) -> BoolArray:
 def thin_front(values: FloatArray, count: int) -> IntArray:
     """Choose rows that are far from each other: the best of each objective first, then always the farthest one.
 
-    Parameters
-    ----------
-    values : shape (m, k). Scaled by the range of each column for the distances.
+    `values`: shape (m, k). Scaled by the range of each column for the distances.
     """
     span = np.ptp(values, axis=0)
     scaled = values / np.where(span > 0, span, 1.0)
@@ -99,14 +91,9 @@ def thin_front(values: FloatArray, count: int) -> IntArray:
 def hypervolume(values: FloatArray, reference: FloatArray) -> float:
     """Return the volume of the points that some row beats and that beat the reference.
 
-    Parameters
-    ----------
-    values : shape (m, k). Smaller is better. Rows that do not beat the reference in every objective add nothing.
-    reference : shape (k,). In the units of the objectives.
-
-    Raises
-    ------
-    InputError : When the numbers of objectives differ.
+    `values`: shape (m, k). Smaller is better. Rows that do not beat the reference in every objective add nothing.
+    `reference`: shape (k,). In the units of the objectives.
+    Raises `InputError` when the numbers of objectives differ.
 
     Notes
     -----

@@ -94,9 +94,7 @@ def judge_paths(
 ) -> PlanningResult:
     """Check the best paths for collisions between their points and compare those that are free.
 
-    Raises
-    ------
-    NoFeasiblePlanError : When no path is allowed and free; it names the limit that most paths break, and where.
+    Raises `NoFeasiblePlanError` when no path is allowed and free; it names the limit that most paths break, and where.
     """
     best, evolved = best_paths(problem, swept), best_paths(problem, bred)
     (ladder, refused), (genetic, also) = (

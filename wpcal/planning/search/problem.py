@@ -18,8 +18,7 @@ from wpcal.planning.cell.workplace import weld_zone
 from wpcal.planning.search.objectives import PathValues, objective_values
 from wpcal.planning.search.targets import ATTITUDE, WeldTargets
 
-ALLOWED_EXCESS = 1e-9
-"""Round-off of an angle at the end of its range."""
+ALLOWED_EXCESS = 1e-9  #: Round-off of an angle at the end of its range.
 
 SearchProgress = Callable[[str, int, int], None]
 """Called with the name of the running step, how many of its parts are done, and of how many."""
@@ -68,28 +67,22 @@ class PlanningProblem:
     def objectives(self, coordinates: FloatArray, joints: FloatArray) -> FloatArray:
         """Return the objectives of one path or of many, shape (..., len(OBJECTIVES)). In the order of `OBJECTIVES`.
 
-        Parameters
-        ----------
-        coordinates : ndarray, shape (..., n, 9)
-        joints : shape (..., n, 12). Unwrapped, rad.
+        `coordinates`: ndarray, shape (..., n, 9).
+        `joints`: shape (..., n, 12). Unwrapped, rad.
         """
         return objective_values(self.path_values(coordinates, joints))
 
     def margins(self, joints: FloatArray) -> FloatArray:
         """Return the least capsule clearance beyond the safety distances, shape (N,), mm.
 
-        Parameters
-        ----------
-        joints : shape (N, 12). Robot 1, then robot 2, rad.
+        `joints`: shape (N, 12). Robot 1, then robot 2, rad.
         """
         return capsule_clearance(self.cell, CellState(joints[:, :JOINTS], joints[:, JOINTS:])).margin_mm
 
     def regularity(self, joints: FloatArray) -> FloatArray:
         """Return how far both arms are from singular poses, shape (N, 6). The three measures of each arm.
 
-        Parameters
-        ----------
-        joints : shape (N, 12). Robot 1, then robot 2, rad.
+        `joints`: shape (N, 12). Robot 1, then robot 2, rad.
         """
         one, _ = regularity(self.cell.arm, joints[:, :JOINTS])
         two, _ = regularity(self.cell.arm2, joints[:, JOINTS:])

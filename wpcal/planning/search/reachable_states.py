@@ -34,12 +34,10 @@ from wpcal.planning.search.targets import WeldTargets, target_coordinates
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 
-TURNS = 8
-"""Number of directions of travel, and number of spins of the torch."""
+TURNS = 8  #: Number of directions of travel, and number of spins of the torch.
 ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
 """Rotations of the joint relative to the target, the target first. A part that cannot turn enough needs the others."""
-SCANNED_POINTS = 6
-"""Points of the seam, from its first to its last."""
+SCANNED_POINTS = 6  #: Points of the seam, from its first to its last.
 CHECKED_PLACES, CHECKED = 6, 96
 """Clearance is measured at this many best places of each pair of branches, and at this many best of all these. It takes
 some tenths of a second."""
@@ -63,14 +61,9 @@ def allowed_rotations(targets: WeldTargets, offsets_rad: Sequence[float]) -> Flo
 def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
     """Return all joints at N points, and which branches are within limits and away from singular poses.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (N, 9)
-
-    Returns
-    -------
-    joints : ndarray, shape (2, N, 8, 6). Robot 1 and robot 2, rad, in the turn around zero.
-    usable : ndarray of bool, shape (2, N, 8)
+    `coordinates`: ndarray, shape (N, 9).
+    Returns `joints`: ndarray, shape (2, N, 8, 6). Robot 1 and robot 2, rad, in the turn around zero.
+    Returns `usable`: ndarray of bool, shape (2, N, 8).
     """
     joints = np.stack(all_joints(problem.cell, path, coordinates))
     usable = [
@@ -198,10 +191,8 @@ class _States:
 
     place: int
     branches: tuple[int, int]
-    joints: FloatArray
-    """(2, k, 6)"""
-    point: IntArray
-    """(k,), 0 … SCANNED_POINTS - 1"""
+    joints: FloatArray  #: (2, k, 6)
+    point: IntArray  #: (k,), 0 … SCANNED_POINTS - 1
 
 
 def _states(joints: FloatArray, usable: BoolArray, places: int, place: np.intp, one: np.intp, two: np.intp) -> _States:

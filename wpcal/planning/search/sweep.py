@@ -14,10 +14,8 @@ from wpcal.planning.search.problem import CandidatePath, PlanningProblem, Search
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
 from wpcal.planning.search.refine import refine_path, refine_within_limits
 
-LADDERS = 3
-"""Ladders that are built, of different branches; each takes a quarter of a second."""
-TIGHT, LOOSE = 0.1, 1e-4
-"""Weights of the torch angles: within about a degree of their targets, or some degrees off."""
+LADDERS = 3  #: Ladders that are built, of different branches; each takes a quarter of a second.
+TIGHT, LOOSE = 0.1, 1e-4  #: Weights of the torch angles: within about a degree of their targets, or some degrees off.
 
 
 def sweep_weights(position: float, torch: float) -> Weights:
@@ -31,8 +29,7 @@ SWEEP = (
 )
 """From a part that is at the target weld position to a part that hardly moves, and back. Neighbours are near, so that
 each path starts from the one before."""
-FIRST = sweep_weights(1e-3, TIGHT)
-"""Weights with which ladders are compared: in the middle of the sweep."""
+FIRST = sweep_weights(1e-3, TIGHT)  #: Weights with which ladders are compared: in the middle of the sweep.
 
 
 def sweep_paths(
@@ -40,10 +37,8 @@ def sweep_paths(
 ) -> Iterator[CandidatePath]:
     """Find one path for each set of weights and yield each as soon as it is found.
 
-    Raises
-    ------
-    GeometryError : When the seam is out of reach or its start is in collision.
-    NoFeasiblePlanError : When no ladder has a way through; it names the place and the limit.
+    Raises `GeometryError` when the seam is out of reach or its start is in collision.
+    Raises `NoFeasiblePlanError` when no ladder has a way through; it names the place and the limit.
     """
     path = _first_path(problem, progress)
     for done, one in enumerate(weights):

@@ -13,17 +13,14 @@ from wpcal.core.motion import torch_range, travel_angle, work_angle
 from wpcal.core.options import opt_deg
 from wpcal.planning.cell.closed_chain import COORDINATES, ROTATION, SLOPE, TRAVEL, WORK
 
-ATTITUDE = [SLOPE, ROTATION, WORK, TRAVEL]
-"""The coordinates that have a target and a range."""
+ATTITUDE = [SLOPE, ROTATION, WORK, TRAVEL]  #: The coordinates that have a target and a range.
 
 
 @dataclass(frozen=True, slots=True)
 class WeldTargets:
     """The target weld position and torch angles, and how far from them a plan may go.
 
-    Raises
-    ------
-    InputError : When a target is outside its range, or a range is not positive or too large.
+    Raises `InputError` when a target is outside its range, or a range is not positive or too large.
     """
 
     slope_rad: float = opt_deg(10.0, "Target slope of the weld, uphill.", least=-180.0, most=180.0)
@@ -78,12 +75,7 @@ def target_coordinates(targets: WeldTargets, count: int) -> FloatArray:
 def deviations(coordinates: FloatArray, targets: WeldTargets) -> FloatArray:
     """Return how far slope, rotation, work and travel are from their targets, rad.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (..., 9)
-
-    Returns
-    -------
-    ndarray, shape (..., 4). In the order of `ATTITUDE`.
+    `coordinates`: ndarray, shape (..., 9).
+    Returns ndarray, shape (..., 4). In the order of `ATTITUDE`.
     """
     return np.asarray(coordinates[..., ATTITUDE] - targets.attitude_rad, dtype=np.float64)

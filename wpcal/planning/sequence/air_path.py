@@ -25,12 +25,9 @@ from wpcal.planning.sequence.motion_check import CheckedMove, MotionChecker
 from wpcal.planning.sequence.order import LEAST_GAIN_S, axis_seconds
 from wpcal.planning.sequence.roadmap import TRUST, Roadmap
 
-MOST_TRIALS = 800
-"""Trials of the planner before it gives up."""
-RANGE = 0.6
-"""Longest branch of its trees: 600 mm of motion of the outermost body."""
-SCALE_MM = 1000.0
-"""One unit of the scaled axes."""
+MOST_TRIALS = 800  #: Trials of the planner before it gives up.
+RANGE = 0.6  #: Longest branch of its trees: 600 mm of motion of the outermost body.
+SCALE_MM = 1000.0  #: One unit of the scaled axes.
 ROUNDS, SHORTCUTS = 5, 10
 """Rounds in which a way is shortened, and shortcuts of each kind per round: between its states, and between places on
 it that are drawn at random."""
@@ -56,14 +53,9 @@ class AirPlanner:
     def path(self, start: FloatArray, end: FloatArray) -> AirPath:
         """Return a free way.
 
-        Parameters
-        ----------
-        start, end : shape (k,). All axes, rad and mm.
-
-        Raises
-        ------
-        GeometryError : When an end is in collision, or no way was found.
-        InputError : When nothing is found in the roadmap and `ompl` is not installed.
+        `start`, `end`: shape (k,). All axes, rad and mm.
+        Raises `GeometryError` when an end is in collision, or no way was found.
+        Raises `InputError` when nothing is found in the roadmap and `ompl` is not installed.
         """
         self._require_clear(start, end)
         for between in ([], *self._by_home(start, end)):
@@ -183,9 +175,7 @@ class AirPlanner:
 def import_ompl() -> tuple[Any, Any, Any]:
     """Return the modules `base`, `geometric` and `util` of OMPL.
 
-    Raises
-    ------
-    InputError : When `ompl` is not installed.
+    Raises `InputError` when `ompl` is not installed.
     """
     try:
         from ompl import base, geometric, util  # noqa: PLC0415  # an optional package, needed where a way is blocked

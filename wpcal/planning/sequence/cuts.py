@@ -22,8 +22,7 @@ from wpcal.planning.sequence.seam_task import SeamTask
 
 LEAST_PIECE_MM = 15.0
 """A shorter piece is not worth a start and an end of the arc; a seam that is shorter itself is welded whole or not."""
-ROUND_OFF_MM = 1e-6
-"""Lengths that differ by less are equal."""
+ROUND_OFF_MM = 1e-6  #: Lengths that differ by less are equal.
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +75,7 @@ def cut_seam(search: SeamSearch, task: SeamTask, remedies: RemedySearch) -> tupl
 def best_cuts(s_mm: FloatArray, ways: Sequence[Span], least_mm: float) -> list[Span]:
     """Return the pieces that weld the most length, then the fewest, then those with the longest shortest piece.
 
-    Parameters
-    ----------
-    s_mm : shape (n,). Arc length of the points, increasing.
+    `s_mm`: shape (n,). Arc length of the points, increasing.
     """
     n = len(s_mm)
     s = np.rint(s_mm / ROUND_OFF_MM).astype(np.int64).tolist()  # whole numbers: pieces in a row add up exactly

@@ -21,17 +21,13 @@ from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.robot.kinematics.inverse import TURN
 
-GRID_RAD = math.radians(5.0)
-"""Half of a step is 2.5 degrees: well within a position tolerance of 10 degrees."""
+GRID_RAD = math.radians(5.0)  #: Half of a step is 2.5 degrees: well within a position tolerance of 10 degrees.
 RAIL_PLACES = 7
-MOST_TURNING = 24
-"""Ways to turn along a seam that are tried."""
-MOST = 160
-"""External axes that are tried per seam, the best ones first."""
+MOST_TURNING = 24  #: Ways to turn along a seam that are tried.
+MOST = 160  #: External axes that are tried per seam, the best ones first.
 LEAST_TURN_RAD = math.radians(30.0)
 """A joint that turns less about the axis of the positioner is welded with the axes at rest."""
-TILT_STEP_RAD = math.radians(15.0)
-"""Of the axes that stand still while the last one turns."""
+TILT_STEP_RAD = math.radians(15.0)  #: Of the axes that stand still while the last one turns.
 ROUND_RAD = math.radians(5.0)
 """Positions that differ by less are equally good: among them the shorter way of the axes decides."""
 
@@ -62,10 +58,8 @@ def axes_of(cell: Cell, values: FloatArray) -> FloatArray:
 def values_along(values: FloatArray, task: SeamTask, rows: IntArray) -> FloatArray:
     """Return external axes at points of a seam, shape (C, n, e).
 
-    Parameters
-    ----------
-    values : shape (C, 2, e). At its start and at its end.
-    rows : shape (n,). Its points.
+    `values`: shape (C, 2, e). At its start and at its end.
+    `rows`: shape (n,). Its points.
     """
     share = ((task.s_mm[rows] - task.s_mm[0]) / task.length_mm)[:, None]
     return np.asarray(values[:, :1] + share * (values[:, 1:] - values[:, :1]), dtype=np.float64)

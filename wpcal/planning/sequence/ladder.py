@@ -7,8 +7,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.same_bits import first_least, product, sine_cosine
 
-STEP_WEIGHT = 1.0
-"""Of the squared joint steps, rad², per rung ..."""
+STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
 OFF_WEIGHT = 2.0
 """... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""
 LARGEST_STEP_RAD = np.radians(75.0)

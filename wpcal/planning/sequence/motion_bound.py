@@ -32,9 +32,7 @@ class _Axes(NamedTuple):
 def motion_per_axis(cell: Cell, clearance: OneRobotClearance) -> FloatArray:
     """Return bounds of how far the bodies of each pair of carriers move towards each other per unit of each axis.
 
-    Returns
-    -------
-    ndarray, shape (c, k). mm per rad, and 1 for a rail; rows as in `OneRobotClearance.carriers`.
+    Returns ndarray, shape (c, k). mm per rad, and 1 for a rail; rows as in `OneRobotClearance.carriers`.
     """
     frames = cell.frames(cell.home[None])
     reaches = [_reaches(cell, frames, carrier, balls) for carrier, balls in enumerate(_balls(cell, clearance, frames))]

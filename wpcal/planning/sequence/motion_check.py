@@ -18,8 +18,7 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.motion_bound import motion_per_axis
 
-FIRST_STEP_MM = 150.0
-"""Steps of the first round: most of a move is this far from everything."""
+FIRST_STEP_MM = 150.0  #: Steps of the first round: most of a move is this far from everything.
 LONG_STEP_MM = 800.0
 """The same where many moves are tried of which few are free: most are given up in the first round."""
 LEAST_FREE_MM = 1.0
@@ -57,9 +56,7 @@ class MotionChecker:
     def check(self, states: FloatArray) -> CheckedMove:
         """Check the straight moves from state to state. Where it is not free, the states measured so far.
 
-        Parameters
-        ----------
-        states : shape (n, k). Two or more, rad and mm.
+        `states`: shape (n, k). Two or more, rad and mm.
         """
         at, q = self._divided(np.asarray(states, dtype=np.float64))
         margin, free = self._measured(q)
@@ -92,13 +89,8 @@ class MotionChecker:
     def free_shares(self, a: FloatArray, b: FloatArray, *, whole: bool, trust: float = 1.0) -> FloatArray:
         """Return how much of each of many straight moves is free, all measured together.
 
-        Parameters
-        ----------
-        a, b : shape (n, k). Starts and ends, rad and mm.
-
-        Returns
-        -------
-        ndarray, shape (n,). 0 where the start is not clear, 1 where the whole move is free.
+        `a`, `b`: shape (n, k). Starts and ends, rad and mm.
+        Returns ndarray, shape (n,). 0 where the start is not clear, 1 where the whole move is free.
         """
         motion = self.motion_mm(a, b)
         parts = np.maximum(np.ceil(motion / (LONG_STEP_MM if whole else FIRST_STEP_MM)), 1.0).astype(int) + 1

@@ -14,12 +14,9 @@ from wpcal.core.same_bits import inverse_pose, product, solve
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 
-ON_LINE_MM = 0.02
-"""How far the wire may leave a line: less than half of the usual tolerance of a path."""
-STEPS = 4
-"""Of Newton's method: it starts within some tenths of a millimetre, and doubles its digits with each."""
-SOLVED = 1e-6
-"""mm and rad: what is left where Newton's method found the place."""
+ON_LINE_MM = 0.02  #: How far the wire may leave a line: less than half of the usual tolerance of a path.
+STEPS = 4  #: Of Newton's method: it starts within some tenths of a millimetre, and doubles its digits with each.
+SOLVED = 1e-6  #: mm and rad: what is left where Newton's method found the place.
 
 
 def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -19,10 +19,8 @@ from wpcal.planning.sequence.targets import WeldOrder
 
 MOST_MOVED = 60
 """With more seams the order of the nearest next seam is kept: moving single seams takes the square of their number."""
-SWEEPS = 3
-"""Rounds in which every seam is moved once at most."""
-LEAST_GAIN_S = 1e-9
-"""A shorter time counts from here: round-off does not change an order."""
+SWEEPS = 3  #: Rounds in which every seam is moved once at most.
+LEAST_GAIN_S = 1e-9  #: A shorter time counts from here: round-off does not change an order.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,10 +58,8 @@ def find_order(
 ) -> Order:
     """Return the order of stops and the way of each.
 
-    Parameters
-    ----------
-    home : shape (k,). Where the sequence starts and ends.
-    speeds : shape (k,). Of the axes through the air.
+    `home`: shape (k,). Where the sequence starts and ends.
+    `speeds`: shape (k,). Of the axes through the air.
     """
     seconds = _Seconds(stops, home, speeds, blocked)
     if rule is WeldOrder.LISTED:

@@ -33,16 +33,12 @@ from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.opw import BRANCHES
 
 PLACE_SCHEMA = "wpcal/place/1"
-TURNS_DEG = (0.0, 90.0, 180.0, 270.0)
-"""Turns of the part about the vertical that are tried at every place."""
-MOST_AXES = 12
-"""Positions of the external axes that are tried per seam and place."""
+TURNS_DEG = (0.0, 90.0, 180.0, 270.0)  #: Turns of the part about the vertical that are tried at every place.
+MOST_AXES = 12  #: Positions of the external axes that are tried per seam and place.
 MOST_WAYS = 4
 """Branches, with positions of the external axes, that are compared with the bodies of the cell per seam and place."""
-MOST_SPINS = 4
-"""Poses of the torch that are compared per point of a seam: quarter turns about the wire."""
-RUNGS = 3
-"""Points of a seam that are looked at: its ends and its middle."""
+MOST_SPINS = 4  #: Poses of the torch that are compared per point of a seam: quarter turns about the wire.
+RUNGS = 3  #: Points of a seam that are looked at: its ends and its middle.
 
 
 class Moved(Enum):

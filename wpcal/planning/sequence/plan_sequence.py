@@ -44,10 +44,8 @@ AIR_STEP_MM = 10.0
 """Of approach and retract: between two states a straight line in the joints is nearly straight in space."""
 LARGEST_AIR_MOVE_RAD = math.radians(20.0)
 """A step of 10 mm turns a joint by more only near a singular pose: the approach then begins after that pose."""
-REORDERS = 8
-"""How often another order is tried when no free way leads from one seam to the next."""
-OUT_OF_POSITION_S = 1000.0
-"""What a weld out of position costs in seconds: it is taken only where there is no other."""
+REORDERS = 8  #: How often another order is tried when no free way leads from one seam to the next.
+OUT_OF_POSITION_S = 1000.0  #: What a weld out of position costs in seconds: it is taken only where there is no other.
 
 
 class SequencePreference(Enum):
@@ -91,10 +89,8 @@ def plan_sequence(
 ) -> SequenceChoice:
     """Plan how one robot welds seams.
 
-    Raises
-    ------
-    GeometryError : When no seam can be welded, or no free way leads from one to another.
-    InputError : When the part is through the floor, home is in collision, or an optional package is missing.
+    Raises `GeometryError` when no seam can be welded, or no free way leads from one to another.
+    Raises `InputError` when the part is through the floor, home is in collision, or an optional package is missing.
     """
     clearance = OneRobotClearance(cell, part)
     require_sound_start(cell, clearance)

@@ -12,10 +12,8 @@ from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
 
-TRIED_AXES = 16
-"""Positions of the external axes that a reason is looked for at: the most promising ones."""
-TESTED = 64
-"""Joints whose clearance is measured for a reason."""
+TRIED_AXES = 16  #: Positions of the external axes that a reason is looked for at: the most promising ones.
+TESTED = 64  #: Joints whose clearance is measured for a reason.
 
 
 def find_reason(search: SeamSearch, stretch: SeamTask) -> str:

@@ -30,16 +30,13 @@ TURNS_DEG = (15.0, -15.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0, 90.0, -90.0, 13
 MOVES_MM = (100.0, 200.0, 300.0, 400.0, 600.0)
 RAISES_MM = (100.0, -100.0, 200.0, -200.0, 400.0, -400.0, 700.0)
 FARTHER_MM = (150.0, 300.0, 500.0)
-RANGES_DEG = (25.0, 35.0, 45.0)
-"""Changes that are tried, the smallest first."""
-SIDES = 8
-"""Directions in which the robot is moved."""
+RANGES_DEG = (25.0, 35.0, 45.0)  #: Changes that are tried, the smallest first.
+SIDES = 8  #: Directions in which the robot is moved.
 SLIMMER = (0.8, 0.6)
 """Other torches that are tried: their bodies are so much thinner. The wire and the tool centre point stay."""
 FULL_TRIES = 2
 """Changes of one kind that are searched with all collisions: each takes as long as the search of a seam."""
-QUICK_AXES = 12
-"""Positions of the external axes that are tried with a change: the most promising ones."""
+QUICK_AXES = 12  #: Positions of the external axes that are tried with a change: the most promising ones.
 MOST_SEARCHED, MOST_WITH_POSITIONER = 6, 2
 """Stretches for which changes are looked for: a positioner multiplies what is tried. For the others only those are
 tried that helped before."""
@@ -148,9 +145,7 @@ def changed_targets(targets: SequenceTargets, help_: Help) -> SequenceTargets:
 def changed_cell(cell: Cell, help_: Help, centre: FloatArray) -> Cell:
     """Return a cell after a change.
 
-    Parameters
-    ----------
-    centre : shape (3,). What the part turns about, mm in `part`.
+    `centre`: shape (3,). What the part turns about, mm in `part`.
     """
     if help_.turn_deg:
         cell = _turned(cell, help_.turn_deg, centre)

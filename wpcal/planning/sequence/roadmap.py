@@ -18,25 +18,17 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.motion_check import MotionChecker
 
-SCALE_MM = 1000.0
-"""One unit of the scaled axes is this much motion of the outermost body."""
-RANGE = 0.9
-"""Longest branch, in scaled axes."""
-LEAST = 0.03
-"""Shorter branches are dropped: 30 mm of motion of the outermost body."""
-BRANCHES = 16
-"""Branches of each tree per round."""
-LINKS = 1
-"""Nearest states outside of its tree that a new state is linked to, if the way is free."""
-FIRST_LINKS = 12
-"""The same for the two ends of a question."""
-MOST_ROUNDS = 150
-"""Rounds before the search gives up."""
+SCALE_MM = 1000.0  #: One unit of the scaled axes is this much motion of the outermost body.
+RANGE = 0.9  #: Longest branch, in scaled axes.
+LEAST = 0.03  #: Shorter branches are dropped: 30 mm of motion of the outermost body.
+BRANCHES = 16  #: Branches of each tree per round.
+LINKS = 1  #: Nearest states outside of its tree that a new state is linked to, if the way is free.
+FIRST_LINKS = 12  #: The same for the two ends of a question.
+MOST_ROUNDS = 150  #: Rounds before the search gives up.
 TRUST = 5.0
 """While the graph grows, bodies may move this much farther between measured states than is proved: the bound adds up
 the motion of all axes, so little is wrong. The moves of the way that is found are then proved one by one."""
-TOWARDS_OTHER = 4
-"""Of this many branches one grows towards a state of the other tree."""
+TOWARDS_OTHER = 4  #: Of this many branches one grows towards a state of the other tree.
 SMALL = 400
 """A tree with fewer states may be shut in a narrow place: half of its branches are short ones around its own states."""
 
@@ -56,9 +48,7 @@ class Roadmap:
     def way(self, start: FloatArray, end: FloatArray) -> FloatArray | None:
         """Return a free way of straight moves, shape (m, k). None: none was found.
 
-        Parameters
-        ----------
-        start, end : shape (k,). Clear states, rad and mm.
+        `start`, `end`: shape (k,). Clear states, rad and mm.
         """
         ends = [self._known(q * self.scale) for q in (start, end)]
         self._link(np.array(ends), FIRST_LINKS)

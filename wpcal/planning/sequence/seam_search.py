@@ -31,16 +31,11 @@ from wpcal.robot.kinematics.branch_path import Broken, continue_branch
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.opw import BRANCHES
 
-MOST_CANDIDATES = 6
-"""Kept per seam: the order of seams chooses among them."""
-POSES_AT_ONCE = 8192
-"""Poses whose joints are solved together: 3 MB of joints."""
-TRIED = 6
-"""Branches and positions of the external axes that are climbed per batch."""
-CLIMBS = 12
-"""How often a ladder is climbed again after a state of its way was found to be unusable."""
-TILTED_AXES = 24
-"""Positions of the external axes that are tried with the torch off its target angles."""
+MOST_CANDIDATES = 6  #: Kept per seam: the order of seams chooses among them.
+POSES_AT_ONCE = 8192  #: Poses whose joints are solved together: 3 MB of joints.
+TRIED = 6  #: Branches and positions of the external axes that are climbed per batch.
+CLIMBS = 12  #: How often a ladder is climbed again after a state of its way was found to be unusable.
+TILTED_AXES = 24  #: Positions of the external axes that are tried with the torch off its target angles.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,12 +58,7 @@ class SeamSearch:
     def whole(
         self, task: SeamTask, most_axes: int | None = None, tilts: Sequence[bool] = (False, True)
     ) -> list[Candidate]:
-        """Return ways to weld a whole seam, the most promising first; empty if none was found.
-
-        Parameters
-        ----------
-        most_axes : Positions of the external axes that are tried; by default all.
-        """
+        """Return ways to weld a whole seam, the most promising first; empty if none was found."""
         axes = external_axes(self.cell, task, self.targets).first(most_axes)
         for tilted in tilts:
             poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
@@ -124,14 +114,9 @@ class SeamSearch:
     def states(self, task: SeamTask, poses: TorchPoses, values: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the joints of all branches at poses of the torch, for C positions of the external axes.
 
-        Parameters
-        ----------
-        values : shape (C, 2, k - 6). External axes at the start and at the end of the seam.
-
-        Returns
-        -------
-        joints : ndarray, shape (C, m, K, 8, 6). rad; NaN where a branch does not reach.
-        usable : ndarray of bool, shape (C, m, K, 8). Within limits, regular, and the torch free of the part.
+        `values`: shape (C, 2, k - 6). External axes at the start and at the end of the seam.
+        Returns `joints`: ndarray, shape (C, m, K, 8, 6). rad; NaN where a branch does not reach.
+        Returns `usable`: ndarray of bool, shape (C, m, K, 8). Within limits, regular, and the torch free of the part.
         """
         m, K = poses.is_free.shape
         along = np.repeat(values_along(values, task, poses.rungs), K, axis=1)
@@ -216,14 +201,9 @@ class SeamSearch:
     ) -> tuple[FloatArray, int | None]:
         """Return all axes along the first points of a seam, and the first point that cannot be welded so.
 
-        Parameters
-        ----------
-        angles : shape (n, 3). Work, travel and spin at its first n points, rad.
-        values : shape (2, k - 6). External axes at the start and at the end of the seam.
-
-        Returns
-        -------
-        q : ndarray, shape (n, k). rad and mm; up to the point before the returned one.
+        `angles`: shape (n, 3). Work, travel and spin at its first n points, rad.
+        `values`: shape (2, k - 6). External axes at the start and at the end of the seam.
+        Returns `q`: ndarray, shape (n, k). rad and mm; up to the point before the returned one.
         """
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
@@ -246,10 +226,8 @@ class SeamSearch:
     def candidate(self, task: SeamTask, angles: FloatArray, q: FloatArray, branch: int) -> Candidate:
         """Return a way with what is said about it.
 
-        Parameters
-        ----------
-        angles : shape (n, 3). Work, travel and spin, rad.
-        q : shape (n, k). All axes, rad and mm.
+        `angles`: shape (n, 3). Work, travel and spin, rad.
+        `q`: shape (n, k). All axes, rad and mm.
         """
         R_world_part = self.cell.part_places(q)[:, :3, :3]
         off = float(self.targets.off_position(product(R_world_part, task.R)).max())

@@ -85,13 +85,7 @@ class SeamTask:
 def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> SeamTask:
     """Return a seam with points between those of the file where they are far apart.
 
-    Parameters
-    ----------
-    seam : With frames in `part`.
-
-    Raises
-    ------
-    InputError : When it is given in another frame, or has fewer than two points.
+    Raises `InputError` when it is given in another frame, or has fewer than two points.
     """
     frames = seam.frames
     if frames.frame != "part" or len(frames) < 2:

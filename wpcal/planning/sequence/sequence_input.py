@@ -27,8 +27,7 @@ from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
 
 SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
-OFF_PART_MM = 10.0
-"""A seam is this far from the box of its part at most: half of a wide gap."""
+OFF_PART_MM = 10.0  #: A seam is this far from the box of its part at most: half of a wide gap.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,9 +73,7 @@ class SequenceInput:
     def placed(self, cell: Cell) -> Cell:
         """Return the cell with the part where the robot found it, or as the cell says.
 
-        Raises
-        ------
-        InputError : When neither is known.
+        Raises `InputError` when neither is known.
         """
         found = cell if self.T_base_part is None else cell.with_touched_part(self.T_base_part)
         _ = found.T_part  # refuses a part whose place is not known
@@ -105,9 +102,7 @@ class SequenceInput:
     def with_welds(self, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float) -> SequenceInput:
         """Return the same with weld data: every bead, stretch and tack weld is planned as a seam of its own.
 
-        Raises
-        ------
-        InputError : As `wpcal.weld.runs.chosen_runs` does.
+        Raises `InputError` as `wpcal.weld.runs.chosen_runs` does.
         """
         seams = [(each.seam, welds[each.name], each.u95_mm) for each in self.seams]
         runs = chosen_runs(seams, choice, speed_mm_s)
@@ -118,11 +113,6 @@ def read_sequence_input(
     result: Path, cell: Cell, names: Sequence[str] | None = None, *, part_glb: bytes | None = None
 ) -> SequenceInput:
     """Read what is to be welded.
-
-    Parameters
-    ----------
-    cell : Its robot must have the robot space in which frames in `base` were calibrated.
-    part_glb : Triangles of the part; by default ``part.glb`` beside the seams, if it is there.
 
     Raises
     ------

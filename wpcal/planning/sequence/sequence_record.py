@@ -19,8 +19,7 @@ from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, Wel
 from wpcal.seam.path.position import weld_rotation, weld_slope
 
 SEQUENCE_SCHEMA = "wpcal/weld-sequence/1"
-CSV_DIGITS = 10
-"""Significant digits of the table: 1e-8 degrees."""
+CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
 
 
 def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mapping[str, str]) -> dict[str, Any]:

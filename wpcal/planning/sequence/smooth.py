@@ -30,17 +30,13 @@ MOTION = 10.0
 """Degrees of the torch off its targets that a joint rate of one degree per mm costs, as the balanced choice of ways."""
 KEEP_OFF_RAD = math.radians(0.5)
 """Limits count from this far inside, so that a path that a squared penalty holds back stays within them."""
-STIFFNESS = 30.0
-"""Weight of an excess over a limit: far above that of a deviation."""
-SPIN_PULL = 1e-3
-"""Weight of a spin away from that of the ladder: where it moves no joint, it stays."""
-STEP_RAD = 1e-5
-"""Of central differences: the error of the closed-form inverse is about 1e-12 rad."""
+STIFFNESS = 30.0  #: Weight of an excess over a limit: far above that of a deviation.
+SPIN_PULL = 1e-3  #: Weight of a spin away from that of the ladder: where it moves no joint, it stays.
+STEP_RAD = 1e-5  #: Of central differences: the error of the closed-form inverse is about 1e-12 rad.
 CLEARLY_LESS, LEAST_GAIN_RAD_MM = 0.95, math.radians(0.03)
 """The torch leaves its targets for at most this part of the joint motion at them, and for this much less at least: at a
 usual speed of 6 mm/s it is 0.2 degrees per second."""
-SHARES = (1.0, 0.5, 0.25)
-"""Parts of the change that are tried, until the way is clear."""
+SHARES = (1.0, 0.5, 0.25)  #: Parts of the change that are tried, until the way is clear.
 STRAIGHT_RAD = math.radians(0.1)
 """A seam whose frames turn by less is straight: its angles are even from its start to its end."""
 

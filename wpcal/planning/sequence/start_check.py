@@ -14,16 +14,13 @@ from wpcal.planning.cell.shape import JOINTS
 
 ON_FLOOR_MM = 1.0
 """A part that lies on the floor may be so far in it: corners of triangles, and touched points, are not exact."""
-STEP_RAD = math.radians(15.0)
-"""Of the axes in which another home is looked for."""
+STEP_RAD = math.radians(15.0)  #: Of the axes in which another home is looked for.
 
 
 def require_sound_start(cell: Cell, clearance: OneRobotClearance) -> None:
     """Refuse a cell that no plan can start from.
 
-    Raises
-    ------
-    InputError : When the part is through the floor, or home is in collision: with a change that was tried.
+    Raises `InputError` when the part is through the floor, or home is in collision: with a change that was tried.
     """
     _require_above_floor(cell, clearance)
     found = clearance.margins(cell.home[None])

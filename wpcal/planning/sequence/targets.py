@@ -22,15 +22,13 @@ from wpcal.core.motion import (
 from wpcal.core.options import opt, opt_deg
 from wpcal.seam.path.position import weld_rotation, weld_slope
 
-SIDE_RAD = math.radians(45.0)
-"""Rotation of a horizontal fillet (PB)."""
+SIDE_RAD = math.radians(45.0)  #: Rotation of a horizontal fillet (PB).
 
 
 class WeldPosition(Enum):
     """Which weld position is asked for (ISO 6947)."""
 
-    FLAT = "flat"
-    """PA, PB or between."""
+    FLAT = "flat"  #: PA, PB or between.
     PA = "PA"
     PB = "PB"
     ANY = "any"
@@ -39,23 +37,18 @@ class WeldPosition(Enum):
 class WeldOrder(Enum):
     """In which order seams are welded."""
 
-    TIME = "time"
-    """The shortest way between them."""
-    LISTED = "listed"
-    """As the file lists them."""
+    TIME = "time"  #: The shortest way between them.
+    LISTED = "listed"  #: As the file lists them.
     SKIP = "skip"
     """Each seam far from the two before it: heat and shrinkage are spread, and opposite seams follow one another."""
-    PAIRS = "pairs"
-    """Each seam, then the one opposite: both pull the part the other way."""
+    PAIRS = "pairs"  #: Each seam, then the one opposite: both pull the part the other way.
 
 
 @dataclass(frozen=True, slots=True)
 class SequenceTargets:
     """Targets of all seams.
 
-    Raises
-    ------
-    InputError : When a number is not positive or too large.
+    Raises `InputError` when a number is not positive or too large.
     """
 
     position: WeldPosition = opt(

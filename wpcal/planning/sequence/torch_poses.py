@@ -17,8 +17,7 @@ from wpcal.planning.cell.part_capsules import tool_capsules
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 
-SPINS = 16
-"""Turns about the wire that are tried: the torch body reaches every side of the seam within 11 degrees."""
+SPINS = 16  #: Turns about the wire that are tried: the torch body reaches every side of the seam within 11 degrees.
 TILTS = (0.0, 0.5, -0.5, 1.0, -1.0)
 """Deviations of the work and of the travel angle that are tried, in parts of their range."""
 
@@ -45,10 +44,8 @@ def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> Fl
 def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArray:
     """Return ``T_part_tool``, shape (n, 4, 4), mm.
 
-    Parameters
-    ----------
-    rows : shape (n,). Its points.
-    angles : shape (n, 3). Work, travel and spin, rad.
+    `rows`: shape (n,). Its points.
+    `angles`: shape (n, 3). Work, travel and spin, rad.
     """
     coordinates = np.zeros((len(rows), COORDINATES))
     coordinates[:, [WORK, TRAVEL, SPIN]] = angles

@@ -11,11 +11,9 @@ from scipy.stats import wilcoxon
 
 from wpcal.core.arrays import FloatArray
 
-LEAST_TEST_POSES = 7
-"""Below seven poses even a gain in every one of them has a chance of 2⁻⁶ or more to be luck."""
+LEAST_TEST_POSES = 7  #: Below seven poses even a gain in every one of them has a chance of 2⁻⁶ or more to be luck.
 
-CHANCE = 0.01
-"""A gain on the test poses counts when luck alone would show it once in a hundred times or less."""
+CHANCE = 0.01  #: A gain on the test poses counts when luck alone would show it once in a hundred times or less.
 
 LARGEST_LEFT_DEG = 2.0
 """The same for orientations: identified arms leave hundredths of a degree, and a probe that slipped leaves degrees."""
@@ -90,10 +88,8 @@ def judge(before: FloatArray, after: FloatArray, *, changes: Mapping[str, tuple[
 
     Positions must become better. Orientations, where measured, must not become worse.
 
-    Parameters
-    ----------
-    before, after : shape (N, 3 or 6). Errors of the nominal and of the identified arm, as `pose_errors` gives them.
-    changes : Change of each link parameter, mm or rad, and whether it is a length.
+    `before`, `after`: shape (N, 3 or 6). Errors of the nominal and of the identified arm, as `pose_errors` gives them.
+    `changes`: Change of each link parameter, mm or rad, and whether it is a length.
     """
     gain = distances_mm(before) - distances_mm(after)
     left = float(np.sqrt(np.mean(distances_mm(after) ** 2)))

@@ -28,17 +28,14 @@ pose error then have one size, since an angle off at a joint moves the flange by
 EXPECTED_MM, EXPECTED_RAD = 2.0, float(np.deg2rad(0.2))
 """Expected errors of a length and an angle: the largest of the paper's Table 2."""
 
-BOUND_FACTOR = 3.0
-"""Bounds are this multiple of the expected error (§2.1)."""
+BOUND_FACTOR = 3.0  #: Bounds are this multiple of the expected error (§2.1).
 
 
 class PoseFitness:
     """Sum over the poses of ``sqrt(|Δp|² + (L |Δrpy|)²)`` for many sets of link parameters at once (eq. 7).
 
-    Parameters
-    ----------
-    parameters : Link parameters: the coordinates of a state, as corrections in mm and rad.
-    theta : shape (N, n). Model angles, rad.
+    `parameters`: Link parameters: the coordinates of a state, as corrections in mm and rad.
+    `theta`: shape (N, n). Model angles, rad.
     """
 
     def __init__(
@@ -106,9 +103,7 @@ def solve_genetic_tabu(
 ) -> GeneticTabuFit:
     """Identify link parameters by a genetic algorithm and tabu search.
 
-    Parameters
-    ----------
-    theta : ndarray, shape (N, n)
+    `theta`: ndarray, shape (N, n).
     """
     fitness = PoseFitness(start, parameters, theta, observations)
     width = BOUND_FACTOR * np.where([p.is_length for p in parameters], expected_mm, expected_rad)

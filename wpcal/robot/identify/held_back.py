@@ -10,16 +10,13 @@ from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.robot.identify.observations import PoseObservations
 
-TEST_SHARE = 20 / 70
-"""Share of the poses kept back for the test: the paper's 20 of 70."""
+TEST_SHARE = 20 / 70  #: Share of the poses kept back for the test: the paper's 20 of 70.
 
 
 def split_poses(observations: PoseObservations, test: BoolArray | None, seed: int) -> tuple[IntArray, IntArray]:
     """Return the rows to fit and the rows to keep back; reflectors of one pose stay together.
 
-    Parameters
-    ----------
-    test : shape (N,). Rows to keep back; drawn with the seed unless given.
+    `test`: shape (N,). Rows to keep back; drawn with the seed unless given.
     """
     if test is not None:
         return np.flatnonzero(~test), np.flatnonzero(test)
@@ -34,9 +31,7 @@ def split_poses(observations: PoseObservations, test: BoolArray | None, seed: in
 def fold_rows(observations: PoseObservations, folds: int, seed: int) -> Iterator[IntArray]:
     """Yield the rows of each fold; as many folds as poses leave one out at a time.
 
-    Raises
-    ------
-    InputError : When there are fewer than two folds, or more folds than poses.
+    Raises `InputError` when there are fewer than two folds, or more folds than poses.
     """
     poses = observations.poses
     count = int(poses.max()) + 1
@@ -52,13 +47,8 @@ def without_rows(
 ) -> tuple[PoseObservations, BoolArray | None]:
     """Return the measurements without some lines of their file.
 
-    Parameters
-    ----------
-    test : shape (N,). Rows to keep back.
-
-    Raises
-    ------
-    InputError : When a line holds no measured pose.
+    `test`: shape (N,). Rows to keep back.
+    Raises `InputError` when a line holds no measured pose.
     """
     unknown = sorted(set(lines) - set(observations.rows))
     if unknown:

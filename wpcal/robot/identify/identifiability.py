@@ -57,9 +57,7 @@ class Unseen:
 def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> FloatArray:
     """Scale a Jacobian to standard deviations and weights, and stack its rows, shape (6 N, m) or (3 N, m).
 
-    Parameters
-    ----------
-    J : shape (N, 6, m). Derivatives of the poses: turn (rad), then position (mm).
+    `J`: shape (N, 6, m). Derivatives of the poses: turn (rad), then position (mm).
     """
     sigmas = np.repeat([noise.sigma_rad, noise.sigma_mm], 3)[:, None]
     rows = J / sigmas if observations.has_orientations else J[:, 3:] / sigmas[3:]
@@ -75,9 +73,7 @@ def split_determined(
 ) -> tuple[tuple[Parameter, ...], tuple[Unseen, ...]]:
     """Split parameters into those the measurements determine and the others.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles, rad.
+    `theta`: shape (N, n). Model angles, rad.
     """
     J = whitened(model.jacobian(parameters, theta, observations.reflector), observations, TRACKER)
     norms = np.linalg.norm(J, axis=0)

@@ -22,11 +22,9 @@ STRONG_CORRELATION = 0.95
 """Pairs of parameters above this are reported by name: their sum or difference is known three times worse than the
 other combination at 0.8 and six times at 0.95."""
 
-NOISE_ROUNDS = 6
-"""Rounds of fit and noise estimate; the ratio of the two settles within three or four."""
+NOISE_ROUNDS = 6  #: Rounds of fit and noise estimate; the ratio of the two settles within three or four.
 
-ABSORBED_DRAWS = 64
-"""Draws of the errors of unseen parameters: their spread is then known to a tenth."""
+ABSORBED_DRAWS = 64  #: Draws of the errors of unseen parameters: their spread is then known to a tenth.
 
 NOISE_SETTLED = 0.02
 """A change of the ratio of the two noises by less than 2 % moves no parameter by a visible part of its spread."""
@@ -105,15 +103,13 @@ def solve_least_squares(
     Minimises :math:`\sum_i |\Delta p_i|^2/\sigma_p^2 + |\Delta\omega_i|^2/\sigma_\omega^2` over the parameters, with
     Δω the rotation vector from the modelled to the measured orientation.
 
+    Raises `GeometryError` when there are not more measured numbers than parameters that they determine.
+
     Parameters
     ----------
     parameters : sequence of Parameter
         What may change; where some cannot be told from others, earlier ones are kept and later ones stay fixed.
     theta : shape (N, n). Model angles of the rows, rad.
-
-    Raises
-    ------
-    GeometryError : When there are not more measured numbers than parameters that they determine.
 
     Notes
     -----
@@ -152,9 +148,7 @@ def assess(
 ) -> LeastSquaresFit:
     """Report rank, covariance and noise at a model that another solver found; nothing is moved.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
+    `theta`: shape (N, n). Model angles of the rows, rad.
     """
     found = evaluate(model, parameters, theta, observations, noise or TRACKER)
     if noise is None:
@@ -176,13 +170,8 @@ def absorbed_errors(
     poses stay the same. Random true values are drawn and followed by one Gauss-Newton step: the first-order change and
     what is left of it at second order, since an offset of 1 mm at 95 mm already turns an axis by 0.6 degrees.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
-
-    Returns
-    -------
-    ndarray, shape (m,). Root mean square, mm and rad; zero where nothing is absorbed.
+    `theta`: shape (N, n). Model angles of the rows, rad.
+    Returns ndarray, shape (m,). Root mean square, mm and rad; zero where nothing is absorbed.
     """
     if not fit.unseen:
         return np.zeros(len(fit.parameters))
@@ -209,14 +198,9 @@ def clustered_covariance(J: FloatArray, r: FloatArray, observations: PoseObserva
     takes the place of the noise: :math:`V = A \left(\sum_g J_g^\top u_g u_g^\top J_g\right) A` with
     :math:`A = (J^\top J)^{-1}` and the deleted residuals :math:`u_g = (I - H_{gg})^{-1} r_g` of each pose.
 
-    Parameters
-    ----------
-    J : shape (M, m). Whitened.
-    r : shape (M,). Whitened.
-
-    Returns
-    -------
-    covariance : ndarray, shape (m, m)
+    `J`: shape (M, m). Whitened.
+    `r`: shape (M,). Whitened.
+    Returns `covariance`: ndarray, shape (m, m).
 
     References
     ----------

@@ -16,9 +16,7 @@ from wpcal.core.errors import InputError
 class PoseObservations:
     """N measurements: joint angles, a measured position, and where the tracker gives it an orientation.
 
-    Raises
-    ------
-    InputError : When shapes differ, a value is not finite, or orientations come with more than one reflector.
+    Raises `InputError` when shapes differ, a value is not finite, or orientations come with more than one reflector.
     """
 
     joints: FloatArray  #: shape (N, n). Joint angles as the controller shows them, rad.
@@ -78,18 +76,14 @@ class PoseObservations:
     def weighted(self, weights: ArrayLike) -> PoseObservations:
         """Return the same measurements with other weights.
 
-        Parameters
-        ----------
-        weights : array_like, shape (N,)
+        `weights`: array_like, shape (N,).
         """
         return replace(self, weights=np.asarray(weights, dtype=np.float64))
 
     def select(self, indices: Sequence[int] | ArrayLike) -> PoseObservations:
         """Return some of the measurements.
 
-        Parameters
-        ----------
-        indices : shape (k,). Rows, in the order wanted.
+        `indices`: shape (k,). Rows, in the order wanted.
         """
         i = np.asarray(indices, dtype=np.int64)
         return PoseObservations(

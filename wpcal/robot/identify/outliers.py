@@ -27,8 +27,7 @@ from wpcal.robot.identify.least_squares import LeastSquaresFit
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.pose_residuals import evaluate
 
-FALSE_ALARM = 0.01
-"""Share of clean files in which a pose is named: the tests of all poses together (Bonferroni)."""
+FALSE_ALARM = 0.01  #: Share of clean files in which a pose is named: the tests of all poses together (Bonferroni).
 
 LARGEST_SHARE = 0.1
 """At most this share of the poses is named; more of them are not outliers but another kind of noise."""
@@ -58,10 +57,8 @@ class OutlierPose:
 def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tuple[IntArray, FloatArray]:
     """Return how likely normal noise makes a pose stand out as each does.
 
-    Returns
-    -------
-    poses : ndarray of int, shape (G,). The poses with weight one.
-    chances : ndarray, shape (G,). The probability of an F as large, for one pose.
+    Returns `poses`: ndarray of int, shape (G,). The poses with weight one.
+    Returns `chances`: ndarray, shape (G,). The probability of an F as large, for one pose.
     """
     block = np.repeat(observations.poses, 6 if observations.has_orientations else 3)
     full = np.repeat(observations.weights, 6 if observations.has_orientations else 3) == 1.0
@@ -85,10 +82,8 @@ def find_outliers(
 ) -> tuple[IntArray, LeastSquaresFit]:
     """Find the poses that the others contradict, worst first.
 
-    Returns
-    -------
-    poses : ndarray of int, shape (k,)
-    without : LeastSquaresFit. The fit in which these poses have no weight.
+    Returns `poses`: ndarray of int, shape (k,).
+    Returns `without`: LeastSquaresFit. The fit in which these poses have no weight.
     """
     count, seen = len(np.unique(observations.poses)), observations
     named: list[int] = []
@@ -107,11 +102,9 @@ def find_outliers(
 def huber_weights(distances: FloatArray, poses: IntArray, named: IntArray) -> FloatArray:
     """Return the weights of rows: one, and less for the rows of named poses, shape (N,).
 
-    Parameters
-    ----------
-    distances : shape (N,). Root mean square of the whitened residuals of each row, in a fit without the named poses.
-    poses : shape (N,). The pose of each row.
-    named : ndarray of int, shape (k,)
+    `distances`: shape (N,). Root mean square of the whitened residuals of each row, in a fit without the named poses.
+    `poses`: shape (N,). The pose of each row.
+    `named`: ndarray of int, shape (k,).
     """
     weights = np.ones(len(poses))
     for pose in named:
@@ -124,9 +117,7 @@ def huber_weights(distances: FloatArray, poses: IntArray, named: IntArray) -> Fl
 def unexpected_poses(fit: LeastSquaresFit, theta: FloatArray, observations: PoseObservations) -> list[int]:
     """Return the poses, among some that were not fitted, that the fit does not expect.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
+    `theta`: shape (N, n). Model angles of the rows, rad.
     """
     at = evaluate(fit.model, fit.parameters, theta, observations, fit.noise)
     block = np.repeat(observations.poses, len(at.r) // len(observations))

@@ -19,8 +19,7 @@ from wpcal.robot.kinematics.forward import Frames, LinkMotion, cross, start_fram
 POSE_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 """Six numbers of a base or tool: shift of its origin (mm), then turn about its origin (rad)."""
 
-LENGTH_SYMBOLS = frozenset({"d", "a", "x", "y", "z"})
-"""Symbols measured in mm; all others are angles in rad."""
+LENGTH_SYMBOLS = frozenset({"d", "a", "x", "y", "z"})  #: Symbols measured in mm; all others are angles in rad.
 
 
 class Group(Enum):
@@ -84,9 +83,7 @@ def reflector_parameters(names: Sequence[str]) -> tuple[Parameter, ...]:
 def parameters_by_name(chain: MDHChain, names: Sequence[str]) -> tuple[Parameter, ...]:
     """Return link parameters by name; any of the five symbols of any link may be asked for.
 
-    Raises
-    ------
-    InputError : When a name is unknown or comes twice.
+    Raises `InputError` when a name is unknown or comes twice.
     """
     known = {f"{s}{i + 1}": Parameter(f"{s}{i + 1}", Group.LINK, s, i) for s in LINK_SYMBOLS for i in range(len(chain))}
     for name in names:
@@ -135,9 +132,7 @@ class KinematicModel:
     def moved(self, parameters: Sequence[Parameter], step: ArrayLike) -> KinematicModel:
         """Return the model with a step added to its parameters; rotations compose on the left of R.
 
-        Parameters
-        ----------
-        step : shape (m,). mm and rad.
+        `step`: shape (m,). mm and rad.
         """
         table = self.chain.table.copy()
         base, tool = np.zeros(6), np.zeros(6)

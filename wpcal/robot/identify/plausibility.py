@@ -25,8 +25,7 @@ LARGEST_NOMINAL_MM = 20.0
 LARGEST_NOMINAL_DEG = 10.0
 """The same for orientations; a joint zero may be off by some degrees after a crash, and the others are not."""
 
-EXPLAINS = 0.2
-"""A slip is named when correcting it leaves less than this share of the residual."""
+EXPLAINS = 0.2  #: A slip is named when correcting it leaves less than this share of the residual.
 
 LENGTH_UNITS = {"metres": 1000.0, "inches": 25.4, "centimetres": 10.0}
 """Units that positions come in by mistake, and how many mm they have."""
@@ -37,14 +36,9 @@ def require_plausible(
 ) -> None:
     """Refuse measurements that the nominal arm cannot have produced.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
-
-    Raises
-    ------
-    UnitError : When positions are in metres, inches or centimetres, or angles in radians.
-    InputError : When orientations are given in another convention, or belong to other poses.
+    `theta`: shape (N, n). Model angles of the rows, rad.
+    Raises `UnitError` when positions are in metres, inches or centimetres, or angles in radians.
+    Raises `InputError` when orientations are given in another convention, or belong to other poses.
     """
 
     def residuals(changed: PoseObservations) -> tuple[float, float]:

@@ -23,8 +23,7 @@ quadratically the next one would be round-off. Below 1e-7 the sum of squares no 
 ROUND_OFF_MM = 1e-11
 """... or by less than the round-off of positions metres away, where simulated noise is smaller than any real one."""
 
-FIRST_DAMPING = 1e-6
-"""Nominal parameters are so near the true ones that nearly undamped steps converge."""
+FIRST_DAMPING = 1e-6  #: Nominal parameters are so near the true ones that nearly undamped steps converge.
 
 LEAST_MM, LEAST_RAD = 1e-6, 1e-9
 """Noise is never taken as smaller: no instrument is better, and simulated poses without noise have none to estimate."""
@@ -65,9 +64,7 @@ def evaluate(
 ) -> Minimum:
     """Return residuals and Jacobian at a model; nothing is moved.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
+    `theta`: shape (N, n). Model angles of the rows, rad.
     """
     problem = _PoseProblem(parameters, theta, observations, noise)
     at = problem.at(model)
@@ -83,9 +80,7 @@ def minimise(
 ) -> Minimum:
     """Find the parameters with the least sum of squared residuals, each divided by its noise.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
+    `theta`: shape (N, n). Model angles of the rows, rad.
     """
     problem = _PoseProblem(parameters, theta, observations, noise)
     still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * float(np.sqrt(observations.equations))

@@ -27,8 +27,7 @@ SETS = ("train", "test")
 RADIANS_BELOW = 2.0 * np.pi
 """Angles that all stay below this number look like radians: no joint of a set of poses moves by six degrees only."""
 
-LEAST_TURN_DEG = 1e-3
-"""Rows with all joints closer than this are one pose: joint sensors resolve about as much."""
+LEAST_TURN_DEG = 1e-3  #: Rows with all joints closer than this are one pose: joint sensors resolve about as much.
 
 LIMIT_SLACK_DEG = 1.0
 """A joint shown this far beyond its limit is the data sheet's rounding; further off, sign or zero are wrong."""
@@ -37,9 +36,7 @@ LIMIT_SLACK_DEG = 1.0
 def read_poses(path: Path, arm: Arm) -> tuple[PoseObservations, BoolArray | None]:
     """Read ``q1_deg…qn_deg,x_mm,y_mm,z_mm[,qx,qy,qz,qw | rx_deg,ry_deg,rz_deg][,reflector][,set]``.
 
-    Returns
-    -------
-    test : ndarray of bool, shape (N,), or None. Rows of the set ``test``; None where the file does not say.
+    Returns `test`: ndarray of bool, shape (N,), or None. Rows of the set ``test``; None where the file does not say.
 
     Raises
     ------
@@ -115,10 +112,8 @@ def _refuse_twice(table: Table, joints: FloatArray, reflector: np.ndarray[tuple[
 def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArray, list[dict[str, str]]]:
     """Read ``name,q1_deg…qn_deg[, other columns]``: joint angles taught with the robot.
 
-    Returns
-    -------
-    joints : ndarray, shape (N, n). Shown angles, rad.
-    others : list of dict. The other cells of each row (``feature``, ``use``), to be passed on.
+    Returns `joints`: ndarray, shape (N, n). Shown angles, rad.
+    Returns `others`: list of dict. The other cells of each row (``feature``, ``use``), to be passed on.
 
     Raises
     ------
@@ -151,11 +146,9 @@ def corrected_table(
 
     ``rx_deg,ry_deg,rz_deg`` follow if the postures are given and no column that is passed on says them.
 
-    Parameters
-    ----------
-    points : shape (N, 3). In the base, mm; written to 1e-6 mm.
-    tcp_bias_mm : Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
-    postures : shape (N, 3, 3). The axes of the tool in the base, as columns.
+    `points`: shape (N, 3). In the base, mm; written to 1e-6 mm.
+    `tcp_bias_mm`: Error of the tool centre point that all points share (95 %), mm; the column is left out at zero.
+    `postures`: shape (N, 3, 3). The axes of the tool in the base, as columns.
     """
     rest = list(others[0]) if others else []
     columns: tuple[str, ...] = ()
@@ -173,9 +166,7 @@ def corrected_table(
 def plan_table(arm: Arm, joints: FloatArray) -> str:
     """Return the CSV of planned poses: joint angles, and the nominal flange position, to place the instrument.
 
-    Parameters
-    ----------
-    joints : shape (N, n). Shown joint angles, rad.
+    `joints`: shape (N, n). Shown joint angles, rad.
     """
     rows = [[*(f"q{i + 1}_deg" for i in range(joints.shape[1])), "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"]]
     for q, p in zip(np.rad2deg(joints), arm.forward(joints)[:, :3, 3], strict=True):
@@ -188,9 +179,7 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
 
     No text is the flange itself.
 
-    Raises
-    ------
-    InputError : When the text is not three or six finite numbers, or the file is not one of `wpcal tcp`.
+    Raises `InputError` when the text is not three or six finite numbers, or the file is not one of `wpcal tcp`.
     """
     if text is None:
         return RigidTransform.identity(target="flange", source="tool"), None
@@ -216,10 +205,7 @@ def parse_tool(text: str | None) -> tuple[RigidTransform, float | None]:
 def parse_rows(text: str) -> tuple[int, ...]:
     """Return line numbers from a text like ``57,58``.
 
-    Raises
-    ------
-    InputError
-        When one of them is not a whole number.
+    Raises `InputError` when one of them is not a whole number.
     """
     try:
         return tuple(parse_whole_number(cell) for cell in text.split(","))

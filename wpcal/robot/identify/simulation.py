@@ -38,10 +38,8 @@ def simulate_poses(
 ) -> PoseObservations:
     """Return what an instrument measures of an arm whose links are off by `errors`.
 
-    Parameters
-    ----------
-    errors : shape (m,). Real minus nominal value of its `link_parameters`, mm and rad.
-    joints : shape (N, n). Shown angles, rad.
+    `errors`: shape (m,). Real minus nominal value of its `link_parameters`, mm and rad.
+    `joints`: shape (N, n). Shown angles, rad.
     """
     q = np.asarray(joints, dtype=np.float64)
     real = KinematicModel(arm.chain).moved(link_parameters(arm.chain), errors)

@@ -139,18 +139,14 @@ class Arm:
     def angles_from_pulses(self, pulses: ArrayLike) -> FloatArray:
         """Return shown angles (rad) for encoder pulses, shape (..., n).
 
-        Raises
-        ------
-        InputError : When the arm's file does not state the pulses per degree of every joint.
+        Raises `InputError` when the arm's file does not state the pulses per degree of every joint.
         """
         return np.deg2rad(np.asarray(pulses, dtype=np.float64) / self._pulses_per_deg())
 
     def pulses_from_angles(self, q: ArrayLike) -> FloatArray:
         """Return encoder pulses, rounded to whole ones, for shown angles (rad), shape (..., n).
 
-        Raises
-        ------
-        InputError : When the arm's file does not state the pulses per degree of every joint.
+        Raises `InputError` when the arm's file does not state the pulses per degree of every joint.
         """
         return np.asarray(np.rint(np.rad2deg(q) * self._pulses_per_deg()), dtype=np.float64)
 
@@ -182,10 +178,8 @@ def arm_frames(
 ) -> Iterator[Frames]:
     """Yield the base, the frames after all links but the last, and the flange of an arm, in `world`.
 
-    Parameters
-    ----------
-    joints : shape (n, k). Shown angles, rad.
-    shift_mm : shape (3, n). How far the base is from `T_world_base`, in `world`, mm.
+    `joints`: shape (n, k). Shown angles, rad.
+    `shift_mm`: shape (3, n). How far the base is from `T_world_base`, in `world`, mm.
     """
     moved = 0.0 if shift_mm is None else shift_mm
     base = start_frames(T_world_base, 1)

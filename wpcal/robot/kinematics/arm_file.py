@@ -34,10 +34,8 @@ def _folder() -> resources.abc.Traversable:
 def find_arm(name_or_path: str) -> Arm:
     """Return a shipped arm by name (``mh6``), or read an arm file or a URDF file.
 
-    Raises
-    ------
-    InputError : When it is neither a shipped name nor a file; the message lists the names.
-    FormatError : When the file breaks the format.
+    Raises `InputError` when it is neither a shipped name nor a file; the message lists the names.
+    Raises `FormatError` when the file breaks the format.
 
     Notes
     -----
@@ -57,10 +55,8 @@ def find_arm(name_or_path: str) -> Arm:
 def read_arm(path: Path) -> Arm:
     """Read an arm file.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When a field is missing or wrong, or the numbers of links and joints differ.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when a field is missing or wrong, or the numbers of links and joints differ.
     """
     record = read_json(path, schema=ARM_SCHEMA)
     try:

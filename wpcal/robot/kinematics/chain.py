@@ -23,9 +23,7 @@ class MDHChain:
 
     ``T_base_flange = T_base_dh0 · link 1 · … · link n · T_dhn_flange``.
 
-    Raises
-    ------
-    InputError : When lengths differ, a value is not finite, or the last link is marked parallel to a next one.
+    Raises `InputError` when lengths differ, a value is not finite, or the last link is marked parallel to a next one.
     """
 
     #: `theta`, `d`, `a`, `alpha`, `beta`: shape (n,). Offset of the joint angle (rad), distance along z (mm) and along

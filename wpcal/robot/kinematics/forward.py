@@ -75,7 +75,6 @@ def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMo
 
     Parameters
     ----------
-    start : The frame before the first link.
     table : ndarray, shape (5, n, ...)
         Link parameters in the order of `LINK_SYMBOLS`; axes after the second broadcast with those of `theta`.
     theta : shape (n, ...). Joint angles without the offsets of the table, rad.
@@ -113,9 +112,7 @@ def chain_frames(chain: MDHChain, theta: ArrayLike) -> Frames:
 def forward_kinematics(chain: MDHChain, theta: ArrayLike) -> FloatArray:
     """Return the flange poses ``T_base_flange``, shape (N, 4, 4). Homogeneous matrices, mm.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Joint angles of the model without its offsets, rad.
+    `theta`: shape (N, n). Joint angles of the model without its offsets, rad.
 
     References
     ----------

@@ -22,11 +22,9 @@ NEWTON_STEPS = 12
 """An identified arm is off its nominal one by millimetres: three steps reach round-off, next to a straight wrist a few
 more; beyond twelve a pose is at a singularity and does not get there."""
 
-NEWTON_MM = 1e-9
-"""A pose is met when its origin is this close (three orders above the round-off of a metre) ..."""
+NEWTON_MM = 1e-9  #: A pose is met when its origin is this close (three orders above the round-off of a metre) ...
 
-NEWTON_RAD = 1e-12
-"""... and its axes are: at arm's length the same distance."""
+NEWTON_RAD = 1e-12  #: ... and its axes are: at arm's length the same distance.
 
 START_BEND = 0.2
 """Sine of the elbow angle below which Newton steps start from this bend: an arm of a metre that is really some
@@ -52,13 +50,8 @@ def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
     An arm of the OPW family has a closed form. An identified arm is no longer exactly of the family: the closed form
     of its nominal chain is followed by Newton steps with its own Jacobian.
 
-    Parameters
-    ----------
-    T_base_flange : shape (N, 4, 4). Flange poses in the base, mm.
-
-    Raises
-    ------
-    GeometryError : When the nominal chain is not of the family.
+    `T_base_flange`: shape (N, 4, 4). Flange poses in the base, mm.
+    Raises `GeometryError` when the nominal chain is not of the family.
     """
     T = _as_poses(T_base_flange)
     nominal = arm.as_nominal().chain
@@ -115,14 +108,9 @@ def _pose_error(chain: MDHChain, T: FloatArray, theta: FloatArray) -> FloatArray
 def turn_into_limits(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray:
     """Add whole turns so that every angle is within its limits and as near as possible to another.
 
-    Parameters
-    ----------
-    joints : shape (..., n). Shown angles, rad.
-    near : shape broadcasting with `joints`. The angles before: a last axis with several turns then does not jump back.
-
-    Returns
-    -------
-    ndarray, shape (..., n). NaN for an angle that no number of turns brings within the limits.
+    `joints`: shape (..., n). Shown angles, rad.
+    `near`: shape broadcasting with `joints`. The angles before: a last axis with several turns then does not jump back.
+    Returns ndarray, shape (..., n). NaN for an angle that no number of turns brings within the limits.
     """
     q = np.asarray(joints, dtype=np.float64)
     low, high = arm.limits
@@ -134,14 +122,12 @@ def turn_into_limits(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray
 def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> FloatArray:
     """Return, for each pose on its own, the solution within limits whose largest joint move from `near` is smallest.
 
+    Returns ndarray, shape (N, n). Shown angles, rad.
+
     Parameters
     ----------
     T_base_flange : array_like, shape (N, 4, 4)
     near : shape (n,) or (N, n). Shown angles, rad.
-
-    Returns
-    -------
-    ndarray, shape (N, n). Shown angles, rad.
 
     Raises
     ------
@@ -163,6 +149,8 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
 def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatArray:
     """Return joint angles along a path of poses, each chosen nearest to the one before.
 
+    Raises `GeometryError` as in `nearest_joints`.
+
     Parameters
     ----------
     T_base_flange : shape (N, 4, 4). Flange poses in the order of travel.
@@ -172,10 +160,6 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
     -------
     ndarray, shape (N, n)
         Shown angles, rad; a last axis with several turns goes on turning as long as its limits allow.
-
-    Raises
-    ------
-    GeometryError : As in `nearest_joints`.
     """
     solutions = solve_inverse(arm, T_base_flange)
     path = np.empty((len(solutions.joints), len(arm.joints)))

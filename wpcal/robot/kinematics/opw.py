@@ -35,8 +35,7 @@ REACH_SLACK = 1e-12
 """Squared sines and distances below zero by this part are round-off of a pose at the very edge of the reach; taking
 them as zero moves the flange by less than 1e-9 mm."""
 
-BRANCHES = 8
-"""Shoulder front or back, elbow one way or the other, wrist straight or flipped."""
+BRANCHES = 8  #: Shoulder front or back, elbow one way or the other, wrist straight or flipped.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,10 +27,8 @@ from wpcal.robot.kinematics.arm import Arm, Joint
 from wpcal.robot.kinematics.chain import MDHChain
 
 MM_PER_M = 1000.0
-LEAST_AXIS = 1e-6
-"""Length of an axis. A URDF states unit vectors; one that is nearly zero has no direction."""
-LARGEST_M = 1e6
-"""The largest coordinate of wpcal, in the unit of a URDF."""
+LEAST_AXIS = 1e-6  #: Length of an axis. A URDF states unit vectors; one that is nearly zero has no direction.
+LARGEST_M = 1e6  #: The largest coordinate of wpcal, in the unit of a URDF.
 LARGEST_RAD = 1e6
 """Limits of a joint, rad and rad/s. Files of joints that turn for ever state 1e16 at times; these are refused, since no
 robot arm has such a limit."""
@@ -38,8 +36,7 @@ robot arm has such a limit."""
 NEARLY_PARALLEL_SIN = 0.1
 """Axes closer than about 6° take Hayati's link: their common normal may lie metres away and move with every digit."""
 
-MEETING_MM = 1e-6
-"""Axes nearer than this meet; the digits of a URDF are coarser."""
+MEETING_MM = 1e-6  #: Axes nearer than this meet; the digits of a URDF are coarser.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +59,6 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
     base_link : str, optional
         Link whose frame becomes `base`; unless given, the link ``base`` where there is one (by convention of the
         ROS-Industrial packages the controller's own base frame), else the root.
-    tip_link : Link whose frame becomes `flange`; unless given, ``tool0`` where there is one, else the end of the chain.
 
     Raises
     ------
@@ -82,10 +78,8 @@ def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None 
 def urdf_root(path: Path) -> ET.Element:
     """Read a URDF file as XML.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is not XML.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not XML.
     """
     try:
         return ET.fromstring(read_bytes(path).decode("utf-8"))
@@ -232,10 +226,8 @@ def _end_of_chain(joints: dict[str, _UrdfJoint], root: str) -> str:
 def chain_from_axes(points: FloatArray, directions: FloatArray, T_base_flange: FloatArray) -> MDHChain:
     """Return the chain whose axes at zero are the given lines.
 
-    Parameters
-    ----------
-    points, directions : shape (n, 3). A point on each axis (mm) and its unit direction, in the base.
-    T_base_flange : shape (4, 4). The flange at zero, in the base.
+    `points`, `directions`: shape (n, 3). A point on each axis (mm) and its unit direction, in the base.
+    `T_base_flange`: shape (4, 4). The flange at zero, in the base.
     """
     n = len(points)
     frame = _first_frame(points, directions, T_base_flange)

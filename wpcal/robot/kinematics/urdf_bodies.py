@@ -28,20 +28,14 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import start_frames, walk
 from wpcal.robot.kinematics.urdf import LARGEST_M, MM_PER_M, link_places, origin_pose, urdf_root
 
-STL_HEAD, STL_TRIANGLE = 84, 50
-"""Bytes of the head of a binary STL file, and of each triangle."""
-ROUND_CORNERS = 24
-"""Corners around a cylinder or a sphere."""
-SLICES = 8
-"""Slices of a link that is not convex."""
+STL_HEAD, STL_TRIANGLE = 84, 50  #: Bytes of the head of a binary STL file, and of each triangle.
+ROUND_CORNERS = 24  #: Corners around a cylinder or a sphere.
+SLICES = 8  #: Slices of a link that is not convex.
 SAMPLE_MM = 5.0
 """Points on a mesh are this close; slices overlap by as much, so that nothing of the surface is between two."""
-LEAST_SAVED = 0.6
-"""Slices are taken if they hold less than this part of the volume of one hull."""
-NEAR_MM = 0.5
-"""Corners of a hull that are nearer than this to a corner that is kept are left out ..."""
-HULL_DIGITS = 2
-"""... and the others are written with this many decimals of a millimetre."""
+LEAST_SAVED = 0.6  #: Slices are taken if they hold less than this part of the volume of one hull.
+NEAR_MM = 0.5  #: Corners of a hull that are nearer than this to a corner that is kept are left out ...
+HULL_DIGITS = 2  #: ... and the others are written with this many decimals of a millimetre.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,16 +49,10 @@ class LinkHull:
 
 
 def read_link_hulls(path: Path, arm: Arm) -> tuple[LinkHull, ...]:
-    """Read the collision shapes of a URDF file, or its visual shapes where a link has no other.
+    """Read the collision shapes of a URDF file, or its visual shapes where a link has no other, shapes are left out..
 
-    Returns
-    -------
-    tuple of LinkHull. In the order of the file; links without shapes are left out.
-
-    Raises
-    ------
-    InputError : When a mesh cannot be opened.
-    FormatError : When a mesh is not an STL file, or a shape is not as the format says.
+    Raises `InputError` when a mesh cannot be opened.
+    Raises `FormatError` when a mesh is not an STL file, or a shape is not as the format says.
     """
     root = urdf_root(path)
     places, frames = link_places(root), _frames_at_zero(arm)
@@ -122,17 +110,9 @@ def _frames_at_zero(arm: Arm) -> list[FloatArray]:
 def hull_corners(points: FloatArray) -> FloatArray:
     """Return the corners of the convex hull of points, thinned to `NEAR_MM` and rounded.
 
-    Parameters
-    ----------
-    points : shape (n, 3). Any frame, mm.
-
-    Returns
-    -------
-    ndarray, shape (m, 3). mm. The hull of these corners is inside the true one by less than `NEAR_MM`.
-
-    Raises
-    ------
-    FormatError : When the points lie in a plane.
+    `points`: shape (n, 3). Any frame, mm.
+    Returns ndarray, shape (m, 3). mm. The hull of these corners is inside the true one by less than `NEAR_MM`.
+    Raises `FormatError` when the points lie in a plane.
     """
     try:
         corners = points[np.sort(ConvexHull(points).vertices)]
@@ -169,10 +149,8 @@ def _mesh(element: ET.Element, path: Path, link: str) -> FloatArray:
 def read_stl(path: Path) -> FloatArray:
     """Return the corners of the triangles of an STL file, shape (3 m, 3), in the file's unit.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is neither a binary nor a text STL file.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is neither a binary nor a text STL file.
     """
     raw = read_bytes(path)
     count = struct.unpack_from("<I", raw, STL_HEAD - 4)[0] if len(raw) >= STL_HEAD else -1
@@ -226,14 +204,9 @@ def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
     The axis is parallel to a principal direction of the points, through the middle of their extent across it. Of the
     three principal directions the one with the least volume is taken. The capsule is not the smallest one.
 
-    Parameters
-    ----------
-    points : shape (n, 3). mm.
-
-    Returns
-    -------
-    p, q : ndarray, shape (3,). Ends of the axis, mm.
-    radius : float. mm.
+    `points`: shape (n, 3). mm.
+    Returns `p, q`: ndarray, shape (3,). Ends of the axis, mm.
+    Returns `radius`: float. mm.
     """
     x = np.asarray(points, dtype=np.float64)
     directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]

@@ -36,9 +36,7 @@ class ToolAxis(Enum):
 class TorchSettings:
     """How the torch is held.
 
-    Raises
-    ------
-    InputError : When an angle is outside its range or the standoff is negative or not finite.
+    Raises `InputError` when an angle is outside its range or the standoff is negative or not finite.
     """
 
     work_rad: float = work_angle()
@@ -103,9 +101,7 @@ def tool_rotations(
 def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
     """Return the unit vectors along which the wire leaves the tip, shape (..., 3). In the same frame.
 
-    Parameters
-    ----------
-    R_tool : shape (..., 3, 3). Columns are the tool's axes, in any frame.
+    `R_tool`: shape (..., 3, 3). Columns are the tool's axes, in any frame.
     """
     R = np.asarray(R_tool, dtype=np.float64)
     return R[..., 2] if tool_axis is ToolAxis.Z else R[..., 0]
@@ -114,13 +110,8 @@ def wire_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
 def neck_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
     """Return the unit vectors towards which a bent neck bends: -x of the tool, or its z if the wire is along its x.
 
-    Parameters
-    ----------
-    R_tool : shape (..., 3, 3). Columns are the tool's axes, in any frame.
-
-    Returns
-    -------
-    ndarray, shape (..., 3). In the same frame.
+    `R_tool`: shape (..., 3, 3). Columns are the tool's axes, in any frame.
+    Returns ndarray, shape (..., 3). In the same frame.
     """
     R = np.asarray(R_tool, dtype=np.float64)
     return np.asarray(-R[..., 0] if tool_axis is ToolAxis.Z else R[..., 2], dtype=np.float64)
@@ -129,14 +120,9 @@ def neck_directions(R_tool: ArrayLike, tool_axis: ToolAxis) -> FloatArray:
 def measure_torch(R_seam: ArrayLike, wire: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Measure the angles at which wires meet a seam: v = asin(d·x), w = the signed angle about x from -z.
 
-    Parameters
-    ----------
-    R_seam : shape (n, 3, 3). Columns are x, y and z of the seam frames, in any frame.
-    wire : shape (n, 3). Unit wire directions in the frame of `R_seam`.
-
-    Returns
-    -------
-    work_rad, travel_rad : ndarray, shape (n,)
+    `R_seam`: shape (n, 3, 3). Columns are x, y and z of the seam frames, in any frame.
+    `wire`: shape (n, 3). Unit wire directions in the frame of `R_seam`.
+    Returns `work_rad, travel_rad`: ndarray, shape (n,).
     """
     d = np.einsum("nij,ni->nj", np.asarray(R_seam, dtype=np.float64), np.asarray(wire, dtype=np.float64))
     travel = np.arctan2(d[:, 0], np.hypot(d[:, 1], d[:, 2]))  # asin(d·x), exact near ±90° too

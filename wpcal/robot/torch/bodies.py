@@ -19,30 +19,21 @@ from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.urdf_bodies import capsule_around, hull_corners, read_stl
 from wpcal.robot.torch.shape import TorchShape
 
-NOZZLE_TO_PART_MM = 3.0
-"""The nozzle works near the part: this is above the errors of a calibration and of a path."""
-NOZZLE_MM = 110.0
-"""From the tip of the wire to where a usual swan neck bends."""
-NECK_RADIUS_MM = 30.0
-"""Half of the width of a usual torch body with its cables."""
-ON_WIRE_MM = 1.0
-"""A flange that is nearer to the line of the wire gives no direction for the neck."""
-CIRCLE = 16
-"""Corners around a conical nozzle: it becomes thicker by 2 % of its radius at most."""
+NOZZLE_TO_PART_MM = 3.0  #: The nozzle works near the part: this is above the errors of a calibration and of a path.
+NOZZLE_MM = 110.0  #: From the tip of the wire to where a usual swan neck bends.
+NECK_RADIUS_MM = 30.0  #: Half of the width of a usual torch body with its cables.
+ON_WIRE_MM = 1.0  #: A flange that is nearer to the line of the wire gives no direction for the neck.
+CIRCLE = 16  #: Corners around a conical nozzle: it becomes thicker by 2 % of its radius at most.
 SLICE_MM = 30.0
 """A torch mesh is cut across the wire into pieces of this length, each with its own hull: a bent neck stays bent."""
-SMALLEST_TORCH_MM = 30.0
-"""No torch is shorter."""
-SAMPLE_MM = 3.0
-"""Points on a torch mesh are at most this far apart."""
+SMALLEST_TORCH_MM = 30.0  #: No torch is shorter.
+SAMPLE_MM = 3.0  #: Points on a torch mesh are at most this far apart.
 
 
 def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
     """Return the record of a body: a convex hull, and the capsule around it.
 
-    Parameters
-    ----------
-    hull : shape (n, 3). Corners in the frame of the body, mm.
+    `hull`: shape (n, 3). Corners in the frame of the body, mm.
     """
     p, q, radius = capsule_around(hull)
     capsule = {"p_mm": _rounded(p), "q_mm": _rounded(q), "radius_mm": float(np.ceil(radius * 100 + 2) / 100)}
@@ -52,9 +43,7 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
 def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[dict[str, Any]]:
     """Return the bodies of a torch with known sizes, and what joins it to the flange. Records of shapes in `tool`.
 
-    Parameters
-    ----------
-    shape : Straight, or with a neck.
+    `shape`: Straight, or with a neck.
     """
     flange = T_flange_tool.inverse().t_mm
     if shape.neck is None:
@@ -109,9 +98,7 @@ def bodies_of_capsules(
 ) -> list[dict[str, Any]]:
     """Return the bodies of capsules that the user states.
 
-    Parameters
-    ----------
-    capsules : Ends, shape (3,) each, in the frame `flange`, and the radius, mm.
+    `capsules`: Ends, shape (3,) each, in the frame `flange`, and the radius, mm.
     """
     T, bodies = T_flange_tool.inverse(), []
     for number, (p, q, radius) in enumerate(capsules, start=1):
@@ -134,14 +121,9 @@ def _rounded(values: FloatArray) -> list[float]:
 def bodies_of_mesh(path: Path, T_flange_tool: RigidTransform, wire_mm: float) -> list[dict[str, Any]]:
     """Return hulls of the slices of a torch mesh across the wire; what is in front of the nozzle is the wire.
 
-    Parameters
-    ----------
-    path : STL file in the frame `flange`, mm.
-
-    Raises
-    ------
-    InputError : When nothing of the mesh is behind the nozzle, or it is so small that it must be in metres.
-    FormatError : When the file is not an STL file.
+    `path`: STL file in the frame `flange`, mm.
+    Raises `InputError` when nothing of the mesh is behind the nozzle, or it is so small that it must be in metres.
+    Raises `FormatError` when the file is not an STL file.
     """
     corners = T_flange_tool.inverse().apply(read_stl(path)).reshape(-1, 3, 3)
     size_mm = float(np.ptp(corners.reshape(-1, 3), axis=0).max())

@@ -60,10 +60,8 @@ def find_torch(name_or_path: str) -> TorchShape:
 def read_torch(path: Path) -> TorchShape:
     """Read a torch file; its name is that of the file.
 
-    Raises
-    ------
-    InputError : If the file cannot be opened, or its sizes are not those of a torch.
-    FormatError : If the file breaks the format.
+    Raises `InputError` if the file cannot be opened, or its sizes are not those of a torch.
+    Raises `FormatError` if the file breaks the format.
     """
     return _shape(_record(path), path)
 
@@ -89,9 +87,7 @@ def torch_from_fields(record: dict[str, Any]) -> TorchShape:
 def torch_of_seams(record: Mapping[str, Any], path: Path) -> TorchShape | None:
     """Return the torch with which the seams of a ``seams.json`` were felt; None in files that do not state it.
 
-    Raises
-    ------
-    FormatError : If it is not complete, or its sizes are not those of a torch.
+    Raises `FormatError` if it is not complete, or its sizes are not those of a torch.
     """
     if record.get("torch") is None:
         return None

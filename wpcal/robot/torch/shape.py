@@ -13,10 +13,8 @@ from wpcal.core.errors import InputError
 
 CHORD_DEG = 12.0
 """The bend of a neck is felt as straight tubes that turn by at most this: they are within 0.6 % of its radius."""
-WIRE_STEP_MM = 2.5
-"""Steps in which a longer wire is tried: what an operator sets by eye."""
-LONGER_WIRE_MM = 50.0
-"""No wire welds that sticks out by so much more than usual: it glows and bends."""
+WIRE_STEP_MM = 2.5  #: Steps in which a longer wire is tried: what an operator sets by eye.
+LONGER_WIRE_MM = 50.0  #: No wire welds that sticks out by so much more than usual: it glows and bends.
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +67,7 @@ class TorchShape:
 
     Without a neck, one radius goes on to the end: a straight torch.
 
-    Raises
-    ------
-    InputError : When a length is not positive, or the pieces do not follow each other.
+    Raises `InputError` when a length is not positive, or the pieces do not follow each other.
     """
 
     #: From the tip of the wire to the mouth of the nozzle; only the wire is nearer to the joint. 20 mm is usual with
