@@ -14,10 +14,9 @@ import pytest
 
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.seam_file import read_seam_path
-from wpcal.planning.search.plan_seam import judge_paths, plan_seam
-from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.pareto import PlanningResult
+from wpcal.planning.search.plan_seam import SWEEP, judge_paths, plan_seam, sweep_paths
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
-from wpcal.planning.search.sweep import SWEEP, sweep_paths
 
 CELLS = Path(__file__).parents[1] / "fixtures" / "cells"
 CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"

@@ -18,13 +18,10 @@ from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import recheck_clearance
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
-from wpcal.planning.search.objectives import OBJECTIVES, Weights
-from wpcal.planning.search.pareto import hypervolume, is_nondominated
-from wpcal.planning.search.plan_seam import best_paths, make_plan, plan_seam
-from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.objectives import OBJECTIVES, Weights, WeldTargets
+from wpcal.planning.search.pareto import PlanningResult, hypervolume, is_nondominated
+from wpcal.planning.search.plan_seam import best_paths, make_plan, plan_seam, sweep_paths, sweep_weights
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
-from wpcal.planning.search.sweep import sweep_paths, sweep_weights
-from wpcal.planning.search.targets import WeldTargets
 
 CELLS = Path(__file__).parents[2] / "fixtures" / "cells"
 REPEATS = 3

@@ -16,17 +16,15 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.robot.identify.error_summary import distances_mm
 from wpcal.robot.identify.genetic_tabu import solve_genetic_tabu
-from wpcal.robot.identify.identifiability import Noise
+from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, Noise, random_joints, simulate_poses
 from wpcal.robot.identify.identification import IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.pose_residuals import pose_errors
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.robot.kinematics.chain import MDHChain
-from wpcal.robot.kinematics.forward import forward_kinematics
+from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.opw import OPWGeometry, solve_opw
 

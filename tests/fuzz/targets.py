@@ -30,8 +30,7 @@ from wpcal.controllers.language.grammar import ENCODING, require_program
 from wpcal.core.errors import InputError
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.bases import read_base_points
-from wpcal.planning.cell.grasp import read_holding
+from wpcal.planning.cell.grasp import read_base_points, read_holding
 from wpcal.robot.identify.poses_file import parse_tool, read_poses, read_taught_joints
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.urdf import read_urdf

@@ -6,8 +6,7 @@ import pytest
 from tests.saddle import saddle_problem
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
 from wpcal.planning.search.pareto import hypervolume
-from wpcal.planning.search.plan_seam import best_paths
-from wpcal.planning.search.sweep import sweep_paths
+from wpcal.planning.search.plan_seam import best_paths, sweep_paths
 
 pytestmark = pytest.mark.many
 

@@ -10,15 +10,14 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.identify.error_summary import distances_mm, judge
-from wpcal.robot.identify.identifiability import Noise
+from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, Noise, random_joints, simulate_poses
 from wpcal.robot.identify.identification import IdentificationSolver, IdentifyOptions, identify_arm
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.pose_residuals import pose_errors
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.robot.kinematics.chain import MDHChain
+from wpcal.robot.kinematics.forward import MDHChain
 
 pytestmark = pytest.mark.many
 

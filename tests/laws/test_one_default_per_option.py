@@ -16,7 +16,7 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.controllers.program.weld_program import MotionSettings
 from wpcal.core.options import OPTION
 from wpcal.planning.search.nsga2 import Nsga2Options
-from wpcal.planning.search.targets import WeldTargets
+from wpcal.planning.search.objectives import WeldTargets
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.robot.identify.identification import IdentifyOptions
 from wpcal.robot.moves.fit import PathTolerance

@@ -140,7 +140,7 @@ def _write(result: Identification, record: str, output: Path, *, charts: bool, f
         if result.verdict.improved:
             write_file(folder / "identified.json", to_json(arm_record(result.arm)), overwrite=True)
         if charts:
-            from wpcal.robot.identify.charts import write_charts
+            from wpcal.robot.identify.identification_record import write_charts
 
             write_charts(result, folder)
 

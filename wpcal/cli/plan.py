@@ -18,7 +18,7 @@ from wpcal.core.options import group, opt
 if TYPE_CHECKING:
     from wpcal.planning.cell.cell import Cell
     from wpcal.planning.search.nsga2 import Nsga2Options
-    from wpcal.planning.search.targets import WeldTargets
+    from wpcal.planning.search.objectives import WeldTargets
     from wpcal.planning.sequence.targets import SequenceTargets
 
 
@@ -55,7 +55,7 @@ class GeneticAsked:
 )
 @takes("programs", PlanPrograms)
 @takes("targets", "wpcal.planning.sequence.targets:SequenceTargets", without=["seed"], later=True)
-@takes("weld", "wpcal.planning.search.targets:WeldTargets", later=True)
+@takes("weld", "wpcal.planning.search.objectives:WeldTargets", later=True)
 @takes("genetic", GeneticAsked)
 @click.option(
     "--joints",

@@ -84,8 +84,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     from wpcal.pages.sequence import build_sequence_page
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
     from wpcal.planning.sequence.sequence_input import read_sequence_input
-    from wpcal.planning.sequence.sequence_record import sequence_csv, sequence_record
-    from wpcal.planning.sequence.timeline import build_timeline
+    from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, sequence_record
     from wpcal.seam.names import split_names
 
     flags, targets, output = asked.flags, asked.targets, asked.output
@@ -213,7 +212,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
     from rich.table import Table
 
     from wpcal.cli.console import plain_console
-    from wpcal.planning.sequence.sequence_record import checked_text, position_name
+    from wpcal.planning.sequence.timeline import checked_text, position_name
 
     console, sequence = plain_console(), choice.sequence
     table = Table(title=f"Seams in the order of welding: {sequence.cell.name}")

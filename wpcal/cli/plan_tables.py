@@ -9,8 +9,7 @@ from rich.table import Table
 
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.search.objectives import OBJECTIVES
-from wpcal.planning.search.pareto import Preference
-from wpcal.planning.search.planning_result import PlanningResult
+from wpcal.planning.search.pareto import PlanningResult, Preference
 
 
 def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[CellRun], console: Console) -> None:

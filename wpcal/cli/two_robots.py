@@ -17,12 +17,11 @@ if TYPE_CHECKING:
     from wpcal.planning.plan.coordinated import CoordinatedRun
     from wpcal.planning.plan.plan import Plan
     from wpcal.planning.plan.run import CellRun
+    from wpcal.planning.search.diagnosis import NoFeasiblePlanError
     from wpcal.planning.search.nsga2 import Nsga2Options
-    from wpcal.planning.search.obstacle import NoFeasiblePlanError
-    from wpcal.planning.search.pareto import Preference
-    from wpcal.planning.search.planning_result import PlanningResult
+    from wpcal.planning.search.objectives import WeldTargets
+    from wpcal.planning.search.pareto import PlanningResult, Preference
     from wpcal.planning.search.problem import PlanningProblem
-    from wpcal.planning.search.targets import WeldTargets
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +147,7 @@ def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: b
     from wpcal.cli.progress import counted_progress
     from wpcal.controllers.program.coordinated_program import tacks_left_out
     from wpcal.planning.cell.cell_check import check_cell
-    from wpcal.planning.search.obstacle import NoFeasiblePlanError
+    from wpcal.planning.search.diagnosis import NoFeasiblePlanError
     from wpcal.planning.search.plan_seam import plan_seam
 
     problem, cell = asked.problem(seam), asked.cell
@@ -312,12 +311,11 @@ def _write(asked: TwoRobotRequest, result: PlanningResult, mesh: bytes | None, *
     from wpcal.cli.plan_tables import show_plans
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.pages.plan import MethodFront, build_plan_page
-    from wpcal.planning.plan.plan import CollisionVerdict
+    from wpcal.planning.plan.plan import CollisionVerdict, schedule_plan
     from wpcal.planning.plan.run import build_run
     from wpcal.planning.plan.run_record import run_csv, run_record
-    from wpcal.planning.plan.schedule import schedule_plan
     from wpcal.planning.search.objectives import OBJECTIVES
-    from wpcal.planning.search.pareto_record import pareto_record
+    from wpcal.planning.search.pareto import pareto_record
 
     cell, preference = result.problem.cell, asked.preference
     plans, chosen = result.front.plans, result.front.chosen(preference)
@@ -355,7 +353,7 @@ def _write_failure(
 ) -> int:
     """Write the reason why there is no plan, and print it in one line."""
     from wpcal.core.records import new_directory, to_json, write_file
-    from wpcal.planning.search.pareto_record import failed_record
+    from wpcal.planning.search.pareto import failed_record
 
     record = to_json(failed_record(problem, str(error), error.obstacle))
     with new_directory(output, overwrite=force) as folder:

@@ -133,7 +133,7 @@ def _polynomial(coefficients: tuple[float, ...], z: FloatArray) -> FloatArray:
 
 
 def ranked(costs: ArrayLike) -> FloatArray:
-    """Return costs of shape (...) rounded to `RANK_BITS` bits of the largest finite one: equal ones are the same number."""
+    """Return costs of shape (...) rounded to `RANK_BITS` bits of the largest finite one: equal ones become the same."""
     values = np.asarray(costs, dtype=np.float64)
     largest = float(np.abs(values).max(initial=0.0, where=np.isfinite(values)))
     return np.asarray(np.rint(np.ldexp(values, RANK_BITS - int(np.frexp(largest)[1]))), dtype=np.float64)

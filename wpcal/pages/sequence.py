@@ -15,8 +15,7 @@ from wpcal.pages.cell import BODY, cell_record, frames_at
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.plan import ANGLE_DIGITS, PLACE_DIGITS, TIME_DIGITS
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
-from wpcal.planning.sequence.sequence_record import checked_text, position_name, values_record
-from wpcal.planning.sequence.timeline import Timeline
+from wpcal.planning.sequence.timeline import Timeline, checked_text, position_name, values_record
 
 
 def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: bytes | None = None) -> str:

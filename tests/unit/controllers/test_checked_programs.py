@@ -20,7 +20,7 @@ from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
-from wpcal.planning.cell.part_distance import segment_triangle_distances
+from wpcal.planning.cell.segments import segment_triangle_distances
 from wpcal.results.folder import read_finished
 from wpcal.robot.torch.shape import TorchShape
 

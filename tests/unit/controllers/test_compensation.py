@@ -14,8 +14,8 @@ from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.core.errors import FrameError
 from wpcal.results.folder import read_finished
 from wpcal.robot.compensation import NO_TOOL
+from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.kinematics.inverse import nearest_joints
 

@@ -13,8 +13,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
-from wpcal.robot.kinematics.inverse import solve_inverse
-from wpcal.robot.kinematics.posture import posture
+from wpcal.robot.kinematics.inverse import posture, solve_inverse
 
 SHOWN_DEG = 0.005  # a controller's files show two decimals
 

@@ -22,9 +22,7 @@ from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.results.folder import read_finished
 from wpcal.robot.identify.poses_file import parse_tool
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD, Broken, continue_branch
-from wpcal.robot.kinematics.inverse import solve_inverse
-from wpcal.robot.kinematics.posture import posture
+from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, Broken, continue_branch, posture, solve_inverse
 
 TEE = Path(__file__).parents[3] / "fixtures" / "tee" / "golden"
 SAME = 1e-9  # round-off of forward and inverse kinematics of a metre

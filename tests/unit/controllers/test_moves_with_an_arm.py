@@ -13,12 +13,11 @@ from wpcal.controllers.program.compensation import compensate_program
 from wpcal.controllers.program.followed_program import program_for_arm
 from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.results.folder import read_finished
+from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD
-from wpcal.robot.kinematics.inverse import follow_path
+from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, follow_path
 from wpcal.robot.moves import Arc, PathTolerance
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"

@@ -14,8 +14,7 @@ from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.air_path import AirPlanner
-from wpcal.planning.sequence.motion_bound import motion_per_axis
-from wpcal.planning.sequence.motion_check import MotionChecker
+from wpcal.planning.sequence.motion_check import MotionChecker, motion_per_axis
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")

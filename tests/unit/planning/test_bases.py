@@ -12,8 +12,8 @@ from wpcal.cli.bases import bases
 from wpcal.core.errors import FormatError, GeometryError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.bases import BASE1_COLUMNS, BASE2_COLUMNS, measure_bases, read_base_points
 from wpcal.planning.cell.cell_file import read_cell
+from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, measure_bases, read_base_points
 
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 EXACT_MM = 1e-6

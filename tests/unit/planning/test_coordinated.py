@@ -22,11 +22,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.plan.coordinated import coordinate_run
-from wpcal.planning.plan.holder_moves import HolderMove
-from wpcal.planning.plan.plan import Plan
+from wpcal.planning.plan.coordinated import HolderMove, coordinate_run
+from wpcal.planning.plan.plan import Plan, schedule_plan
 from wpcal.planning.plan.run import build_run
-from wpcal.planning.plan.schedule import schedule_plan
 from wpcal.planning.plan.seam_file import read_held_seams
 from wpcal.robot.kinematics.inverse import follow_path
 from wpcal.robot.moves import Arc, PathTolerance

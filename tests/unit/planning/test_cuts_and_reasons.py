@@ -11,9 +11,8 @@ from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.sequence.cuts import Span, best_cuts
+from wpcal.planning.sequence.cuts import Span, best_cuts, find_reason
 from wpcal.planning.sequence.plan_sequence import plan_sequence
-from wpcal.planning.sequence.reasons import find_reason
 from wpcal.planning.sequence.remedies import Help, RemedySearch, changed_cell
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import seam_task

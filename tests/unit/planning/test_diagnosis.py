@@ -12,15 +12,21 @@ from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.closed_chain import PLACE, TRAVEL, WORK
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.cell.singularity import LEAST_REGULARITY
-from wpcal.planning.search.diagnosis import farthest_from_a_plan, nearest_to_a_plan, obstacle_at
+from wpcal.planning.cell.workplace import LEAST_REGULARITY
+from wpcal.planning.search.diagnosis import (
+    Constraint,
+    NoFeasiblePlanError,
+    Obstacle,
+    farthest_from_a_plan,
+    nearest_to_a_plan,
+    obstacle_at,
+    too_near,
+)
 from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
-from wpcal.planning.search.obstacle import Constraint, NoFeasiblePlanError, Obstacle, too_near
-from wpcal.planning.search.pareto_record import failed_record
+from wpcal.planning.search.pareto import failed_record
 from wpcal.planning.search.path_diagnosis import no_plan, path_obstacle
-from wpcal.planning.search.plan_seam import judge_paths
+from wpcal.planning.search.plan_seam import FIRST, judge_paths, sweep_paths
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
-from wpcal.planning.search.sweep import FIRST, sweep_paths
 
 BLOCKED = 4
 """Point of the coarse seam that a lug blocks: the last scanned points are 0, 2, 4, 5, 7 and 9."""
@@ -85,14 +91,14 @@ def test_a_torch_that_would_have_to_lean_is_told_how_far(coarse, way):
 def test_a_joint_limit_is_named_with_its_joint(coarse, way, robot):
     place, branches = way
     cell = coarse.cell
-    name = f"arm{robot}"
-    tight = replace(coarse, cell=replace(cell, **{name: narrowed(getattr(cell, name), 1, 178.0, 179.0)}))
+    name = "arm" if robot == 1 else "arm2"
+    tight = replace(coarse, cell=changed(cell, **{name: narrowed(getattr(cell, name), 1, 178.0, 179.0)}))
     found = obstacle_at(tight, place, branches, BLOCKED, leans=(0.0,))
     assert found.constraint is Constraint.JOINT_LIMITS
     assert (found.robot, found.joint, found.unit) == (robot, "L", "deg")
     assert found.best > 0
     wide = narrowed(getattr(cell, name), 1, 178.0 - found.best - 1e-6, 179.0 + found.best + 1e-6)
-    eased = replace(coarse, cell=replace(cell, **{name: wide}))
+    eased = replace(coarse, cell=changed(cell, **{name: wide}))
     after = obstacle_at(eased, place, branches, BLOCKED, leans=(0.0,))  # other joints may be beyond, by less
     assert after is None or after.constraint is not Constraint.JOINT_LIMITS or after.best < found.best
 
@@ -134,7 +140,7 @@ def test_a_torch_that_must_lean_at_one_place_leans_there_only(coarse, way):
 
 def test_a_search_without_a_way_says_why_and_not_only_that(coarse, way, monkeypatch):
     blocked = with_lug(coarse, BLOCKED, 18.0)
-    monkeypatch.setattr("wpcal.planning.search.sweep.find_reachable_places", lambda *_: [ReachablePlace(*way, 0)])
+    monkeypatch.setattr("wpcal.planning.search.plan_seam.find_reachable_places", lambda *_: [ReachablePlace(*way, 0)])
     with pytest.raises(NoFeasiblePlanError, match=r"robot 1 nozzle and robot 2 lug: at best .* mm asked") as failed:
         next(sweep_paths(blocked, lambda *_: None))
     record = failed_record(blocked, str(failed.value), failed.value.obstacle)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from wpcal.planning.cell.distance_field import DistanceField
-from wpcal.planning.cell.hull_cover import HullCover
+from wpcal.planning.cell.distance_field import DistanceField, HullCover
 from wpcal.planning.cell.hulls import convex_hull_object
 from wpcal.planning.cell.shape import Shape
 

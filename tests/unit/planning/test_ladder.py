@@ -9,12 +9,10 @@ from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.clearance import require_bases_apart
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.cell.singularity import LEAST_REGULARITY
-from wpcal.planning.cell.workplace import candidate_places, weld_zone
+from wpcal.planning.cell.workplace import LEAST_REGULARITY, candidate_places, weld_zone
 from wpcal.planning.search.ladder import Ladder, build_ladder, shortest_path
-from wpcal.planning.search.objectives import MOTION, POSITION, TORCH
+from wpcal.planning.search.objectives import MOTION, POSITION, TORCH, deviations
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
-from wpcal.planning.search.targets import deviations
 
 WEIGHTS = {POSITION: 1e-3, TORCH: 0.1, MOTION: 1.0}
 

@@ -3,10 +3,9 @@ import pytest
 
 from wpcal.optim.banded import damped_step
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, YAW, joints_along
-from wpcal.planning.search.linear_model import linearise
 from wpcal.planning.search.objectives import MOTION, OBJECTIVE_NAMES, OBJECTIVES, POSITION, TORCH
 from wpcal.planning.search.problem import CandidatePath
-from wpcal.planning.search.refine import refine_path
+from wpcal.planning.search.refine import linearise, refine_path
 
 WEIGHTS = {POSITION: 1e-3, TORCH: 1e-3, MOTION: 1.0}
 SUM_ATOL = 1e-12

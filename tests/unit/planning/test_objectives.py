@@ -7,13 +7,16 @@ import pytest
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.closed_chain import ROTATION, WORK
 from wpcal.planning.search.objectives import (
+    ATTITUDE,
     MOTION,
     OBJECTIVE_NAMES,
     OBJECTIVES,
     POSITION,
     TORCH,
     PathValues,
+    WeldTargets,
     deviation_weights,
+    deviations,
     joint_motion,
     joint_step_weight,
     objective_values,
@@ -22,9 +25,9 @@ from wpcal.planning.search.objectives import (
     printed_smoothness,
     printed_torch,
     printed_values,
+    target_coordinates,
     torch_deviation,
 )
-from wpcal.planning.search.targets import ATTITUDE, WeldTargets, deviations, target_coordinates
 
 ROUND_OFF = 1e-12
 """Sums of some numbers near one."""

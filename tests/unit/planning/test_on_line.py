@@ -5,8 +5,8 @@ import pytest
 
 from tests.one_robot_cells import TEE, random_axes, with_positioner, write_cell
 from wpcal.planning.cell.cell_file import read_one_robot
-from wpcal.planning.sequence.on_line import ON_LINE_MM, states_on_lines
 from wpcal.planning.sequence.sequence_input import read_sequence_input
+from wpcal.planning.sequence.timeline import ON_LINE_MM, states_on_lines
 
 SCALE = np.array([1.0, 1.0, 1.0, 500.0, 500.0, 500.0])[:, None]
 FAR_FROM_SINGULAR = 0.2

@@ -10,8 +10,8 @@ from wpcal.pages.cell import build_cell_page
 from wpcal.pages.plan import MethodFront, build_plan_page
 from wpcal.planning.cell.cell import tool_in_world
 from wpcal.planning.cell.shape import Shape
+from wpcal.planning.plan.plan import schedule_plan
 from wpcal.planning.plan.run import build_run
-from wpcal.planning.plan.schedule import schedule_plan
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")

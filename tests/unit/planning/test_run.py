@@ -9,10 +9,9 @@ from wpcal.core.errors import InputError
 from wpcal.core.motion import APPROACH_MM
 from wpcal.planning.cell.cell import CellState, joint_speeds, part_in_world, tool_in_world
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.plan.plan import CollisionVerdict
+from wpcal.planning.plan.plan import CollisionVerdict, schedule_plan
 from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.plan.run import Phase, build_run
-from wpcal.planning.plan.schedule import schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CLOSED_FORM_MM = 1e-6

@@ -17,9 +17,9 @@ from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.shape import Shape
+from wpcal.planning.plan.plan import schedule_plan
 from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.run_record import run_csv, run_record
-from wpcal.planning.plan.schedule import schedule_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 RELATIVE = 1e-9

@@ -9,7 +9,7 @@ import pytest
 from tests.saddle import changed
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
-from wpcal.planning.plan.schedule import schedule_plan
+from wpcal.planning.plan.plan import schedule_plan
 
 ROUND_OFF = 1e-9
 """Relative; seconds and mm/s of size 1 to 100."""

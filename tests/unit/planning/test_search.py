@@ -12,14 +12,11 @@ from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.closed_chain import torch_on_seam
-from wpcal.planning.search.ga_variation import PathEncoding
-from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths, first_population
+from wpcal.planning.search.nsga2 import Nsga2Options, PathEncoding, evolve_paths, first_population
 from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
-from wpcal.planning.search.pareto import Preference
-from wpcal.planning.search.pareto_record import failed_record, pareto_record
-from wpcal.planning.search.plan_seam import best_paths, judge_paths, plan_seam
+from wpcal.planning.search.pareto import Preference, failed_record, pareto_record
+from wpcal.planning.search.plan_seam import SWEEP, best_paths, judge_paths, plan_seam
 from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.sweep import SWEEP
 
 SAME = 1e-9
 """Round-off of millimetres and angles that were added to nothing."""

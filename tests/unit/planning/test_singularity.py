@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wpcal.planning.cell.singularity import regularity
+from wpcal.planning.cell.workplace import regularity
 from wpcal.robot.kinematics.arm_file import find_arm
 
 SLOPE_ATOL = 1e-8

@@ -20,9 +20,8 @@ from wpcal.planning.sequence.place import Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
-from wpcal.planning.sequence.sequence_record import sequence_csv, sequence_record
 from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
-from wpcal.planning.sequence.timeline import SequencePhase, build_timeline
+from wpcal.planning.sequence.timeline import SequencePhase, build_timeline, sequence_csv, sequence_record
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 pytest.importorskip("ompl", reason="ompl is not installed")

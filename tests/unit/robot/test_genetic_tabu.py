@@ -2,9 +2,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from wpcal.robot.identify.genetic_tabu import PoseFitness
+from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
 
 SUM_MM = 1e-9  # round-off of a sum of 30 distances

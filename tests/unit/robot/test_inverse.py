@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import GeometryError, InputError
+from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
 from wpcal.robot.kinematics.forward import forward_kinematics
 from wpcal.robot.kinematics.inverse import follow_path, nearest_joints, solve_inverse, turn_into_limits

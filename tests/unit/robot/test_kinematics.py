@@ -14,8 +14,7 @@ from wpcal.robot.identify.parameters import (
     tool_parameters,
 )
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
-from wpcal.robot.kinematics.chain import LINK_SYMBOLS, MDHChain
-from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
+from wpcal.robot.kinematics.forward import LINK_SYMBOLS, MDHChain, forward_kinematics, geometric_jacobian
 
 ROUND_OFF_MM = 1e-9  # three orders above the round-off of sums of a few metres
 JACOBIAN_ATOL = 1e-6  # the bound on analytic against central differences

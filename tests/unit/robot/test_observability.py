@@ -2,11 +2,10 @@ import numpy as np
 import pytest
 
 from wpcal.core.errors import InputError
-from wpcal.robot.identify.identifiability import TRACKER
+from wpcal.robot.identify.identifiability import TRACKER, XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.identify.least_squares import solve_least_squares
 from wpcal.robot.identify.observability import LIMIT_MARGIN_RAD, plan_poses
 from wpcal.robot.identify.parameters import KinematicModel, last_link_first
-from wpcal.robot.identify.simulation import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
 
 MH6 = find_arm("mh6")

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from wpcal.core.tangent import exp_rotation
+from wpcal.robot.identify.identifiability import random_joints, simulate_poses
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
-from wpcal.robot.identify.simulation import random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
 
 MET_MM = 1e-8  # linear equations of positions four metres away

@@ -11,11 +11,11 @@ from wpcal.core.records import to_json
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.compensation import correct_points
+from wpcal.robot.identify.identifiability import random_joints
 from wpcal.robot.identify.identification import IdentifyOptions, identify_arm
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.identify.poses_file import parse_tool
-from wpcal.robot.identify.simulation import random_joints
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm, read_arm
 from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
 from wpcal.robot.tool_point import find_tool_point

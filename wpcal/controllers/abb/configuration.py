@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 
 def confdata(posture: Posture) -> list[str]:

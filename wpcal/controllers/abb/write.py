@@ -28,7 +28,7 @@ from wpcal.controllers.program.describe import describe, part_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 KEYWORDS = (
     "alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc "

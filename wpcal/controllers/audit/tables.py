@@ -11,7 +11,7 @@ from typing import NamedTuple
 from wpcal.controllers.audit.fault import Fault
 from wpcal.core.errors import WpcalError
 from wpcal.core.tables import parse_table, read_table
-from wpcal.planning.cell.bases import BASE1_COLUMNS, BASE2_COLUMNS, read_base_points
+from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, read_base_points
 from wpcal.taught.columns import TAUGHT_COLUMNS
 from wpcal.taught.pairs import REAL_COLUMNS, read_pairs
 from wpcal.taught.table import read_taught

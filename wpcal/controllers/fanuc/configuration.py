@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.language.jobs import refuse_first
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 ONE_TURN_DEG = 180.0
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.language.jobs import refuse_first
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 
 def status_and_turn(posture: Posture) -> list[tuple[int, int]]:

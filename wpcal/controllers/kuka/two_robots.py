@@ -30,7 +30,7 @@ from wpcal.controllers.kuka.write import (
 from wpcal.controllers.language.naming import comment_lines, safe_names
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram, CoordinatedStep
 from wpcal.core.arrays import FloatArray
-from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.robot.kinematics.inverse import Posture, posture
 
 BOTH = "'B0011'"
 """The robots that wait for each other: bits 1 and 2."""

@@ -28,7 +28,7 @@ from wpcal.controllers.program.describe import describe, part_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 KEYWORDS = (
     "anin anout axis b_and b_exor b_not b_or begin bool brake case cast_from cast_to ccirc channel char circ "

@@ -24,7 +24,7 @@ from wpcal.controllers.program.planned import JointMoves, PlannedMoves
 from wpcal.core.arrays import BoolArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 
 def refuse_first(is_unknown: BoolArray, why: str) -> None:

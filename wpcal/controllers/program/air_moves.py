@@ -21,7 +21,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.core.options import opt
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.planning.cell.part_distance import part_distances
+from wpcal.planning.cell.segments import part_distances
 from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import find_poses_in_material, place_tube

@@ -22,7 +22,7 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.plan.coordinated import CoordinatedRun
 from wpcal.planning.plan.run import AIR_SPEED_MM_S
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.robot.kinematics.inverse import Posture, posture
 from wpcal.robot.moves import Arc
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import WeldRun, weld_runs

@@ -18,7 +18,7 @@ from wpcal.controllers.program.reachable_spin import ArmAtTool, point_name, spun
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.robot.kinematics.branch_path import Broken, continue_branch
+from wpcal.robot.kinematics.inverse import Broken, continue_branch
 from wpcal.robot.moves import PathTolerance
 
 STEP_MM = 20.0

@@ -23,7 +23,7 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
-from wpcal.planning.sequence.sequence_record import checked_text
+from wpcal.planning.sequence.timeline import checked_text
 from wpcal.planning.sequence.weld_sequence import AIR_SHARE, WeldPiece, WeldSequence
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 from wpcal.robot.moves import MovePath, PathTolerance, fit_moves

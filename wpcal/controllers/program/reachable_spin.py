@@ -22,8 +22,7 @@ from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.branch_path import LARGEST_STEP_RAD
-from wpcal.robot.kinematics.inverse import TURN, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, TURN, solve_inverse, turn_into_limits
 from wpcal.robot.kinematics.opw import BRANCHES
 from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations
 

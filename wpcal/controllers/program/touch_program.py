@@ -15,7 +15,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.robot.kinematics.inverse import Posture, posture
 from wpcal.touch.searches import Search, TouchPlan, TouchSetup
 
 NAME_ENDING = "_touch"

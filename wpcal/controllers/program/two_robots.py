@@ -15,8 +15,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.version import __version__
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
-from wpcal.planning.plan.coordinated import CoordinatedRun, coordinate_run
-from wpcal.planning.plan.holder_moves import HolderMove
+from wpcal.planning.plan.coordinated import CoordinatedRun, HolderMove, coordinate_run
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
 from wpcal.robot.moves import PathTolerance

@@ -20,7 +20,7 @@ from wpcal.core.options import opt
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.posture import Posture, posture
+from wpcal.robot.kinematics.inverse import Posture, posture
 from wpcal.robot.moves import Arc, Line, Move, MovePath, PathTolerance
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
 from wpcal.seam.seam import Seam

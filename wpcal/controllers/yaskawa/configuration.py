@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.language.jobs import refuse_first
-from wpcal.robot.kinematics.posture import Posture
+from wpcal.robot.kinematics.inverse import Posture
 
 RANGES = slice(3, 6)
 """The numbers of RCONF for R, T and S."""

@@ -101,7 +101,7 @@ class Cell:
     T_carrier_part: RigidTransform | None
     #: Safety distance, mm: a state is clear if the least distance between bodies is larger (Hou 2018, eq. 6).
     d1_mm: float
-    #: shape (k,). Where programs start and end: all axes, rad and mm; without it zero, or the limit nearest to zero.
+    #: shape (k,). Where programs start and end: all axes, rad and mm. Of two robots zero, or the limit nearest to zero.
     home: FloatArray = field(default_factory=lambda: np.zeros(0))
     rail: Rail | None = None
     carrier: Carrier | None = None
@@ -117,7 +117,7 @@ class Cell:
     source: str = ""  #: Origin of the numbers, above all of the bodies.
     #: The torch whose bodies `torch` holds, to be compared with that of the seams; None: not stated.
     torch_shape: TorchShape | None = None
-    #: shape (k,). K_j of Hou 2018, eq. 4: the weight of each axis in the motion of two robots; without it 1.
+    #: shape (k,). K_j of Hou 2018, eq. 4: the weight of each axis in the motion of two robots; empty for one robot.
     joint_weights: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
@@ -127,9 +127,9 @@ class Cell:
             raise InputError(f"the safety distance must be 0 or more, got {self.d1_mm:g} mm")
         low, high = self.limits
         k, usual = len(low), np.clip(np.zeros(len(low)), low, high)
-        home = frozen(self.home if len(self.home) else usual)
+        home = frozen(self.home if len(self.home) and not self.has_two_robots else usual)
         touched = frozen(self.touched_at if len(self.touched_at) else home[JOINTS:])
-        weights = frozen(self.joint_weights if len(self.joint_weights) else np.ones(k))
+        weights = frozen(self.joint_weights)
         if home.shape != (k,) or touched.shape != (k - JOINTS,):
             raise InputError(
                 f"home and touched_at: expected {k} and {k - JOINTS} numbers, got {home.size} and {touched.size}"
@@ -137,7 +137,7 @@ class Cell:
         for name, value, least, most in zip(self.axis_names, home, low, high, strict=True):
             if not least <= value <= most:
                 raise InputError(f"home: {name} is beyond its limits")
-        if weights.shape != (k,) or not (weights > 0).all():
+        if len(weights) and (weights.shape != (k,) or not (weights > 0).all()):
             raise InputError(f"joint weights: expected {k} positive numbers, got {weights.tolist()}")
         for field_name, values in (("home", home), ("touched_at", touched), ("joint_weights", weights)):
             object.__setattr__(self, field_name, values)

@@ -3,6 +3,12 @@
 The cells of the grid that contain surface are marked, and every cell gets its distance from the nearest marked one
 (`scipy.ndimage.distance_transform_edt`). Less the diagonals of two cells, this is a lower bound for every place in the
 cell. Outside the grid the distance from the part's box is the bound.
+
+Balls over a convex hull: with a grid of distances they settle at many states at once whether the hull is clear.
+
+The balls together hold the hull. If each is clear of the surface, the hull is. A point that is farther inside the hull
+than it is from the surface proves the opposite. A ball that is neither is replaced by the smaller ones in it. What is
+left after the smallest is for an exact distance.
 """
 
 from __future__ import annotations
@@ -12,9 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
+from scipy.spatial import ConvexHull
 
 from wpcal.brep.surface_points import surface_points
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import product
 
 CELLS = 120  #: Cells along the longest side of the grid: 2 million at most, filled in 0.2 s.
 FINEST_MM = 2.0  #: Smaller cells show nothing that matters to a robot.
@@ -72,3 +80,90 @@ class DistanceField:
         grid = self.bound_mm[i, j, k]
         least = np.maximum(beside, np.where(inside, grid, 0.0))
         return np.asarray(least, dtype=np.float64), np.where(inside, grid + self.slack_mm, np.inf)
+
+
+ALONG = 6  #: Largest balls along the longest side of the hull's box: some tens of them.
+LEVELS = 3  #: Sizes of balls, each half of the one before: the smallest is 1/24 of the longest side.
+APART = 0.4  #: Of faces whose normals are nearer to each other than this, one is compared: some tens of faces.
+HALVES = np.array(np.meshgrid(*((-0.25, 0.25),) * 3)).reshape(3, -1).T
+"""Centres of the eight parts of a cube, in parts of its side."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Level:
+    """Balls of one size; `parts` (m, 8) are rows of the next size, -1 where nothing of the hull is."""
+
+    centres: FloatArray
+    inside_mm: FloatArray
+    radius_mm: float
+    parts: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HullCover:
+    """Balls that hold a hull, in several sizes, each size all of it; and the planes of some of the hull's faces."""
+
+    levels: tuple[_Level, ...]
+    planes: FloatArray
+
+    @classmethod
+    def of_hull(cls, corners: FloatArray) -> HullCover:
+        """Cover a hull with balls around the cells of a grid.
+
+        `corners`: shape (n, 3). Of the hull, not in one plane, mm.
+        """
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        step = float((high - low).max()) / ALONG
+        count = np.ceil((high - low) / step).astype(int)
+        axes = [(low[k] + high[k]) / 2 + step * (np.arange(count[k]) - (count[k] - 1) / 2) for k in range(3)]
+        planes = ConvexHull(corners).equations
+        centres = np.array(np.meshgrid(*axes)).reshape(3, -1).T
+        levels: list[_Level] = []
+        for number in range(LEVELS):
+            radius = step / 2**number * math.sqrt(3.0) / 2
+            inside = -(product(planes[:, :3], centres.T) + planes[:, 3:]).max(axis=0)
+            near = inside >= -radius  # the cube around another centre has nothing of the hull
+            if levels:
+                levels[-1].parts[...] = np.where(near, np.cumsum(near) - 1, -1).reshape(-1, len(HALVES))
+            centres, inside = centres[near], inside[near]
+            levels.append(_Level(centres, inside, radius, np.full((len(centres), len(HALVES)), -1)))
+            centres = (centres[:, None] + HALVES * step / 2**number).reshape(-1, 3)
+        _, some = np.unique(np.round(planes[:, :3] / APART), axis=0, return_index=True)
+        return cls(tuple(levels), planes[np.sort(some)])
+
+    def beyond_a_face(self, outline: FloatArray, T: FloatArray) -> FloatArray:
+        """Return lower bounds of the distances of points from the hull: they are all beyond one of its faces by this.
+
+        `outline`: shape (m, 3). Points in the frame of the surface, mm; the bound holds for their convex hull.
+        `T`: shape (n, 4, 4). ``T_surface_body``, mm.
+        Returns ndarray, shape (n,). mm; 0 where no face has all points beyond it.
+        """
+        normal = np.einsum("nij,fj->nfi", T[:, :3, :3], self.planes[:, :3])  # in the frame of the surface
+        off = self.planes[:, 3] - np.einsum("nfi,ni->nf", normal, T[:, :3, 3])
+        out = np.min([product(normal, point) for point in outline], axis=0) + off
+        return np.asarray(np.maximum(out.max(axis=1), 0.0), dtype=np.float64)
+
+    def settled(self, field: DistanceField, T: FloatArray, needed_mm: float) -> tuple[FloatArray, BoolArray]:
+        """Compare the hull with a surface at many states.
+
+        `T`: shape (n, 4, 4). ``T_surface_body``, mm.
+        Returns `margin`: ndarray, shape (n,). Lower bounds of distance less `needed_mm`, mm.
+        Returns `meets`: ndarray of bool, shape (n,). Whether the surface is surely inside the hull somewhere.
+        """
+        margin, meets = np.full(len(T), np.inf), np.zeros(len(T), dtype=bool)
+        R, p = np.ascontiguousarray(T[:, :3, :3]), T[:, :3, 3]
+        count = len(self.levels[0].centres)
+        state, ball = np.repeat(np.arange(len(T)), count), np.tile(np.arange(count), len(T))
+        for level in self.levels:
+            places = np.einsum("nij,nj->ni", R[state], level.centres[ball]) + p[state]
+            bound, most = field.between(places)
+            meets[state[most < level.inside_mm[ball]]] = True
+            free = bound - level.radius_mm - needed_mm
+            wide = (free <= 0.0) & ~meets[state]
+            if level is self.levels[-1] or not wide.any():
+                np.minimum.at(margin, state, free)
+                break
+            np.minimum.at(margin, state[~wide], free[~wide])
+            parts = level.parts[ball[wide]]
+            state, ball = np.repeat(state[wide], len(HALVES))[parts.ravel() >= 0], parts[parts >= 0]
+        return margin, meets

@@ -19,9 +19,8 @@ from wpcal.core.motion import APPROACH_MM
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell, CellState, joint_speeds
 from wpcal.planning.cell.hulls import hull_clearance
-from wpcal.planning.plan.plan import CollisionVerdict, Plan
+from wpcal.planning.plan.plan import CollisionVerdict, Plan, Schedule
 from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path, finer_states, measure_tip
-from wpcal.planning.plan.schedule import Schedule
 from wpcal.robot.kinematics.inverse import nearest_joints
 
 AIR_SPEED_MM_S = 50.0  #: Near a part: half of the speed that `wpcal export` uses for free moves.

@@ -3,33 +3,120 @@
 The states of one point are filtered by one limit after another: reach, joint limits, singular poses, clearance. The
 first limit that leaves no state is the obstacle, with the best value that any state attains. The torch may lean here
 within its range, so that a distance named as the best is not only that of the target torch angles.
+
+`Obstacle`: what keeps a seam from being planned, where, and by how much; `NoFeasiblePlanError` carries it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.errors import ConvergenceError
 from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, all_joints, flange_poses
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.singularity import LEAST_REGULARITY
-from wpcal.planning.cell.workplace import reach_shortage
-from wpcal.planning.search.obstacle import Constraint, Obstacle, too_near
+from wpcal.planning.cell.workplace import LEAST_REGULARITY, reach_shortage
+from wpcal.planning.search.objectives import target_coordinates
 from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.targets import target_coordinates
 from wpcal.robot.kinematics.inverse import TURN
+
+
+class Constraint(Enum):
+    """A kind of limit, by the name that messages and records give it."""
+
+    REACH = "reach"
+    JOINT_LIMITS = "joint limits"
+    SINGULAR_POSES = "singular poses"
+    CLEARANCE = "clearance"
+    TORCH_ANGLES = "torch angles"
+    WELD_POSITION = "weld position"
+    WELD_ZONE = "weld zone"
+    JOINT_SPEEDS = "joint speeds"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """The limit that is hardest to keep."""
+
+    constraint: Constraint
+    says: str  #: What was found, where, and what was asked, for people.
+    advice: str = ""  #: The relaxation that would help; empty if none is known.
+    s_mm: float | None = None  #: Place along the seam, mm.
+    between: tuple[str, str] | None = None  #: Two bodies that are too near to each other.
+    robot: int | None = None  #: 1 or 2.
+    joint: str | None = None  #: Name on the pendant.
+    #: `best`, `asked`: The best value that was attained at this place, and the value that is asked, in `unit`.
+    best: float | None = None
+    asked: float | None = None
+    unit: str = ""  #: ``mm``, ``deg``, ``mm/s``, or empty.
+
+    def describe(self) -> str:
+        """Say what was found and what would help."""
+        return f"{self.says}; {self.advice}" if self.advice else self.says
+
+    def to_record(self) -> dict[str, Any]:
+        """Return plain values for ``pareto.json``."""
+        return {
+            "constraint": self.constraint.value,
+            "says": self.says,
+            "advice": self.advice,
+            "s_mm": self.s_mm,
+            "between": None if self.between is None else list(self.between),
+            "robot": self.robot,
+            "joint": self.joint,
+            "best": self.best,
+            "asked": self.asked,
+            "unit": self.unit,
+        }
+
+
+class NoFeasiblePlanError(ConvergenceError):
+    """The search found no feasible plan."""
+
+    def __init__(self, why: str, obstacle: Obstacle | None = None) -> None:
+        self.obstacle = obstacle
+        found = "" if obstacle is None else f": {obstacle.describe()}"
+        super().__init__(f"no feasible plan: {why}{found}")
+
+
+def too_near(between: tuple[str, str], s_mm: float, best_mm: float, asked_mm: float, advice: str = "") -> Obstacle:
+    """Return the obstacle of two bodies that do not keep their distance.
+
+    Parameters
+    ----------
+    s_mm : Place along the seam, mm.
+    best_mm, asked_mm : float
+        Largest distance that was attained there, and the safety distance, mm. Capsules that overlap have a negative
+        distance.
+    """
+    one, two = between
+    found = f"{best_mm:.1f} mm" if best_mm >= 0 else f"overlapping by {-best_mm:.1f} mm"
+    return Obstacle(
+        constraint=Constraint.CLEARANCE,
+        says=f"{one} and {two}: at best {found} at s = {s_mm:.1f} mm, {asked_mm:g} mm asked",
+        advice=advice,
+        s_mm=s_mm,
+        between=between,
+        best=best_mm,
+        asked=asked_mm,
+        unit="mm",
+    )
+
 
 LEANS = (0.0, -1.0, -0.5, 0.5, 1.0)
 """Work and travel angles that are tried, as parts of their range; the targets first."""
 YAWS, SPINS, ROTATIONS = 12, 8, (0.0, -50.0, -25.0, 25.0, 50.0)
 """Directions of travel, spins of the torch, and rotations of the joint off the target (deg): those of the ladders."""
 SINGULAR = ("the wrist is nearly straight", "the elbow is nearly stretched", "the wrist is nearly above axis 1")
-"""The three measures of `wpcal.planning.cell.singularity`, in words."""
+"""The three measures of `wpcal.planning.cell.workplace`, in words."""
 STAGES = tuple(Constraint)
 """Reach, joint limits, singular poses, clearance, torch angles: a later obstacle is nearer to a plan."""
 

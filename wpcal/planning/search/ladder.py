@@ -14,12 +14,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.core.same_bits import first_least, product
+from wpcal.core.same_bits import product
+from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.search.diagnosis import LEANS, farthest_from_a_plan, obstacle_at
-from wpcal.planning.search.objectives import Weights, deviation_weights, joint_step_weight
-from wpcal.planning.search.obstacle import Constraint, Obstacle
+from wpcal.planning.search.diagnosis import LEANS, Constraint, Obstacle, farthest_from_a_plan, obstacle_at
+from wpcal.planning.search.objectives import (
+    Weights,
+    deviation_weights,
+    deviations,
+    joint_step_weight,
+    target_coordinates,
+)
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.reachable_states import (
     ROTATIONS_RAD,
@@ -27,7 +33,6 @@ from wpcal.planning.search.reachable_states import (
     allowed_rotations,
     usable_branches,
 )
-from wpcal.planning.search.targets import deviations, target_coordinates
 from wpcal.robot.kinematics.inverse import TURN
 
 RUNG_MM = 7.0  #: Target distance of rungs; a path between them is a straight line in the coordinates.
@@ -188,17 +193,12 @@ def _cheapest_way(problem: PlanningProblem, ladder: Ladder, weights: Weights) ->
     scale = np.sqrt(joint_step_weight(weights) * K / (K.sum() * (s[-1] - s[0])))
     off = np.degrees(deviations(ladder.coordinates, problem.targets))
     state_cost = product(off**2, deviation_weights(weights)) / len(s)
-    cost, back = state_cost[ladder.attitude[0]], []
-    for i in range(1, len(s)):
-        before, after = (np.degrees(joints) * scale for joints in ladder.joints[i - 1 : i + 1])
-        edge_cost = _squared_distances(after, before) / (s[i] - s[i - 1])
-        total = edge_cost + cost
-        back.append(first_least(total, axis=1))
-        cost = total[np.arange(len(total)), back[-1]] + state_cost[ladder.attitude[i]]
-    way = [int(first_least(cost))]
-    for best in reversed(back):
-        way.append(int(best[way[-1]]))
-    return _filled_in(problem, ladder, way[::-1])
+    joints = [np.degrees(states) * scale for states in ladder.joints]
+    way = cheapest_way(
+        [state_cost[attitude] for attitude in ladder.attitude],
+        lambda i, now, before: _squared_distances(joints[i][now], joints[i - 1][before]) / (s[i] - s[i - 1]),
+    )
+    return _filled_in(problem, ladder, way)
 
 
 def _squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:

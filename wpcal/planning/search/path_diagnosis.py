@@ -17,12 +17,15 @@ from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SLOPE, TRAVEL, WOR
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.recheck import PathCheck
 from wpcal.planning.search.diagnosis import (
+    Constraint,
+    NoFeasiblePlanError,
+    Obstacle,
     clearance_advice,
     joint_limit_obstacle,
     obstacle_at,
     singular_obstacle,
+    too_near,
 )
-from wpcal.planning.search.obstacle import Constraint, NoFeasiblePlanError, Obstacle, too_near
 from wpcal.planning.search.problem import ALLOWED_EXCESS, CandidatePath, PlanningProblem
 
 COORDINATE_NAMES = {SLOPE: "slope", ROTATION: "rotation", WORK: "work angle", TRAVEL: "travel angle"}

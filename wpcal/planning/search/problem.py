@@ -13,10 +13,8 @@ from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE, TRAVEL, WORK, SeamPath
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
-from wpcal.planning.cell.workplace import weld_zone
-from wpcal.planning.search.objectives import PathValues, objective_values
-from wpcal.planning.search.targets import ATTITUDE, WeldTargets
+from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity, weld_zone
+from wpcal.planning.search.objectives import ATTITUDE, PathValues, WeldTargets, objective_values
 
 ALLOWED_EXCESS = 1e-9  #: Round-off of an angle at the end of its range.
 

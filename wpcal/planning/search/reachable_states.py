@@ -25,12 +25,10 @@ from wpcal.planning.cell.closed_chain import (
     all_joints,
     flange_poses,
 )
-from wpcal.planning.cell.singularity import is_regular, is_within_turns
-from wpcal.planning.cell.workplace import candidate_places, reach_shortage
-from wpcal.planning.search.diagnosis import clearance_advice, obstacle_at
-from wpcal.planning.search.obstacle import NoFeasiblePlanError, Obstacle, too_near
+from wpcal.planning.cell.workplace import candidate_places, is_regular, is_within_turns, reach_shortage
+from wpcal.planning.search.diagnosis import NoFeasiblePlanError, Obstacle, clearance_advice, obstacle_at, too_near
+from wpcal.planning.search.objectives import WeldTargets, target_coordinates
 from wpcal.planning.search.problem import PlanningProblem
-from wpcal.planning.search.targets import WeldTargets, target_coordinates
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 

@@ -23,7 +23,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.singularity import is_regular, is_within_turns
+from wpcal.planning.cell.workplace import is_regular, is_within_turns
 from wpcal.planning.sequence.external import axes_of, external_axes, values_along
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam

@@ -14,21 +14,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.core.same_bits import inverse_pose, product
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.same_bits import inverse_pose, product, sine_cosine
+from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.singularity import is_regular, is_within_turns
-from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.cell.workplace import is_regular, is_within_turns
 from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes, values_along
-from wpcal.planning.sequence.ladder import cheapest_way
 from wpcal.planning.sequence.motion_check import MotionChecker
-from wpcal.planning.sequence.seam_task import SeamTask
+from wpcal.planning.sequence.seam_task import Candidate, SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses
-from wpcal.robot.kinematics.branch_path import Broken, continue_branch
-from wpcal.robot.kinematics.inverse import solve_inverse
+from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, solve_inverse
 from wpcal.robot.kinematics.opw import BRANCHES
 
 MOST_CANDIDATES = 6  #: Kept per seam: the order of seams chooses among them.
@@ -36,6 +34,12 @@ POSES_AT_ONCE = 8192  #: Poses whose joints are solved together: 3 MB of joints.
 TRIED = 6  #: Branches and positions of the external axes that are climbed per batch.
 CLIMBS = 12  #: How often a ladder is climbed again after a state of its way was found to be unusable.
 TILTED_AXES = 24  #: Positions of the external axes that are tried with the torch off its target angles.
+
+STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
+OFF_WEIGHT = 2.0
+"""... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""
+LARGEST_STEP_RAD = np.radians(75.0)
+"""A joint that turns by more from one rung to the next swings through a singular pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,7 +152,7 @@ class SeamSearch:
         best = Climb(-1, None)
         seen: set[int] = set()
         for _ in range(CLIMBS):
-            way = cheapest_way(joints, usable, poses.off_rad, self.weights)
+            way = way_of_branch(joints, usable, poses.off_rad, self.weights)
             if len(way) <= 1 or (whole and len(way) < len(poses.rungs)):
                 return best
             if int(poses.rungs[len(way) - 1]) <= best.last:
@@ -239,3 +243,28 @@ class SeamSearch:
 def _leading(good: BoolArray) -> int:
     """Return how many of the first values are true."""
     return len(good) if good.all() else int(np.argmin(good))
+
+
+def way_of_branch(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, weights: FloatArray) -> list[int]:
+    r"""Return the states of the cheapest way of one branch from the first rung, as far as there is one.
+
+    The cost is :math:`\sum_i w_o\,o_i^2 + w_s \sum_{i,j} K_j (2 - 2 \cos \Delta q_{ij})`: the cosine is the squared
+    step for small steps, the same for whole turns, and a product of matrices.
+
+    Parameters
+    ----------
+    joints : shape (m, K, 6). Of one branch, rad.
+    usable : ndarray of bool, shape (m, K)
+    off_rad : shape (m, K). Deviation of the torch from its targets.
+    weights : shape (6,). K_j, positive.
+    """
+    q = np.nan_to_num(joints)
+    ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))
+
+    def step(i: int, now: IntArray, before: IntArray) -> FloatArray:
+        squares = 2.0 * weights.sum() - 2.0 * product(ring[i, now], ring[i - 1, before].T)
+        apart = np.abs(q[i, now][:, None] - q[i - 1, before])
+        swings = (np.abs(apart - TURN * np.rint(apart / TURN)) > LARGEST_STEP_RAD).any(axis=2)
+        return np.where(swings, np.inf, STEP_WEIGHT * squares)
+
+    return cheapest_way(list(np.where(usable, OFF_WEIGHT * off_rad**2, np.inf)), step)

@@ -19,10 +19,10 @@ from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.optim.banded import LinearModel, descend
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
-from wpcal.planning.sequence.candidate import Candidate
+from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
 from wpcal.planning.sequence.external import values_along
 from wpcal.planning.sequence.seam_search import SeamSearch
+from wpcal.planning.sequence.seam_task import Candidate
 from wpcal.planning.sequence.torch_poses import tool_on_seam, torch_angles
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 

@@ -1,17 +1,94 @@
-"""A sequence as one row of states with times: what the table, the page and the trajectories show."""
+"""A sequence as one row of states with times: what the table, the page and the trajectories show.
+
+States between those of a weld, so that straight moves in the joints keep the wire on lines in the part.
+
+A seam is sampled coarsely, and a controller moves the wire on lines and arcs. A trajectory in the joints leaves these
+lines between two states, most where the torch turns quickly. There it gets more states, solved by Newton's method.
+
+The records of a sequence: ``plan.json`` with all numbers, ``plan.csv`` with one row per state.
+"""
 
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.planning.sequence.on_line import states_on_lines
+from wpcal.core.csv_text import csv_text
+from wpcal.core.same_bits import inverse_pose, product, solve
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.order import axis_seconds
-from wpcal.planning.sequence.weld_sequence import WeldPiece, WeldSequence, air_seconds
+from wpcal.planning.sequence.plan_sequence import SequenceChoice
+from wpcal.planning.sequence.remedies import Help
+from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, WeldSequence, air_seconds
+from wpcal.seam.path.position import weld_rotation, weld_slope
+
+ON_LINE_MM = 0.02  #: How far the wire may leave a line: less than half of the usual tolerance of a path.
+STEPS = 4  #: Of Newton's method: it starts within some tenths of a millimetre, and doubles its digits with each.
+SOLVED = 1e-6  #: mm and rad: what is left where Newton's method found the place.
+
+
+def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return states between which straight moves in the axes keep the tip of the wire on lines in the part.
+
+    Parameters
+    ----------
+    q : shape (n, k). Neighbouring states of a weld with its approach and retract, rad and mm.
+
+    Returns
+    -------
+    q : ndarray, shape (m, k)
+        The given states and those between them; a place that Newton's method does not find within the limits is on the
+        straight move in the axes.
+    at : ndarray, shape (m,). Their places, in steps from the first.
+    """
+    tool = _in_part(cell, q)
+    middle = _in_part(cell, (q[:-1] + q[1:]) / 2)[:, :3, 3]
+    off = np.linalg.norm(middle - (tool[:-1, :3, 3] + tool[1:, :3, 3]) / 2, axis=1)
+    parts = np.maximum(np.ceil(np.sqrt(off / ON_LINE_MM)), 1.0).astype(int)  # the distance shrinks with the square
+    row = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
+    between = np.flatnonzero(share > 0.0)
+    found = q[row] + share[:, None] * (q[row + 1] - q[row])
+    if len(between):
+        one, t = row[between], share[between]
+        p = tool[one, :3, 3] + t[:, None] * (tool[one + 1, :3, 3] - tool[one, :3, 3])
+        turn = Rotation.from_matrix(tool[one, :3, :3])
+        by = (turn.inv() * Rotation.from_matrix(tool[one + 1, :3, :3])).as_rotvec()
+        found[between] = _solved(cell, found[between], p, turn * Rotation.from_rotvec(t[:, None] * by))
+    return np.concatenate([found, q[-1:]]), np.append(row + share, float(len(parts)))
+
+
+def _in_part(cell: Cell, q: FloatArray) -> FloatArray:
+    return product(inverse_pose(cell.part_places(q)), cell.tool_places(q))
+
+
+def _solved(cell: Cell, start: FloatArray, p_part: FloatArray, R_part: Rotation) -> FloatArray:
+    """Return states with the tool at places in the part, near given states of shape (n, k)."""
+    q = start.copy()
+    T_base_part = product(inverse_pose(cell.base_places(q)), cell.part_places(q))
+    goal = np.einsum("nij,nj->ni", T_base_part[:, :3, :3], p_part) + T_base_part[:, :3, 3]
+    attitude = Rotation.from_matrix(T_base_part[:, :3, :3]) * R_part
+    left = np.full((len(q), 6), np.inf)
+    for _ in range(STEPS):
+        tool = product(cell.arm.forward(q[:, :JOINTS]), cell.T_flange_tool.matrix)
+        turn = (attitude * Rotation.from_matrix(tool[:, :3, :3]).inv()).as_rotvec()
+        left = np.concatenate([turn, goal - tool[:, :3, 3]], axis=1)
+        J = cell.arm.jacobian(q[:, :JOINTS], point=cell.T_flange_tool.t_mm)
+        step = solve(J, left[:, :, None])[0][:, :, 0]
+        q[:, :JOINTS] += np.where(np.isfinite(step), step, 0.0)
+    low, high = cell.limits
+    good = (np.abs(left).max(axis=1) < SOLVED) & ((q >= low) & (q <= high)).all(axis=1)
+    return np.where(good[:, None], q, start)
 
 
 class SequencePhase(Enum):
@@ -102,3 +179,144 @@ def _at_states(at: FloatArray, margin: FloatArray, count: int) -> FloatArray:
     least = np.full(count, np.inf)
     np.minimum.at(least, rows, margin)
     return least
+
+
+SEQUENCE_SCHEMA = "wpcal/weld-sequence/1"
+CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
+
+
+def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mapping[str, str]) -> dict[str, Any]:
+    """Return the record of ``plan.json``. Angles in degrees, a rail in mm."""
+    sequence = choice.sequence
+    cell = sequence.cell
+    return {
+        "schema": SEQUENCE_SCHEMA,
+        "cell": cell.name,
+        "units": {"length": "mm", "angle": "deg", "time": "s"},
+        "freedom": "free" if sequence.is_free else "not free",
+        "checked": checked_text(sequence),
+        "axes": list(cell.axis_names),
+        "welded_mm": sequence.welded_mm,
+        "time_s": float(line.t_s[-1]),
+        "position": sequence.targets.position.value,
+        "position_tol_deg": math.degrees(sequence.targets.position_tol_rad),
+        "chosen": choice.chosen.value,
+        "plans": {preference.value: values_record(values) for preference, values in choice.values.items()},
+        "T_carrier_part": cell.T_part.to_record(),
+        "seams": [_piece(cell, piece, sequence) for piece in sequence.pieces],
+        "unwelded": [_unwelded(each) for each in sequence.unwelded],
+        "no_program": dict(no_program),
+        "points": _points(sequence, line),
+    }
+
+
+def values_record(values: SequenceValues) -> dict[str, float]:
+    """Return what plans are compared by as plain values."""
+    return {
+        "position_deg": values.position_deg,
+        "torch_deg": values.torch_deg,
+        "motion_deg_per_mm": values.motion_deg_per_mm,
+        "time_s": values.time_s,
+    }
+
+
+def checked_text(sequence: WeldSequence) -> str:
+    """Say in one line what was compared with what."""
+    checks = [piece.check for piece in sequence.pieces] + [path.check for path in sequence.air]
+    count = sum(len(check.at) for check in checks)
+    least = min(float(check.margin_mm.min()) for check in checks)
+    return (
+        f"{count} states on all moves; between two of them no body moves farther than is free around it; the least "
+        f"distance is at least {least:.1f} mm beyond the safety distance"
+    )
+
+
+def position_name(cell: Cell, piece: WeldPiece) -> tuple[float, float]:
+    """Return slope and rotation in the middle of a piece, deg; the rotation is NaN in vertical travel."""
+    candidate = piece.candidate
+    R = product(cell.part_places(candidate.q[:1])[0, :3, :3], candidate.task.R[len(candidate) // 2])
+    return float(np.degrees(weld_slope(R[:, 0]))), float(np.degrees(weld_rotation(R[:, 0], R[:, 2])))
+
+
+def _piece(cell: Cell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, Any]:
+    candidate = piece.candidate
+    slope, rotation = position_name(cell, piece)
+    s = candidate.task.s_mm
+    off = math.degrees(candidate.off_position_rad)
+    return {
+        "name": piece.name,
+        "seam": candidate.task.name,
+        "from_mm": float(s[0]),
+        "to_mm": float(s[-1]),
+        "is_reversed": candidate.is_reversed,
+        "external": _degrees(cell, candidate.q[:1])[0][6:],
+        "external_end": _degrees(cell, candidate.q[-1:])[0][6:],
+        "branch": candidate.branch,
+        "slope_deg": slope,
+        "rotation_deg": None if math.isnan(rotation) else rotation,
+        "off_position_deg": off,
+        "in_position": candidate.off_position_rad <= sequence.targets.position_tol_rad,
+        "off_torch_deg": math.degrees(candidate.off_torch_rad),
+        "speed_mm_s": piece.speed_mm_s,
+        "slowed_by": piece.slowed_by,
+        "least_margin_mm": float(piece.check.margin_mm.min()),
+    }
+
+
+def _unwelded(gap: Unwelded) -> dict[str, Any]:
+    return {
+        "seam": gap.seam,
+        "from_mm": gap.from_mm,
+        "to_mm": gap.to_mm,
+        "why": gap.why,
+        "help": [_help(each) for each in gap.help],
+        "is_searched": gap.is_searched,
+    }
+
+
+def _help(each: Help) -> dict[str, Any]:
+    return {
+        "text": each.text,
+        "turn_deg": each.turn_deg,
+        "move_mm": list(each.move_mm),
+        "raise_mm": each.raise_mm,
+        "from_table_mm": each.from_table_mm,
+        "torch_range_deg": each.torch_range_deg,
+        "torch_scale": each.torch_scale,
+    }
+
+
+def _degrees(cell: Cell, q: np.ndarray[Any, Any]) -> list[list[float]]:
+    """Return axes as files show them: degrees, and a rail in mm."""
+    factors = np.full(q.shape[1], 180.0 / math.pi)
+    if cell.rail_axis is not None:
+        factors[cell.rail_axis] = 1.0
+    found: list[list[float]] = (q * factors).tolist()
+    return found
+
+
+def _points(sequence: WeldSequence, line: Timeline) -> list[dict[str, Any]]:
+    axes = _degrees(sequence.cell, line.q)
+    return [
+        {
+            "t_s": float(line.t_s[row]),
+            "phase": line.phase[row].value,
+            "seam": None if line.piece[row] < 0 else sequence.pieces[line.piece[row]].name,
+            "s_mm": None if math.isnan(line.s_mm[row]) else float(line.s_mm[row]),
+            "axes": axes[row],
+            "margin_mm": None if math.isinf(line.margin_mm[row]) else float(line.margin_mm[row]),
+        }
+        for row in range(len(line))
+    ]
+
+
+def sequence_csv(sequence: WeldSequence, line: Timeline) -> str:
+    """Return ``plan.csv``: one row per state; an unknown value is an empty cell."""
+    units = ["mm" if column == sequence.cell.rail_axis else "deg" for column in range(len(sequence.cell.axis_names))]
+    names = [f"{name}_{unit}" for name, unit in zip(sequence.cell.axis_names, units, strict=True)]
+    rows: list[list[object]] = [["point", "t_s", "phase", "seam", "s_mm", *names, "margin_mm"]]
+    for number, point in enumerate(_points(sequence, line), start=1):
+        numbers = [point["s_mm"], *point["axes"], point["margin_mm"]]
+        cells = ["" if value is None else f"{value:.{CSV_DIGITS}g}" for value in numbers]
+        rows.append([number, f"{point['t_s']:.{CSV_DIGITS}g}", point["phase"], point["seam"] or "", *cells])
+    return csv_text(rows)

@@ -12,8 +12,7 @@ import numpy as np
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, TRAVEL, WORK, torch_on_seam
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
-from wpcal.planning.cell.part_capsules import tool_capsules
+from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, tool_capsules
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 

@@ -11,10 +11,10 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.air_path import AirPath
-from wpcal.planning.sequence.candidate import Candidate
 from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.motion_check import CheckedMove
 from wpcal.planning.sequence.order import axis_seconds
+from wpcal.planning.sequence.seam_task import Candidate
 from wpcal.planning.sequence.targets import SequenceTargets
 
 AIR_SHARE = 0.5

@@ -18,8 +18,7 @@ from wpcal.optim.genetic import GeneticOptions, GeneticResult, solve_genetic
 from wpcal.optim.tabu import TabuOptions, TabuResult, solve_tabu
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, Parameter
-from wpcal.robot.kinematics.chain import LINK_SYMBOLS
-from wpcal.robot.kinematics.forward import start_frames, walk
+from wpcal.robot.kinematics.forward import LINK_SYMBOLS, start_frames, walk
 
 ANGLE_LENGTH_MM = 1000.0
 """Ours: an error of 1 rad weighs as much as one of this length, about the reach of the arms at hand. Both halves of a

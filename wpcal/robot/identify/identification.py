@@ -12,15 +12,29 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.options import opt
-from wpcal.robot.identify.error_summary import PoseErrorSummary, Verdict, distances_mm, judge, summarise, turns_deg
+from wpcal.robot.identify.error_summary import (
+    PoseErrorSummary,
+    Verdict,
+    distances_mm,
+    judge,
+    require_plausible,
+    summarise,
+    turns_deg,
+)
 from wpcal.robot.identify.genetic_tabu import EXPECTED_MM, EXPECTED_RAD, GeneticTabuFit, solve_genetic_tabu
-from wpcal.robot.identify.held_back import fold_rows, split_poses, without_rows
 from wpcal.robot.identify.identifiability import Noise, split_determined
 from wpcal.robot.identify.least_squares import LeastSquaresFit, absorbed_errors, assess, solve_least_squares
 from wpcal.robot.identify.observations import PoseObservations
-from wpcal.robot.identify.outliers import OutlierPose, find_outliers, huber_weights, unexpected_poses
+from wpcal.robot.identify.outliers import (
+    OutlierPose,
+    find_outliers,
+    fold_rows,
+    huber_weights,
+    split_poses,
+    unexpected_poses,
+    without_rows,
+)
 from wpcal.robot.identify.parameters import Group, KinematicModel, Parameter, last_link_first, surrounding_parameters
-from wpcal.robot.identify.plausibility import require_plausible
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
 from wpcal.robot.kinematics.arm import Arm

@@ -16,7 +16,7 @@ from wpcal.robot.identify.identifiability import TRACKER, Noise, Unseen, split_d
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import POSE_SYMBOLS, Group, KinematicModel, Parameter
 from wpcal.robot.identify.pose_residuals import Minimum, estimate_noise, evaluate, minimise
-from wpcal.robot.kinematics.chain import LINK_SYMBOLS
+from wpcal.robot.kinematics.forward import LINK_SYMBOLS
 
 STRONG_CORRELATION = 0.95
 """Pairs of parameters above this are reported by name: their sum or difference is known three times worse than the

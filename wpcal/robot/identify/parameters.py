@@ -13,8 +13,7 @@ from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.kinematics.chain import LINK_SYMBOLS, MDHChain
-from wpcal.robot.kinematics.forward import Frames, LinkMotion, cross, start_frames, walk
+from wpcal.robot.kinematics.forward import LINK_SYMBOLS, Frames, LinkMotion, MDHChain, cross, start_frames, walk
 
 POSE_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 """Six numbers of a base or tool: shift of its origin (mm), then turn about its origin (rad)."""

@@ -14,8 +14,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel
-from wpcal.robot.kinematics.chain import MDHChain
-from wpcal.robot.kinematics.forward import forward_kinematics
+from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics
 
 ALTERNATIONS = 100
 """Rounds of base and offset in turns: only a start is wanted, and each round takes well under a millisecond."""

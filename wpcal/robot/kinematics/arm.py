@@ -14,8 +14,7 @@ from wpcal.core.robot_space import RobotSpace
 from wpcal.core.same_bits import product, solve
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
-from wpcal.robot.kinematics.chain import MDHChain
-from wpcal.robot.kinematics.forward import Frames, forward_kinematics, geometric_jacobian, start_frames, walk
+from wpcal.robot.kinematics.forward import Frames, MDHChain, forward_kinematics, geometric_jacobian, start_frames, walk
 
 
 @dataclass(frozen=True, slots=True)

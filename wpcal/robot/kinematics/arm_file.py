@@ -14,7 +14,7 @@ from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm, Coupling, Joint
-from wpcal.robot.kinematics.chain import MDHChain
+from wpcal.robot.kinematics.forward import MDHChain
 from wpcal.robot.kinematics.urdf import read_urdf
 
 ARM_SCHEMA = "wpcal/arm/1"

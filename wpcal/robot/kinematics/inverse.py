@@ -1,7 +1,20 @@
-"""Inverse kinematics of an `Arm`: closed form, Newton steps where the arm is an identified one, limits, whole turns."""
+"""Inverse kinematics of an `Arm`: closed form, Newton steps where the arm is an identified one, limits, whole turns.
+
+Joint angles along a path in one branch of the inverse kinematics: continuous, and within the limits.
+
+A linear move cannot change the branch: the arm would have to pass a singularity. Whole turns of an axis with more than
+one turn are counted on along the path.
+
+Which of its eight postures an arm is in, from its joint angles: what controllers call its configuration.
+
+Two of the three choices are places of the wrist centre, as drawings of the makers show them: in front of axis 1 or
+behind it, and in front of the line through axes 2 and 3 or behind it. *In front* is the side of the base's x axis when
+joint 1 is at 0. The third choice is the sign of joint 5.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +25,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import product, solve
 from wpcal.core.tangent import log_rotation
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.chain import MDHChain
-from wpcal.robot.kinematics.forward import forward_kinematics, geometric_jacobian
+from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics, geometric_jacobian
 from wpcal.robot.kinematics.opw import OPWGeometry, solve_opw
 
 TURN = 2.0 * np.pi
@@ -172,3 +184,116 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
             raise GeometryError(f"{arm.name}: pose {row + 1} of {len(path)}: {why}")
         before = path[row] = q[np.nanargmin(move)]
     return path
+
+
+LARGEST_STEP_RAD = math.radians(45.0)
+"""Between two poses some millimetres and degrees apart, a joint that turns by more swings through a singularity. Arms
+stop there, or leave the path."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Broken:
+    """Where a path cannot go on."""
+
+    row: int  #: The first pose that the arm does not get to.
+    why: str
+
+
+def continue_branch(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray | Broken:
+    """Count whole turns along a path, shape (N, n). Shown angles, rad; or where the path breaks, and why.
+
+    Parameters
+    ----------
+    joints : array_like, shape (N, n)
+        Shown angles of one branch, each in the turn around zero, rad; NaN where the branch does not reach.
+    near : shape (n,). The first angles are as near as possible to these.
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    out = ~np.isfinite(q).all(axis=1)
+    if out.any():
+        return Broken(int(np.argmax(out)), "is out of reach")
+    steps = np.diff(q, axis=0)
+    steps -= TURN * np.rint(steps / TURN)
+    path = np.concatenate([q[:1], q[:1] + np.cumsum(steps, axis=0)])
+    broken = [_limit(arm, path, joint, np.asarray(near)) for joint in range(q.shape[1])]
+    jumps = np.abs(steps) > LARGEST_STEP_RAD
+    if jumps.any():
+        row, joint = (int(index[0]) for index in np.nonzero(jumps))
+        degrees = math.degrees(steps[row, joint])
+        broken.append(Broken(row + 1, f"joint {arm.joints[joint].name} would swing by {degrees:.0f} deg to get there"))
+    found = [each for each in broken if each is not None]
+    return min(found, key=lambda each: each.row) if found else path
+
+
+def _limit(arm: Arm, path: FloatArray, joint: int, near: FloatArray) -> Broken | None:
+    """Move one column of `path` by whole turns into the limits, in place; where it breaks them, if it does."""
+    low, high = arm.limits[:, joint]
+    column = path[:, joint]
+    nearest = int(np.rint((near[joint] - column[0]) / TURN))
+    turns = sorted(range(nearest - 3, nearest + 4), key=lambda turn: abs(turn - nearest))
+    outside = [(column + TURN * turn < low) | (column + TURN * turn > high) for turn in turns]
+    held = [int(np.argmax(rows)) if rows.any() else len(column) for rows in outside]
+    best = held.index(max(held))
+    path[:, joint] = column + TURN * turns[best]
+    if held[best] == len(column):
+        return None
+    name, degrees = arm.joints[joint].name, math.degrees(path[held[best], joint])
+    limits = f"{math.degrees(low):g} and {math.degrees(high):g} deg"
+    return Broken(held[best], f"joint {name} would be at {degrees:.0f} deg, its limits are {limits}")
+
+
+FRONT_COS = 0.9
+"""With joint 1 at 0 the arm reaches along the base's x axis on every controller; an arm file that is off by more than
+about 25° has another zero or another base."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posture:
+    """Postures for N joint angles."""
+
+    joints: FloatArray  #: shape (N, 6). Shown angles, rad.
+    is_behind: BoolArray  #: shape (N,). Whether the wrist centre is behind axis 1.
+    is_behind_lower_arm: BoolArray  #: shape (N,). Whether the wrist centre is behind the line through axes 2 and 3.
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @property
+    def degrees(self) -> FloatArray:
+        """Shown angles, deg, shape (N, 6)."""
+        return np.asarray(np.rad2deg(self.joints), dtype=np.float64)
+
+
+def posture(arm: Arm, joints: ArrayLike) -> Posture:
+    """Return the postures of an arm.
+
+    Parameters
+    ----------
+    joints : shape (N, 6). Shown angles, rad.
+
+    Raises
+    ------
+    GeometryError
+        When the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 = 0: which side is its
+        front is then not known.
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    nominal = arm.as_nominal()
+    g = OPWGeometry.of_chain(nominal.chain)
+    t = nominal.model_angles(q) * g.signs + g.offsets
+    zero = float((nominal.model_angles(np.zeros(6)) * g.signs + g.offsets)[0])
+    reach = g.T_base_opw[:3, :3] @ np.array([np.cos(zero), np.sin(zero), 0.0])
+    if abs(reach[0]) < FRONT_COS:
+        raise GeometryError(
+            f"{arm.name}: with joint 1 at 0 it does not reach along the x axis of its base; which side is its front is "
+            "not known"
+        )
+    front = float(np.sign(reach[0]))
+    up = float(np.sign(g.T_base_opw[2, 2])) or 1.0
+    bend = t[:, 2] + np.arctan2(g.a2, g.c3)
+    r = g.a1 + g.c2 * np.sin(t[:, 1]) + np.hypot(g.a2, g.c3) * np.sin(t[:, 1] + bend)
+    return Posture(
+        q,
+        np.asarray(front * r < 0.0, dtype=np.bool_),
+        np.asarray(front * up * np.sin(bend) < 0.0, dtype=np.bool_),
+    )

@@ -24,8 +24,7 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import GeometryError
 from wpcal.core.rotations import rotation_from_zyx, rotation_from_zyz
 from wpcal.core.same_bits import arc_tangent, inverse_pose, length, product, sine_cosine
-from wpcal.robot.kinematics.chain import MDHChain
-from wpcal.robot.kinematics.forward import forward_kinematics, start_frames, walk
+from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics, start_frames, walk
 
 FAMILY_ATOL = 1e-9
 """Axes that are off being parallel, normal or meeting by more than this (rad, or parts of the reach) are another

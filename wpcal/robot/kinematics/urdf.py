@@ -24,7 +24,7 @@ from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed, shown
 from wpcal.robot.kinematics.arm import Arm, Joint
-from wpcal.robot.kinematics.chain import MDHChain
+from wpcal.robot.kinematics.forward import MDHChain
 
 MM_PER_M = 1000.0
 LEAST_AXIS = 1e-6  #: Length of an axis. A URDF states unit vectors; one that is nearly zero has no direction.

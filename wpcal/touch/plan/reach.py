@@ -21,7 +21,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.singularity import LEAST_REGULARITY, regularity
+from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
 from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import axis_seconds
