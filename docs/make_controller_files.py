@@ -1,6 +1,6 @@
-"""Write the whole files of the T-joint into docs/how-to: each block of a page is what wpcal writes.
+"""Write the whole files of the T-joint into docs/how-to: each block of a page, and each file to which it links.
 
-The line above a block gives the options of the command and the file:
+The line above a block or a link gives the options of the command and the file:
 
     <!-- wpcal export fixtures/tee/golden -f krl --tool-number 3: WPCAL.src -->
 
@@ -22,8 +22,9 @@ from wpcal.cli.main import wpcal
 
 ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "how-to"
-BLOCK = re.compile(
-    r"^<!-- wpcal (?P<command>(?:export|plan) [^\n]*): (?P<file>\S+) -->\n+```text\n(?P<text>.*?)^```$",
+SHOWN = re.compile(
+    r"^<!-- wpcal (?P<command>(?:export|plan) [^\n]*): (?P<file>\S+) -->\n+"
+    r"(?:```text\n(?P<text>.*?)^```$|\[[^\]]*\]\((?P<link>[^)]+)\))",
     re.MULTILINE | re.DOTALL,
 )
 
@@ -43,15 +44,18 @@ def renewed(page: str) -> str:
 
     def block(match: re.Match[str]) -> str:
         command, file = match["command"], match["file"]
+        if match["link"]:
+            (PAGES / match["link"]).write_text(written(command)[file].rstrip() + "\n", encoding="utf-8")
+            return match[0]
         return f"<!-- wpcal {command}: {file} -->\n\n```text\n{written(command)[file].rstrip()}\n```"
 
-    return BLOCK.sub(block, page)
+    return SHOWN.sub(block, page)
 
 
 def main() -> None:
     for path in sorted(PAGES.glob("*.md")):
         page = path.read_text(encoding="utf-8")
-        if BLOCK.search(page):
+        if SHOWN.search(page):
             path.write_text(renewed(page), encoding="utf-8")
             sys.stderr.write(f"{path.name}\n")
 

@@ -7,13 +7,13 @@ read by the reader of its kind. A file that the audit lists with faults is not c
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.fuzz.sample_records import sample_records
 from tests.fuzz.target import FIXTURES, Target, seed
+from tests.shown_programs import shown_programs
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.audit.programs import Surroundings
 from wpcal.core.errors import InputError
@@ -23,13 +23,7 @@ from wpcal.planning.cell.cell_file import read_cell
 from wpcal.robot.kinematics.arm_file import read_arm
 from wpcal.robot.kinematics.urdf import read_urdf
 
-DOCS = FIXTURES.parent / "docs" / "how-to"
 AROUND = Surroundings(T_base_part=RigidTransform.identity(target="base", source="part"))
-SHOWN = r" \S+ [^\n]*: (\S+) -->\n+```text\n(.*?)^```$"
-WRITTEN = re.compile(rf"^<!-- wpcal export{SHOWN}", re.MULTILINE | re.DOTALL)
-"""The programs that the docs show: files as `wpcal export` writes them."""
-COORDINATED = re.compile(rf"^<!-- wpcal plan{SHOWN}", re.MULTILINE | re.DOTALL)
-"""Programs of two robots that the docs show: files as `wpcal plan` writes them."""
 
 
 class AuditWrongError(Exception):
@@ -85,8 +79,7 @@ def audited_targets() -> dict[str, Target]:
 
 def _of_two_robots() -> dict[str, Target]:
     """Return the audit of every file of programs of two robots, with the files of the other robot beside it."""
-    page = (DOCS / "two-robots.md").read_text(encoding="utf-8")
-    files = {name: text.encode("latin-1", "replace") for name, text in COORDINATED.findall(page)}
+    files = {shown.file: shown.raw for shown in shown_programs("two-robots.md")}
     return {
         f"audit-two-{name}": Target(Audited(beside={k: v for k, v in files.items() if k != name}), (text,), name)
         for name, text in files.items()
@@ -96,11 +89,11 @@ def _of_two_robots() -> dict[str, Target]:
 def written_programs() -> dict[str, tuple[bytes, ...]]:
     """Return programs of every language that is read back, by suffix."""
     found: dict[str, tuple[bytes, ...]] = {}
-    for page in sorted(DOCS.glob("*.md")):
-        for name, text in WRITTEN.findall(page.read_text(encoding="utf-8")):
-            suffix = Path(name).suffix.lower()
+    for shown in shown_programs():
+        if shown.command.startswith("export"):
+            suffix = Path(shown.file).suffix.lower()
             if suffix in (".mod", ".ls", ".dat", ".jbi", ".as", ".script", ".dtx"):
-                found[suffix] = (*found.get(suffix, ()), text.encode("latin-1", "replace"))
+                found[suffix] = (*found.get(suffix, ()), shown.raw)
     return found
 
 

@@ -1,15 +1,14 @@
 """The files in the how-to pages are, line by line, what `wpcal export` and `wpcal plan` write from the fixtures."""
 
-import re
 import shlex
 from pathlib import Path
 
 import pytest
 
+from tests.shown_programs import shown_programs
 from wpcal.cli.main import run
 
 ROOT = Path(__file__).parents[3]
-PAGES = ROOT / "docs" / "how-to"
 WHOLE = {
     "abb.md": ["WPCAL.mod", "WPCAL.mod"],
     "fanuc.md": ["WPCAL.ls", "W1.ls", "W2.ls"],
@@ -31,38 +30,21 @@ WHOLE = {
 }
 
 
-def blocks(page):
-    """The lines of every block with the command above it."""
-    found, command, text = [], None, None
-    for line in (PAGES / page).read_text(encoding="utf-8").splitlines():
-        start = re.fullmatch(r"<!-- wpcal ((?:export|plan) .*): (\S+) -->", line)
-        if start:
-            command = start.groups()
-        elif command and text is None and line == "```text":
-            text = []
-        elif text is not None and line == "```":
-            found.append((*command, text))
-            command, text = None, None
-        elif text is not None:
-            text.append(line)
-    return found
-
-
 @pytest.mark.parametrize("page", WHOLE)
 def test_the_page_shows_what_is_written(page, tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
-    found = blocks(page)
-    assert [file for _, file, _ in found] == WHOLE[page]
-    commands = list(dict.fromkeys(command for command, *_ in found))
+    found = list(shown_programs(page))
+    assert [one.file for one in found] == WHOLE[page]
+    commands = list(dict.fromkeys(one.command for one in found))
     if any(command.startswith("plan") for command in commands):
         pytest.importorskip("fcl", reason="python-fcl is not installed")
-    for command, file, lines in found:
-        out = tmp_path / str(commands.index(command))
+    for one in found:
+        out = tmp_path / str(commands.index(one.command))
         if not out.exists():  # a command is run once for all its files
             with pytest.raises(SystemExit) as ended:
-                run([*shlex.split(command), "-o", str(out)])
+                run([*shlex.split(one.command), "-o", str(out)])
             assert ended.value.code == 0
-        (path,) = out.rglob(file)
+        (path,) = out.rglob(one.file)
         written = path.read_bytes().decode().replace("\r\n", "\n").rstrip("\n").split("\n")
         renew = f"{page}: run python docs/make_controller_files.py"
-        assert lines == written, renew
+        assert one.text.rstrip("\n").split("\n") == written, renew

@@ -2,7 +2,6 @@
 
 import copy
 import json
-import re
 import shutil
 from collections.abc import Iterator
 from functools import cache
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.running import run_here
+from tests.shown_programs import shown_programs
 from wpcal.controllers.audit import audit_path
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
@@ -39,12 +39,11 @@ def test_every_clean_file_of_the_fixtures_is_clean(folder: str) -> None:
 
 
 def test_every_program_in_the_docs_is_clean(tmp_path: Path) -> None:
-    block = re.compile(r"^<!-- wpcal export \S+ [^\n]*: (\S+) -->\n+```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-    for page in sorted((ROOT / "docs" / "how-to").glob("*.md")):
-        for number, (file, text) in enumerate(block.findall(page.read_text(encoding="utf-8"))):
-            folder = tmp_path / f"{page.stem}{number}"
+    for number, shown in enumerate(shown_programs()):
+        if shown.command.startswith("export"):
+            folder = tmp_path / str(number)
             folder.mkdir()
-            (folder / file).write_bytes(text.encode("latin-1", "replace"))
+            (folder / shown.file).write_bytes(shown.raw)
     report = audit_path(tmp_path)
     assert len(report.files) >= 5
     assert [(file.path, file.faults) for file in report.files if file.faults] == []

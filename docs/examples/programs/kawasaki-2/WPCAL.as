@@ -1,0 +1,176 @@
+.PROGRAM WPCAL()
+; written by wpcal 0.1.0 from calibration.json and seams.json
+; calibration PASS, tolerance 0.5 mm
+; the 4 accepted seams are within 0.27 mm with 95 % confidence (teaching error
+;   0.095 mm per axis, estimated from the residuals with 6 degrees of
+;   freedom); the tolerance is 0.5 mm
+; wire leaves the tip along +z of the tool, z_sense inward
+; work angle 0 deg, travel 0 deg (+ push)
+; turn about the wire: as few moves need it, within 180 deg of the travel
+;   direction
+; tool centre point 0 mm back from the seam, approach 50 mm, retract 50 mm
+; lines and arcs: the wire is at most 0.000 mm and 0.00 deg off (allowed: 0.05
+;   mm, 0.5 deg)
+; DRY RUN: the arc stays off; ARC ON and ARC OFF are comments (--arc on makes
+;   them instructions)
+; checked against the part, to 0.05 mm: a straight torch of 300 mm, nozzle
+;   radius 11 mm, wire 20 mm
+; between seams the tool goes 61 mm above the part, 3 mm from it at least
+; NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT
+;   DRY FIRST
+; points are relative to wp_part, the part as calibrated; mm; R = Rz(O) Ry(A)
+;   Rz(T), deg
+; written with 5 and 6 decimals: within 0.00001 mm and 0.000001 deg
+; the configuration is not known: the arm keeps the one it comes with
+; the transformation torch (the torch) must be on the controller
+; the arc burns from ARC ON to ARC OFF
+; seam -> name here
+;   W1 -> W1: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.224 mm
+;   W2 -> W2: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.248 mm
+;   W3 -> W3: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.244 mm
+;   W4 -> W4: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.248 mm
+  BASE wp_part
+  TOOL torch
+  CP ON
+  ACCURACY 1 ALWAYS
+  SPEED 5 ALWAYS
+  JMOVE wp_safe
+  BREAK
+  CALL weld_W1
+  CALL weld_W2
+  CALL weld_W3
+  CALL weld_W4
+  BASE wp_part
+  SPEED 100 MM/S ALWAYS
+  LMOVE wp_safe
+  BREAK
+  BASE NULL
+.END
+.PROGRAM weld_W1()
+; W1
+; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.224 mm
+  BASE wp_part
+  TOOL torch
+  CP ON
+  ACCURACY 1 ALWAYS
+  SPEED 100 MM/S ALWAYS
+  LMOVE W1_to01
+  LMOVE W1_appr
+  LMOVE W1_0001
+  BREAK
+; ARC ON
+  SPEED 8 MM/S ALWAYS
+  LMOVE W1_0002
+  BREAK
+; ARC OFF
+  SPEED 100 MM/S ALWAYS
+  LMOVE W1_retr
+  LMOVE W1_up01
+  BREAK
+.END
+.PROGRAM weld_W2()
+; W2
+; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.248 mm
+  BASE wp_part
+  TOOL torch
+  CP ON
+  ACCURACY 1 ALWAYS
+  SPEED 100 MM/S ALWAYS
+  LMOVE W2_to01
+  LMOVE W2_to02
+  LMOVE W2_to03
+  LMOVE W2_appr
+  LMOVE W2_0001
+  BREAK
+; ARC ON
+  SPEED 8 MM/S ALWAYS
+  LMOVE W2_0002
+  BREAK
+; ARC OFF
+  SPEED 100 MM/S ALWAYS
+  LMOVE W2_retr
+  LMOVE W2_up01
+  BREAK
+.END
+.PROGRAM weld_W3()
+; W3
+; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.244 mm
+  BASE wp_part
+  TOOL torch
+  CP ON
+  ACCURACY 1 ALWAYS
+  SPEED 100 MM/S ALWAYS
+  LMOVE W3_to01
+  LMOVE W3_to02
+  LMOVE W3_to03
+  LMOVE W3_appr
+  LMOVE W3_0001
+  BREAK
+; ARC ON
+  SPEED 8 MM/S ALWAYS
+  LMOVE W3_0002
+  BREAK
+; ARC OFF
+  SPEED 100 MM/S ALWAYS
+  LMOVE W3_retr
+  LMOVE W3_up01
+  BREAK
+.END
+.PROGRAM weld_W4()
+; W4
+; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.248 mm
+  BASE wp_part
+  TOOL torch
+  CP ON
+  ACCURACY 1 ALWAYS
+  SPEED 100 MM/S ALWAYS
+  LMOVE W4_to01
+  LMOVE W4_to02
+  LMOVE W4_to03
+  LMOVE W4_appr
+  LMOVE W4_0001
+  BREAK
+; ARC ON
+  SPEED 8 MM/S ALWAYS
+  LMOVE W4_0002
+  BREAK
+; ARC OFF
+  SPEED 100 MM/S ALWAYS
+  LMOVE W4_retr
+  LMOVE W4_up01
+  BREAK
+.END
+.TRANS
+wp_part 812.49415 -240.21419 155.79841 -117.251815 2.305848 151.607792
+wp_safe 105.26178 62.84411 153.54189 0.000000 135.000000 90.000000
+W1_to01 -6.37979 58.14888 157.58646 0.000000 135.000000 90.000000
+W1_appr -10.35534 56.00001 45.35534 0.000000 135.000000 90.000000
+W1_0001 25.00000 56.00001 10.00000 0.000000 135.000000 90.000000
+W1_0002 25.00000 64.00001 10.00000 0.000000 135.000000 90.000000
+W1_retr -10.35534 64.00001 45.35534 0.000000 135.000000 90.000000
+W1_up01 -6.38521 66.14595 157.43353 0.000000 135.000000 90.000000
+W2_to01 5.39493 51.69148 157.29300 28.016947 143.522672 147.957388
+W2_to02 17.17506 37.23701 157.15247 61.983053 143.522672 -147.957388
+W2_to03 28.95520 22.78254 157.01194 90.000000 135.000000 -90.000000
+W2_appr 25.00000 20.64467 45.35534 90.000000 135.000000 -90.000000
+W2_0001 25.00000 56.00001 10.00000 90.000000 135.000000 -90.000000
+W2_0002 175.00000 56.00001 10.00000 90.000000 135.000000 -90.000000
+W2_retr 175.00000 20.64467 45.35534 90.000000 135.000000 -90.000000
+W2_up01 178.76728 22.68097 151.70711 90.000000 135.000000 -90.000000
+W3_to01 128.81216 48.94211 152.97385 90.000001 165.000000 -89.999999
+W3_to02 78.85703 75.20326 154.24058 -90.000001 165.000000 89.999999
+W3_to03 28.90190 101.46441 155.50732 -90.000000 135.000000 90.000000
+W3_appr 25.00000 99.35534 45.35534 -90.000000 135.000000 90.000000
+W3_0001 25.00000 64.00001 10.00000 -90.000000 135.000000 90.000000
+W3_0002 175.00000 64.00001 10.00000 -90.000000 135.000000 90.000000
+W3_retr 175.00000 99.35534 45.35534 -90.000000 135.000000 90.000000
+W3_up01 178.71399 101.36284 150.20249 -90.000000 135.000000 90.000000
+W4_to01 190.49412 86.90837 150.06196 -118.016947 143.522671 32.042612
+W4_to02 202.27426 72.45390 149.92143 -151.983053 143.522671 -32.042612
+W4_to03 214.05439 57.99943 149.78091 -180.000000 135.000000 -90.000000
+W4_appr 210.35534 56.00001 45.35534 -180.000000 135.000000 -90.000000
+W4_0001 175.00000 56.00001 10.00000 -180.000000 135.000000 -90.000000
+W4_0002 175.00000 64.00001 10.00000 -180.000000 135.000000 -90.000000
+W4_retr 210.35534 64.00001 45.35534 -180.000000 135.000000 -90.000000
+W4_up01 214.04897 65.99650 149.62798 -180.000000 135.000000 -90.000000
+.END
