@@ -12,8 +12,7 @@ from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.input_file import read_bytes
 
 OURS = re.compile(r"written by wpcal\b")
-MOST_BYTES = 10_000_000
-"""Of a program that calls others; a larger file is not looked into."""
+MOST_BYTES = 10_000_000  #: Of a program that calls others; a larger file is not looked into.
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +25,7 @@ class EarlierJobs:
 
 
 def find_earlier_jobs(folder: Path, written: Collection[str]) -> EarlierJobs:
-    """Find the files of an earlier export.
-
-    Parameters
-    ----------
-    folder : Of the export; it may not exist.
-    written : Names of the files of the new export.
-    """
+    """Find the files of an earlier export."""
     if not folder.is_dir():
         return EarlierJobs((), ())
     suffixes = {Path(name).suffix.lower() for name in written}

@@ -48,10 +48,7 @@ class PointsAsked:
     def read_taught(self, path: Path) -> TaughtPoints:
         """Read taught points from a table or a program; a program is known by its suffix.
 
-        Raises
-        ------
-        InputError
-            When the file cannot be used, or an option for programs is given with a table.
+        Raises `InputError` when the file cannot be used, or an option for programs is given with a table.
         """
         reading = self.to_reading()
         if is_program(path):
@@ -63,10 +60,7 @@ class PointsAsked:
     def to_reading(self) -> ProgramReading:
         """Return the options as the readers of programs take them.
 
-        Raises
-        ------
-        InputError
-            When one of them cannot be used.
+        Raises `InputError` when one of them cannot be used.
         """
         with named_option("--uframe"):
             uframes = parse_uframes(self.uframe)

@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup
 
-CONTROLLERS = "wpcal.controllers"
-"""The entry-point group."""
+CONTROLLERS = "wpcal.controllers"  #: The entry-point group.
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +81,7 @@ class Controller:
     def write(self, program: WeldProgram) -> Mapping[str, str | bytes]:
         """Return the files of a weld program: names and contents.
 
-        Raises
-        ------
-        InputError : When the language cannot hold the program.
+        Raises `InputError` when the language cannot hold the program.
         """
         planned = program.planned
         if planned is not None and planned.follows and planned.is_carried != self.coordinates_arcs:
@@ -96,9 +93,7 @@ class Controller:
     def write_sync(self, program: SyncProgram) -> Mapping[str, str]:
         """Return the files of a program of two robots: names and contents.
 
-        Raises
-        ------
-        InputError : When the controller has no such programs, or cannot hold this one.
+        Raises `InputError` when the controller has no such programs, or cannot hold this one.
         """
         if self.sync_writer is None:
             raise InputError(f"{self.name} has no programs of two robots")
@@ -108,9 +103,7 @@ class Controller:
     def write_coordinated(self, program: CoordinatedProgram) -> Mapping[str, str]:
         """Return the files of a program of two robots in coordinated motion: names and contents.
 
-        Raises
-        ------
-        InputError : When the controller has no such programs, or cannot hold this one.
+        Raises `InputError` when the controller has no such programs, or cannot hold this one.
         """
         if self.coordinated_writer is None:
             raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
@@ -120,9 +113,7 @@ class Controller:
     def write_touches(self, program: TouchProgram) -> Mapping[str, str]:
         """Return the files of a program of touches: names and contents.
 
-        Raises
-        ------
-        InputError : When the controller has no such programs, or cannot hold this one.
+        Raises `InputError` when the controller has no such programs, or cannot hold this one.
         """
         if self.touch_writer is None:
             raise InputError(f"{self.name} has no programs of touches")
@@ -132,9 +123,7 @@ class Controller:
     def read_touches(self, files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
         """Return the results of a touch program, from the files of this controller.
 
-        Raises
-        ------
-        InputError : When the controller has no reader of them, or the files cannot be used.
+        Raises `InputError` when the controller has no reader of them, or the files cannot be used.
         """
         if self.touch_results_reader is None:
             raise InputError(f"{self.name}: results of touch programs cannot be read from files of this controller")
@@ -144,9 +133,7 @@ class Controller:
     def load_reader(self) -> ProgramReader:
         """Return what reads the taught points of this controller's files.
 
-        Raises
-        ------
-        InputError : When the controller has no reader.
+        Raises `InputError` when the controller has no reader.
         """
         if self.reader is None:
             raise InputError(f"{self.name}: taught points cannot be read from files of this controller")
@@ -188,9 +175,7 @@ def controller_names() -> tuple[str, ...]:
 def controllers() -> tuple[Controller, ...]:
     """Return the installed controllers, sorted by name.
 
-    Raises
-    ------
-    InputError : When an entry point is not a `Controller` of that name.
+    Raises `InputError` when an entry point is not a `Controller` of that name.
     """
     return tuple(_record(entry) for entry in sorted(installed(CONTROLLERS), key=lambda entry: entry.name))
 
@@ -198,9 +183,7 @@ def controllers() -> tuple[Controller, ...]:
 def controller_named(name: str) -> Controller:
     """Return one controller, by its name or its maker's.
 
-    Raises
-    ------
-    InputError : When no controller has this name, with the known names.
+    Raises `InputError` when no controller has this name, with the known names.
     """
     found = find_controller(name)
     if found is None:
@@ -232,9 +215,7 @@ def suggestion(name: str, known: Sequence[str]) -> str:
 def controller_of_file(path: Path) -> Controller | None:
     """Return the controller whose taught points a file holds, by its suffix; None when no controller claims it.
 
-    Raises
-    ------
-    InputError : When two controllers claim the suffix.
+    Raises `InputError` when two controllers claim the suffix.
     """
     return _claiming(path, lambda controller: controller.suffixes)
 
@@ -242,9 +223,7 @@ def controller_of_file(path: Path) -> Controller | None:
 def grammar_of_file(path: Path) -> Grammar | None:
     """Return what understands a file, by its suffix; None when no controller claims it.
 
-    Raises
-    ------
-    InputError : When two controllers claim the suffix.
+    Raises `InputError` when two controllers claim the suffix.
     """
     claimed = _claiming(path, lambda controller: controller.program_suffixes)
     return None if claimed is None else claimed.load_grammar()

@@ -22,9 +22,7 @@ def is_program(path: Path) -> bool:
 def require_program(path: Path) -> Controller:
     """Return the controller that reads a file.
 
-    Raises
-    ------
-    InputError : When no controller reads files of this suffix, with the known suffixes.
+    Raises `InputError` when no controller reads files of this suffix, with the known suffixes.
     """
     controller = controller_of_file(path)
     if controller is None:
@@ -35,14 +33,6 @@ def require_program(path: Path) -> Controller:
 
 def read_taught_program(path: Path, reading: ProgramReading | None = None) -> TaughtPoints:
     """Read the taught points of a program as points in `base`.
-
-    Parameters
-    ----------
-    path : A file with a suffix that a controller reads.
-
-    Returns
-    -------
-    TaughtPoints. Each point's name is also its feature. All points have use ``yes``.
 
     Raises
     ------
@@ -58,14 +48,8 @@ def read_taught_program(path: Path, reading: ProgramReading | None = None) -> Ta
 def parse_program(raw: bytes, path: Path) -> TaughtProgram:
     """Return what a program's bytes hold, in the frames that it names; also the points that cannot be used.
 
-    Parameters
-    ----------
-    path : Its suffix tells the controller. Messages name it.
-
-    Raises
-    ------
-    InputError : When the suffix is unknown.
-    FormatError : When the program breaks its format.
+    Raises `InputError` when the suffix is unknown.
+    Raises `FormatError` when the program breaks its format.
     """
     reader = require_program(path).load_reader()
     return TaughtProgram(str(path), reader, reader.read(raw.decode(ENCODING), str(path)))

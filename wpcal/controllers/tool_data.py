@@ -15,14 +15,8 @@ from wpcal.core.wording import listed
 def read_tool_data(path: Path, name: str | None = None) -> RigidTransform:
     """Read the tool centre point from a program. ``T_flange_tool``.
 
-    Parameters
-    ----------
-    name : Which tool, or its number. Needed if the file has several.
-
-    Raises
-    ------
-    InputError : When the file cannot be opened, has no tool, or `name` is not one of several.
-    FormatError : When the numbers are not a pose.
+    Raises `InputError` when the file cannot be opened, has no tool, or `name` is not one of several.
+    Raises `FormatError` when the numbers are not a pose.
     """
     text, known = read_bytes(path).decode(ENCODING), grammars()
     try:

@@ -18,17 +18,13 @@ def read_touch_results(
 ) -> SearchResults:
     """Read what a controller stored when it ran the searches of a plan.
 
+    Raises `InputError` when no controller stores results in such files, or they cannot be used.
+
     Parameters
     ----------
     path : Path
         A file of the controller, or a folder with its files. Of files that belong together (``posreg.va`` and
         ``numreg.va``) one is named, and the other is beside it.
-    setup : Of the program: it says which registers hold the results.
-    controller : Name of the format or its maker. By default known by the names of the files.
-
-    Raises
-    ------
-    InputError : When no controller stores results in such files, or they cannot be used.
     """
     known = [each for each in controllers() if each.touch_results_reader is not None]
     chosen = [controller_named(controller)] if controller else _claiming(path, known)

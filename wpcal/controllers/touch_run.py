@@ -14,8 +14,7 @@ from wpcal.taught.table import TaughtPoints
 from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 from wpcal.touch.touch_results import SilentRows, nominal_place, pair_results, require_enough
 
-OTHER_PART = "other-part"
-"""Code of the issue that the plan is for a part of another name."""
+OTHER_PART = "other-part"  #: Code of the issue that the plan is for a part of another name.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,16 +33,7 @@ def read_touch_run(
 ) -> TouchRun:
     """Read a plan and the results of its program.
 
-    Parameters
-    ----------
-    plan_file : ``touches.json``, or a folder with it.
-    results_path : As in `wpcal.controllers.touch_results.read_touch_results`.
-    setup_file : The touch setup of the cell.
-    part : File name of the part that is calibrated; an issue tells if the plan is for another one.
-
-    Raises
-    ------
-    InputError : When a file cannot be used, or the results are not those of the plan.
+    Raises `InputError` when a file cannot be used, or the results are not those of the plan.
     """
     plan = read_touch_plan(plan_file)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)

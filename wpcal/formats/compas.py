@@ -18,8 +18,7 @@ from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.core.records import to_json
 from wpcal.formats.registry import Exporter
 
-NAMES = NameRules("COMPAS", 60)
-"""For the name of the file. The length is our choice; COMPAS sets no limit."""
+NAMES = NameRules("COMPAS", 60)  #: For the name of the file. The length is our choice; COMPAS sets no limit.
 SCHEMA = "wpcal/compas/1"
 
 

@@ -21,16 +21,14 @@ from wpcal.core.schemas import schema_file, schema_text
 from wpcal.formats.registry import Exporter
 from wpcal.weld.values import values_to_record
 
-NAMES = NameRules("plain text", 60)
-"""For the name of the file."""
+NAMES = NameRules("plain text", 60)  #: For the name of the file.
 PROGRAM_SCHEMA = "wpcal/program/1"
 PROGRAM_CSV_COLUMNS = (
     *("seam", "point", "role", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw"),
     *(f"r{row}{column}" for row in range(1, 4) for column in range(1, 4)),
     *("u95_mm", "frame", "z_sense"),
 )
-ALL_DIGITS = "%.17g"
-"""Reads back as the same number."""
+ALL_DIGITS = "%.17g"  #: Reads back as the same number.
 
 
 def write_program_json(program: WeldProgram) -> dict[str, str]:

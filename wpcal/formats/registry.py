@@ -17,8 +17,7 @@ from wpcal.controllers.registry import (
 from wpcal.core.errors import InputError
 from wpcal.core.options import named_option
 
-EXPORTERS = "wpcal.exporters"
-"""The entry-point group of formats that do not belong to a controller."""
+EXPORTERS = "wpcal.exporters"  #: The entry-point group of formats that do not belong to a controller.
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +66,7 @@ def exporter_named(name: str) -> Exporter | Controller:
 def parse_configurations(given: Sequence[str]) -> Mapping[str, str]:
     """Return configurations of an arm by the format that they are for, "" for all, from texts ``[FORMAT=]CONFIG``.
 
-    Raises
-    ------
-    InputError
-        When a format is unknown, or given twice.
+    Raises `InputError` when a format is unknown, or given twice.
     """
     configurations: dict[str, str] = {}
     for each in given:

@@ -19,10 +19,8 @@ from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.formats.registry import Exporter
 
-NAMES = NameRules("ROS", 60)
-"""For names of files. The length is our choice; ROS sets no limit."""
-DECIMALS = 9
-"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm."""
+NAMES = NameRules("ROS", 60)  #: For names of files. The length is our choice; ROS sets no limit.
+DECIMALS = 9  #: 1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm.
 SIDECAR_SCHEMA = "wpcal/ros-sidecar/1"
 FRAME_ID = "base"
 MM = 1e-3

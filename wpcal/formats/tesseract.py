@@ -26,11 +26,9 @@ NAMES = NameRules(
     "and as assert async await break class continue def del elif else except finally for from global if import in is "
     "lambda nonlocal not or pass raise return try while with yield",
 )
-DECIMALS = 9
-"""1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm."""
+DECIMALS = 9  #: 1e-9 m is 1e-6 mm; 1e-9 in a quaternion moves a point at 2 m by 4e-6 mm.
 MM = 1e-3
 LONGEST_COMMENT = 100
-
 BUILD = '''
 
 def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT"):

@@ -12,8 +12,7 @@ from wpcal.core.version import __version__
 from wpcal.planning.sequence.timeline import SequencePhase, Timeline
 from wpcal.planning.sequence.weld_sequence import WeldSequence
 
-DECIMALS = 9
-"""1e-9 rad moves a point at 2 m by 2e-6 mm; 1e-9 m is 1e-6 mm."""
+DECIMALS = 9  #: 1e-9 rad moves a point at 2 m by 2e-6 mm; 1e-9 m is 1e-6 mm.
 NANO = 10**9
 MM = 1e-3
 BUILD = '''
@@ -37,12 +36,7 @@ def build(manipulator, working_frame="base", tcp_frame="tool0", profile="DEFAULT
 
 
 def joint_trajectory(sequence: WeldSequence, line: Timeline) -> str:
-    """Return the trajectory of a sequence. ``trajectory.yaml``: angles in rad, a rail in m; points as in ``plan.csv``.
-
-    Parameters
-    ----------
-    line : Of the sequence.
-    """
+    """Return ``trajectory.yaml`` of a sequence: angles in rad, a rail in m; points as in ``plan.csv``."""
     names, rows = _states(sequence, line)
     points = []
     for q, t in rows:
@@ -56,10 +50,6 @@ def joint_trajectory(sequence: WeldSequence, line: Timeline) -> str:
 
 def tesseract_states(sequence: WeldSequence, line: Timeline) -> str:
     """Return the states of a sequence for Tesseract.
-
-    Parameters
-    ----------
-    line : Of the sequence.
 
     Returns
     -------

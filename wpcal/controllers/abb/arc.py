@@ -23,8 +23,7 @@ from wpcal.weld.values import WeaveShape, WeldValues
 SHAPES = {WeaveShape.ZIGZAG: 1, WeaveShape.SINE: 1, WeaveShape.TRIANGLE: 3, WeaveShape.CIRCLE: 4}
 """Numbers of weave shapes; a zigzag is the nearest to a sine."""
 NO_ARC = "[0,0,0,0,0,0,0,0,0]"
-GAS_S = 0.5
-"""Preflow and postflow of the gas, where the data are declared here: usual times of MAG."""
+GAS_S = 0.5  #: Preflow and postflow of the gas, where the data are declared here: usual times of MAG.
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +46,7 @@ class ArcData:
 def arc_data(path: WeldPath, stem: str, speed_mm_s: float, rules: NameRules) -> ArcData:
     """Return the data of a seam.
 
-    Parameters
-    ----------
-    stem : The name of the seam in the module.
-    speed_mm_s : Along the seam.
-    rules : Of RAPID.
-
-    Raises
-    ------
-    InputError : When RAPID does not allow the name of data that the user gave.
+    Raises `InputError` when RAPID does not allow the name of data that the user gave.
     """
     values, lines = path.values, list[str]()
     seam = _named(values.seam_data, "seam_data", rules)

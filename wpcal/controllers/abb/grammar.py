@@ -15,10 +15,8 @@ from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
 
-HELD = "the part in the hand of robot 2"
-"""In the header of programs of coordinated motion."""
-UNIT_ATOL = 1e-2
-"""Programs print quaternions with few digits."""
+HELD = "the part in the hand of robot 2"  #: In the header of programs of coordinated motion.
+UNIT_ATOL = 1e-2  #: Programs print quaternions with few digits.
 LARGEST = 1e4
 _NUMBERS = r"\s*([-+0-9.eE]+)\s*"
 _TOOL = re.compile(

@@ -42,12 +42,10 @@ WORK_OBJECT = re.compile(r"\\\s*+WObj\s*+:=\s*+(\w++)", re.IGNORECASE)
 TOKEN = re.compile(
     r'[\[\],]|"[^"]*"|TRUE\b|FALSE\b|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:E[-+]?[0-9]++)?|\S', re.IGNORECASE
 )
-MOST_LEVELS = 8
-"""Brackets in one another: an array of work objects needs four."""
+MOST_LEVELS = 8  #: Brackets in one another: an array of work objects needs four.
 NOT_CONNECTED = 9e9
 """What a controller writes for an external axis that it does not have: the largest number in a target."""
-UNIT_QUATERNION_ATOL = 1e-3
-"""Controllers print nine digits, people type four."""
+UNIT_QUATERNION_ATOL = 1e-3  #: Controllers print nine digits, people type four.
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +63,7 @@ _Target = RigidTransform | JointValues | str | None
 def read_rapid(text: str, path: str) -> ProgramPoints:
     """Read a module.
 
-    Raises
-    ------
-    FormatError : When a value breaks the syntax or a quaternion is not of unit length.
+    Raises `FormatError` when a value breaks the syntax or a quaternion is not of unit length.
     """
     plain = COMMENT_OR_STRING.sub(_blank, text)
     targets: list[tuple[str, int, _Target]] = []

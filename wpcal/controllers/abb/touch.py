@@ -23,8 +23,8 @@ from wpcal.controllers.abb.write import (
     NO_EXTERNAL_AXES,
     OFF,
     ON,
-    frame_as_written,
     jointtargets,
+    rapid_frame,
     robtargets,
     speed_data,
 )
@@ -34,21 +34,16 @@ from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
-SIGNAL = "diTouch"
-"""The input, if the touch setup names none."""
+SIGNAL = "diTouch"  #: The input, if the touch setup names none.
 HOME = "wptHome"
-FOLDER = re.compile(r"[\w:/.-]+")
-"""A folder of the controller, as ``HOME:`` or ``HOME:/touch``."""
-HELD_MM = 0.01
-"""Where a search of SmarTac ended without contact, it may leave the place as it was."""
+FOLDER = re.compile(r"[\w:/.-]+")  #: A folder of the controller, as ``HOME:`` or ``HOME:/touch``.
+HELD_MM = 0.01  #: Where a search of SmarTac ended without contact, it may leave the place as it was.
 
 
 def write_touch_rapid(program: TouchProgram) -> dict[str, str]:
     """Write a RAPID module of searches and a module of their results: ``NAME_touch.mod``, ``NAME_touch_res.mod``.
 
-    Raises
-    ------
-    InputError : When RAPID does not allow the name of the tool, of a signal or of the folder.
+    Raises `InputError` when RAPID does not allow the name of the tool, of a signal or of the folder.
     """
     return _RapidTouches(program).files()
 
@@ -58,7 +53,7 @@ class _RapidTouches(TouchWriter):
     air, first = "wptAir", JOINT_SPEED
 
     def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        text, T = frame_as_written(T_base_part)
+        text, T = rapid_frame(T_base_part)
         self.wobj = f'[FALSE,TRUE,"",[{text}],[[0,0,0],[1,0,0,0]]];'
         return T
 

@@ -16,7 +16,7 @@ TEXT = re.compile(r'\bPERS\s++string\s++(?P<name>wpt\w++)\s*+:=\s*+"(?P<value>[^
 OUTCOME, PLACE, FRAME = "wpto_", "wptp_", "wptpart"
 
 
-def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+def read_rapid_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read the saved module of results; see `TouchResultsReader`."""
     file = next((each for each in files if any(_texts(each.text))), files[0])
     numbers = {match["name"].lower(): match["value"] for match in NUMBER.finditer(file.text)}

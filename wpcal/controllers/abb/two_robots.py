@@ -38,20 +38,14 @@ from wpcal.controllers.abb.write import (
 from wpcal.controllers.language.naming import comment_lines, own_name, safe_name, safe_names
 from wpcal.controllers.program.coordinated_program import ROBOTS, CoordinatedProgram, CoordinatedStep, SyncProgram
 
-SECOND_DECIMALS = 4
-"""A move takes some tenths of a second: 0.1 ms is 0.03 % of its speed."""
-JOINT_DEG_S = 20
-"""The speed of the first move. Slow, because the arm can come from anywhere."""
-TASKS = ("T_ROB1", "T_ROB2")
-"""Names of the motion tasks as delivered."""
+SECOND_DECIMALS = 4  #: A move takes some tenths of a second: 0.1 ms is 0.03 % of its speed.
+JOINT_DEG_S = 20  #: The speed of the first move. Slow, because the arm can come from anywhere.
+TASKS = ("T_ROB1", "T_ROB2")  #: Names of the motion tasks as delivered.
 LONGEST_PREFIX = len("tasks_")
 """Of the names of a seam that both tasks must share, and that differ from those of another seam."""
-NO_TOOL = "tool0"
-"""The tool of robot 2. Its targets are joint angles, so the tool does not change where the arm goes."""
-HOLDER_UNIT = "ROB_2"
-"""The mechanical unit of robot 2 as delivered."""
-HELD = "held"
-"""The end of the names of targets of robot 2."""
+NO_TOOL = "tool0"  #: The tool of robot 2. Its targets are joint angles, so the tool does not change where the arm goes.
+HOLDER_UNIT = "ROB_2"  #: The mechanical unit of robot 2 as delivered.
+HELD = "held"  #: The end of the names of targets of robot 2.
 
 
 def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
@@ -88,9 +82,7 @@ def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
 def write_coordinated_rapid(program: CoordinatedProgram) -> dict[str, str]:
     """Write one RAPID module per robot: ``NAME_R1.mod`` and ``NAME_R2.mod``.
 
-    Raises
-    ------
-    InputError : When RAPID does not allow the name of the tool or of weld data.
+    Raises `InputError` when RAPID does not allow the name of the tool or of weld data.
     """
     room = max(program.label_width + 2 + len(HELD), LONGEST_PREFIX)
     stem = safe_names([program.seam], NAMES, room=room)[program.seam]

@@ -36,38 +36,26 @@ KEYWORDS = (
     "noview or pers proc raise readonly record retry return step sysmodule task test then to trap true trynext undo "
     "var viewonly while with xor"
 )
-NAMES = NameRules("RAPID", 32, KEYWORDS)
-"""Identifiers have up to 32 characters."""
-MM_DECIMALS = 5
-"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing."""
-QUATERNION_DECIMALS = 9
-"""1e-9 turns a point at 2 m by 4e-6 mm; the controller normalises what it reads."""
-DEG_DECIMALS = 5
-"""Joints: 1.5e-5 degrees at 180 degrees is what a 32-bit number resolves."""
-LONGEST_COMMENT = 72
-"""Old controllers cut source lines at 80 characters."""
+NAMES = NameRules("RAPID", 32, KEYWORDS)  #: Identifiers have up to 32 characters.
+MM_DECIMALS = 5  #: A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing.
+QUATERNION_DECIMALS = 9  #: 1e-9 turns a point at 2 m by 4e-6 mm; the controller normalises what it reads.
+DEG_DECIMALS = 5  #: Joints: 1.5e-5 degrees at 180 degrees is what a 32-bit number resolves.
+LONGEST_COMMENT = 72  #: Old controllers cut source lines at 80 characters.
 EXTERNAL_AXES = 6
-NO_AXIS = "9E+09"
-"""The robot does not have this external axis."""
+NO_AXIS = "9E+09"  #: The robot does not have this external axis.
 NO_EXTERNAL_AXES = f"[{','.join([NO_AXIS] * EXTERNAL_AXES)}]"
-UNIT = "STN1"
-"""The usual name of a positioner as a mechanical unit."""
-JOINT_TARGET = "wpJ"
-"""The name of a joint target of a plan is this and its number."""
-PROCEDURE = "weld_"
-"""The name of a procedure is this and the name of its seam."""
-SAFE_POINT = "wpSafe"
-"""The target above the part at which the program starts and ends."""
+UNIT = "STN1"  #: The usual name of a positioner as a mechanical unit.
+JOINT_TARGET = "wpJ"  #: The name of a joint target of a plan is this and its number.
+PROCEDURE = "weld_"  #: The name of a procedure is this and the name of its seam.
+SAFE_POINT = "wpSafe"  #: The target above the part at which the program starts and ends.
 JOINT_SPEED = "v100"
 """The speed of the only joint move, that to the safe point: slow, because the arm can come from anywhere."""
 OFF, ON = (tuple(f"    Conf{kind}\\{state};" for kind in "JL") for state in ("Off", "On"))
 """On as a controller starts; a caller of a procedure gets it back."""
 CIRCLE, USUAL_CIRCLE = ("    CirPathMode\\ObjectFrame;",), ("    CirPathMode\\PathFrame;",)
 """On arcs the tool turns about one axis, and not with the tangent, as a controller starts."""
-ZONE_MM = 1.0
-"""The size of z1."""
-TURN_DEG_S = 500
-"""As in the predefined speeds: rotation never limits the speed along a seam."""
+ZONE_MM = 1.0  #: The size of z1.
+TURN_DEG_S = 500  #: As in the predefined speeds: rotation never limits the speed along a seam.
 
 
 def write_rapid(program: WeldProgram) -> dict[str, str]:
@@ -80,7 +68,7 @@ def speed_data(name: str, mm_s: float) -> str:
     return f"  LOCAL CONST speeddata {name}:=[{mm_s:g},{TURN_DEG_S},{mm_s:g},{TURN_DEG_S}];"
 
 
-def frame_as_written(T: RigidTransform) -> tuple[str, RigidTransform]:
+def rapid_frame(T: RigidTransform) -> tuple[str, RigidTransform]:
     """Return the frame's text and the frame with these digits: its rounding then does not move targets in the base."""
     q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
     written = RigidTransform(rotation_from_quaternion(q), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
@@ -125,7 +113,7 @@ class _Rapid(WeldWriter):
 
     def __init__(self, program: WeldProgram) -> None:
         super().__init__(program)
-        self.frame, self.T_base_frame = frame_as_written(program.T_base_part)
+        self.frame, self.T_base_frame = rapid_frame(program.T_base_part)
         room = max(program.label_width + 1, len(PROCEDURE))
         self.stems = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
         self.follows = self.planned is not None and self.planned.follows

@@ -19,14 +19,7 @@ from wpcal.controllers.registry import grammar_of_file
 
 
 def arc_faults(raw: bytes, path: Path, output: int | None = None) -> list[Fault]:
-    """Return where the arc is on or off in the wrong place; nothing of a file that no grammar knows.
-
-    Parameters
-    ----------
-    raw : Of the file.
-    path : Its suffix tells the language.
-    output : Number of the digital output that switches the arc; by default that which the file's header states.
-    """
+    """Return where the arc is on or off in the wrong place; nothing of a file that no grammar knows."""
     found = _instructions(raw, path, output)
     kinds = {each.does for each in found}
     if Does.START in kinds or Does.END in kinds:
@@ -38,13 +31,7 @@ def arc_faults(raw: bytes, path: Path, output: int | None = None) -> list[Fault]
 
 
 def count_switches(raw: bytes, path: Path, output: int | None = None) -> Counter[str]:
-    """Return how often a program has each of ``begin seam``, ``end seam``, ``start arc`` and ``end arc``.
-
-    Parameters
-    ----------
-    raw : Of the file.
-    output : As for `arc_faults`.
-    """
+    """Return how often a program has each of ``begin seam``, ``end seam``, ``start arc`` and ``end arc``."""
     names = {Does.START: "begin seam", Does.END: "end seam", Does.ON: "start arc", Does.OFF: "end arc"}
     return Counter(names[each.does] for each in _instructions(raw, path, output) if each.does in names)
 

@@ -38,22 +38,19 @@ from wpcal.robot.kinematics.urdf import read_urdf
 from wpcal.seam.judge.stations import start_mm
 
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt")
-MOST_LEVELS = 4
-"""Folders in folders: the programs of a result folder are one level below it."""
+MOST_LEVELS = 4  #: Folders in folders: the programs of a result folder are one level below it.
 
 
 def audit_path(path: Path, around: Surroundings | None = None, *, progress: Progress = no_progress) -> AuditReport:
     """Audit a file, or every file of a folder and the folders in it.
+
+    Raises `InputError` when there is no such file, or no file of a kind that wpcal knows.
 
     Parameters
     ----------
     around : Surroundings, optional
         The torch, the tool and the arm of programs. The part and its place come from the result folder that holds a
         program.
-
-    Raises
-    ------
-    InputError : When there is no such file, or no file of a kind that wpcal knows.
     """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")

@@ -36,14 +36,9 @@ from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
 SAME_MM = 0.05
 """Poses that are read back are within this of those that were asked for: a user frame that is typed with three
 decimals of a degree moves a point at 2 m by 0.02 mm."""
-SAME_RAD = np.radians(0.01)
-"""The same for orientations: three formats write three decimals of a degree."""
-MOVES_AT_ONCE = 100
-"""Of which all places are in one array: a file with absurd moves needs some 100 MB."""
-
-
-ALL_SWITCHES = 4
-"""Beginning and end of a seam, start and end of the arc: with all of them a program can be judged."""
+SAME_RAD = np.radians(0.01)  #: The same for orientations: three formats write three decimals of a degree.
+MOVES_AT_ONCE = 100  #: Of which all places are in one array: a file with absurd moves needs some 100 MB.
+ALL_SWITCHES = 4  #: Beginning and end of a seam, start and end of the arc: with all of them a program can be judged.
 
 
 class WrittenWrongError(WpcalError):
@@ -78,12 +73,7 @@ class Surroundings:
 
 
 def audit_program(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
-    """Return the faults of one file of a program.
-
-    Parameters
-    ----------
-    path : Its suffix tells the language.
-    """
+    """Return the faults of one file of a program."""
     try:
         poses = read_poses_back(raw, path, around.T_base_part)
     except WpcalError as error:
@@ -170,16 +160,6 @@ def written_files(files: Mapping[str, str | bytes]) -> dict[str, bytes]:
 def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, name: str) -> int:
     """Read written files back, and refuse them if their poses are not those of the program.
 
-    Parameters
-    ----------
-    files : Names and contents.
-    program : What was asked for.
-    name : Of the format, for the message.
-
-    Returns
-    -------
-    int. Number of poses that were read back; 0 for a format that wpcal cannot read.
-
     Raises
     ------
     WrittenWrongError
@@ -245,13 +225,7 @@ def _refuse_wrong_arcs(files: Mapping[str, str | bytes], program: WeldProgram, n
 
 
 def unjudged_parts(files: Mapping[str, str | bytes], program: WeldProgram, *, name: str) -> tuple[str, ...]:
-    """Say what could not be checked: a language without a grammar, and arcs that templates write in their own words.
-
-    Parameters
-    ----------
-    files : Names and contents.
-    name : Of the format.
-    """
+    """Say what could not be checked: a language without a grammar, and arcs that templates write in their own words."""
     controller, folder = find_controller(name), program.controller.templates
     if controller is not None and controller.grammar is None:
         return (f"the written program: {name} has no grammar with which it could be read back",)
@@ -275,10 +249,8 @@ def unjudged_parts(files: Mapping[str, str | bytes], program: WeldProgram, *, na
 def first_without_match(p: FloatArray, R: FloatArray, other_p: FloatArray, other_R: FloatArray) -> int | None:
     """Return the first pose that none of other poses equals; None if each has one.
 
-    Parameters
-    ----------
-    p, other_p : shapes (n, 3) and (m, 3). In `base`, mm.
-    R, other_R : ndarray, shapes (n, 3, 3) and (m, 3, 3)
+    `p`, `other_p`: shapes (n, 3) and (m, 3). In `base`, mm.
+    `R`, `other_R`: ndarray, shapes (n, 3, 3) and (m, 3, 3).
     """
     if not np.isfinite(other_p).all() or not np.isfinite(p).all():
         return int(np.argmin(np.isfinite(p).all(axis=1)))

@@ -17,12 +17,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.robot.moves.interpolation import Moves, turns_between
 from wpcal.taught.programs import BASE
 
-STEP_MM = 1.0
-"""Places along a move: as fine as weld poses are compared with the part before they are written."""
-STEP_RAD = np.radians(2.0)
-"""Turns of a tool of 300 mm move its end by 10 mm in a step."""
-LARGEST_MOVE_MM = 20_000.0
-"""No robot makes longer moves; they are not followed."""
+STEP_MM = 1.0  #: Places along a move: as fine as weld poses are compared with the part before they are written.
+STEP_RAD = np.radians(2.0)  #: Turns of a tool of 300 mm move its end by 10 mm in a step.
+LARGEST_MOVE_MM = 20_000.0  #: No robot makes longer moves; they are not followed.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +52,6 @@ def read_poses_back(
     raw: bytes, path: Path, T_base_part: RigidTransform | None, *, is_carried: bool = False
 ) -> list[ReadPose]:
     """Return the poses of a program's file in `base`.
-
-    Parameters
-    ----------
-    path : Its suffix tells the language. Messages name it.
-    T_base_part : The user frame of points whose own frame is not in the file: the part as calibrated.
-    is_carried : Whether points in a frame that another unit carries are taken as points in the part.
 
     Raises
     ------
@@ -99,14 +90,7 @@ def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
     Only what is between two poses of one file, or of a pair of files, is read: the first move of a procedure comes from
     wherever its caller left the tool. Loops over the points of an array are not followed.
 
-    Parameters
-    ----------
-    raw : Of the file that holds the poses.
-    path : Its suffix tells the language. The moves may be in another file beside it.
-
-    Raises
-    ------
-    InputError : When no grammar knows the suffix.
+    Raises `InputError` when no grammar knows the suffix.
     """
     return require_grammar(path).chains_of(raw, path)
 
@@ -116,15 +100,8 @@ def places_between(
 ) -> tuple[FloatArray, FloatArray, list[ReadPose]]:
     """Return where the tool is between the poses of a program.
 
-    Parameters
-    ----------
-    poses : Sound ones, in `base`.
-    chains : As `read_moves` returns them; steps that name other poses are left out.
-
-    Returns
-    -------
-    p, R : ndarray, shapes (m, 3) and (m, 3, 3). In `base`.
-    to : list of ReadPose. The end of the move of each place.
+    Returns `p, R`: ndarray, shapes (m, 3) and (m, 3, 3). In `base`.
+    Returns `to`: list of ReadPose. The end of the move of each place.
     """
     named = {pose.name.lower(): pose for pose in poses}
     by_name: Mapping[str, ReadPose] = {

@@ -31,13 +31,7 @@ READERS: Mapping[str, Callable[[Path], object]] = {
 
 
 def audit_record(raw: bytes, path: Path) -> tuple[str, list[Fault]] | None:
-    """Return the kind of a record and its faults; None for a JSON file of another program.
-
-    Parameters
-    ----------
-    raw : Of the file.
-    path : Files that the record names are looked up beside it.
-    """
+    """Return the kind of a record and its faults; None for a JSON file of another program."""
     expected = RECORD_SCHEMAS.get(path.name)
     try:
         record = parse_json(raw, path=str(path))

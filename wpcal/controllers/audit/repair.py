@@ -63,15 +63,7 @@ def _repairs(record: Mapping[str, Any]) -> Iterator[tuple[str, str, dict[str, An
 def repair_file(path: Path, output: Path, faults: Sequence[Fault], *, overwrite: bool) -> list[str]:
     """Write a repaired copy of a file. Place and words of each repair.
 
-    Parameters
-    ----------
-    path : A ``seams.json``.
-    output : Must be another file: the one with the faults is kept.
-    faults : Of the file.
-
-    Raises
-    ------
-    InputError : When nothing can be repaired, or the file to write exists.
+    Raises `InputError` when nothing can be repaired, or the file to write exists.
     """
     if path.is_dir() or (output.exists() and output.resolve() == path.resolve()):
         raise InputError(f"{path}: expected one file, and another one to write")

@@ -16,10 +16,8 @@ from wpcal.taught.columns import TAUGHT_COLUMNS
 from wpcal.taught.pairs import REAL_COLUMNS, read_pairs
 from wpcal.taught.table import read_taught
 
-MOST_FAULTS = 50
-"""Faults that are listed per file; with more, the file is of another kind or has another separator."""
-UNITS = ("_mm", "_deg", "_rad", "_s", "_mm_s", "_mm2")
-"""Ends of the names of columns that hold numbers."""
+MOST_FAULTS = 50  #: Faults that are listed per file; with more, the file is of another kind or has another separator.
+UNITS = ("_mm", "_deg", "_rad", "_s", "_mm_s", "_mm2")  #: Ends of the names of columns that hold numbers.
 
 
 class TableKind(NamedTuple):
@@ -51,14 +49,7 @@ TABLES = (
 
 
 def audit_table(raw: bytes, path: Path, *, is_named: bool) -> tuple[str, list[Fault]] | None:
-    """Return the kind of a table and its faults; None for a table of another program.
-
-    Parameters
-    ----------
-    raw : Of the file.
-    path : The file; its name goes into messages.
-    is_named : Whether a person named this file: if its columns tell no kind, it should hold taught points.
-    """
+    """Return the kind of a table and its faults; None for a table of another program."""
     found = _kind_of(raw) or (TAUGHT if is_named else None)
     if found is not None and found.may_have_no_rows and len(raw.split()) == 1:  # only the header: a part without seams
         return found.kind, []
@@ -89,12 +80,6 @@ def _kind_of(raw: bytes) -> TableKind | None:
 
 def faults_by_line(raw: bytes, path: Path, read: Callable[[Path], object]) -> list[Fault]:
     """Return what a reader refuses: it reads again without each line that it named, until it names none.
-
-    Parameters
-    ----------
-    raw : Of the file.
-    path : The file; its name goes into messages.
-    read : A reader of files. It raises `FormatError` with a line.
 
     Returns
     -------

@@ -32,12 +32,7 @@ def is_touch_program(raw: bytes, path: Path) -> bool:
 
 
 def touch_faults(raw: bytes, path: Path) -> list[Fault]:
-    """Return the faults of one file of a touch program.
-
-    Parameters
-    ----------
-    path : Its suffix tells the language. The plan is looked for in its folder and the one above.
-    """
+    """Return the faults of one file of a touch program."""
     plan = _plan_near(path)
     if plan is not None:
         stated = _FINGERPRINT.search(raw.decode(ENCODING))
@@ -74,16 +69,6 @@ def _poses(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[R
 
 def check_touches_written(files: Mapping[str, str], program: TouchProgram, *, name: str) -> int:
     """Read written files back, and refuse them if their poses are not those of the plan.
-
-    Parameters
-    ----------
-    files : Names and contents.
-    program : What was asked for.
-    name : Of the format, for the message.
-
-    Returns
-    -------
-    int. Number of poses that were read back.
 
     Raises
     ------

@@ -32,13 +32,7 @@ def is_of_two_robots(raw: bytes, path: Path) -> bool:
 
 
 def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
-    """Return the faults of a program of two robots.
-
-    Parameters
-    ----------
-    path : Its suffix tells the language. The program of the other robot, ``…_R2`` for ``…_R1``, is read if beside.
-    output : Digital output that switches the arc, as in `wpcal.controllers.audit.arc.arc_faults`.
-    """
+    """Return the faults of a program of two robots."""
     grammar, lines, own = require_grammar(path), raw.decode(ENCODING).splitlines(), list[Fault]()
     has_poses = path.suffix.lower() in grammar.poses_in
     if has_poses:

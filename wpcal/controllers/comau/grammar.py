@@ -6,7 +6,6 @@ from wpcal.controllers.comau.read import read_pdl2
 from wpcal.controllers.language.grammar import Does, Grammar, rule
 
 _TO = r"^[ \t]*+MOVE(?:FLY)?+[ \t]++{}[ \t]++TO[ \t]++"
-
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+--",
     rules=(

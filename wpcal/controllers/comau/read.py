@@ -25,9 +25,7 @@ FRAME = re.compile(r"^[ \t]*+\$UFRAME[ \t]*+:=[ \t]*+(?P<name>\w++)", re.IGNOREC
 def read_pdl2(text: str, path: str) -> ProgramPoints:
     """Read the positions of a program.
 
-    Raises
-    ------
-    FormatError : When it has no line ``PROGRAM``, or a position is not six numbers.
+    Raises `FormatError` when it has no line ``PROGRAM``, or a position is not six numbers.
     """
     if not re.search(r"^[ \t]*+PROGRAM\b", text, re.MULTILINE | re.IGNORECASE):
         raise FormatError("has no line PROGRAM", path=path)

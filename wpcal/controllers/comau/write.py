@@ -38,18 +38,13 @@ KEYWORDS = (
     "signal skip step stop string sync then til time to true unlock until unpause var vector via wait when while with "
     "wp_part wp_safe write xtndpos arc_start arc_end"
 )
-NAMES = NameRules("PDL2", 32, KEYWORDS)
-"""Identifiers have up to 32 characters."""
+NAMES = NameRules("PDL2", 32, KEYWORDS)  #: Identifiers have up to 32 characters.
 MM_DECIMALS = 5
-DEG_DECIMALS = 6
-"""As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
+DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
 LONGEST_COMMENT = 76
-JOINT_PERCENT = 10
-"""The speed of the only joint move. Slow, because the arm can come from anywhere."""
-FLY_MM = 0.5
-"""Half of the default least step of seams: blends of neighbours touch and do not overlap."""
-ROUTINE = "weld_"
-"""The name of a routine is this and the name of its seam."""
+JOINT_PERCENT = 10  #: The speed of the only joint move. Slow, because the arm can come from anywhere.
+FLY_MM = 0.5  #: Half of the default least step of seams: blends of neighbours touch and do not overlap.
+ROUTINE = "weld_"  #: The name of a routine is this and the name of its seam.
 PART, SAFE_POINT = "wp_part", "wp_safe"
 SWITCH = ArcSwitch(
     language="PDL2",
@@ -73,7 +68,7 @@ def positions(p: FloatArray, R: FloatArray) -> list[str]:
     return [f"POS({', '.join([*at, *turn])}, '')" for at, turn in rows]
 
 
-def frame_as_written(T: RigidTransform) -> RigidTransform:
+def pdl2_frame(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the positions in the base."""
     R = rotation_from_zyz(*np.radians(zyz_degrees(T.R, decimals=DEG_DECIMALS)))
     return RigidTransform(R, rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
@@ -89,7 +84,7 @@ class _Pdl2(WeldWriter):
         rules = NameRules(NAMES.language, NAMES.longest, f"{KEYWORDS} {self.main.lower()}")
         room = max(program.label_width + 1, len(ROUTINE))
         self.stems = safe_names([path.seam.name for path in program.paths], rules, room=room)
-        self.T_base_frame = frame_as_written(program.T_base_part)
+        self.T_base_frame = pdl2_frame(program.T_base_part)
 
     @property
     def air(self) -> str:

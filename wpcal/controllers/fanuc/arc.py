@@ -14,28 +14,21 @@ from wpcal.controllers.program import WeldPath
 from wpcal.controllers.program.arc import needed, refuse
 from wpcal.weld.values import WeaveShape
 
-PROCEDURE = 1
-"""The weld procedure whose schedules are used."""
+PROCEDURE = 1  #: The weld procedure whose schedules are used.
 SHAPES = {WeaveShape.SINE: "Sine", WeaveShape.ZIGZAG: "Sine", WeaveShape.CIRCLE: "Circle"}
 """Words of weaves; a sine is the nearest to a zigzag."""
 LANGUAGE = "FANUC"
 
 
-def start_lines(path: WeldPath, speed_mm_s: float) -> list[str]:
+def tp_arc_on(path: WeldPath, speed_mm_s: float) -> list[str]:
     """Return the instructions that start the arc and the weave.
 
-    Parameters
-    ----------
-    speed_mm_s : Along the seam.
-
-    Raises
-    ------
-    InputError : When the weld data states no schedule (job), or a weave that TP does not have.
+    Raises `InputError` when the weld data states no schedule (job), or a weave that TP does not have.
     """
     return [f"  Weld Start[{PROCEDURE},{_schedule(path)}]", *_weave(path, speed_mm_s)]
 
 
-def end_lines(path: WeldPath) -> list[str]:
+def tp_arc_off(path: WeldPath) -> list[str]:
     """Return the instructions that end the arc and the weave."""
     has_weave = path.values.weave is not None or path.values.weave_data is not None
     return [f"  Weld End[{PROCEDURE},{_schedule(path)}]", *(["  Weave End"] if has_weave else [])]

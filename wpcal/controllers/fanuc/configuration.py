@@ -27,9 +27,7 @@ ONE_TURN_DEG = 180.0
 def config(posture: Posture) -> list[str]:
     """Return the CONFIG of every posture.
 
-    Raises
-    ------
-    InputError : When the wrist centre is behind axis 1, or a joint is beyond ±180°.
+    Raises `InputError` when the wrist centre is behind axis 1, or a joint is beyond ±180°.
     """
     refuse_first(posture.is_behind, "the wrist is behind axis 1 (B), for which no public source defines U and D")
     beyond = np.abs(posture.degrees[:, [0, 3, 4, 5]]).max(axis=1) > ONE_TURN_DEG

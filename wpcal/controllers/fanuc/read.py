@@ -40,9 +40,7 @@ JOINT = re.compile(r"\bJ([1-6])\s*+=\s*+([^\s,=]{1,40}+)")
 def read_fanuc(text: str, path: str) -> ProgramPoints:
     """Read the section ``/POS``.
 
-    Raises
-    ------
-    FormatError : When a position lacks a coordinate, or a coordinate is not a number.
+    Raises `FormatError` when a position lacks a coordinate, or a coordinate is not a number.
     """
     start = re.search(r"^/POS\b", text, re.MULTILINE)
     if start is None:

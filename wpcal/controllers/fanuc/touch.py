@@ -40,12 +40,9 @@ from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import halves_of
 
 INPUTS = Numbers(default=1, most=4096)
-LARGEST_FRAME = 9
-"""The last user frame, unless the controller was set up for more."""
-HEAD = 5
-"""Registers before the outcomes: two of the fingerprint, user frame, tool, count."""
-PARALLEL = 1e-3
-"""Sine of the largest angle between a search of the package and its axis: 0.06 degrees."""
+LARGEST_FRAME = 9  #: The last user frame, unless the controller was set up for more.
+HEAD = 5  #: Registers before the outcomes: two of the fingerprint, user frame, tool, count.
+PARALLEL = 1e-3  #: Sine of the largest angle between a search of the package and its axis: 0.06 degrees.
 
 
 def write_touch_fanuc(program: TouchProgram) -> dict[str, str]:

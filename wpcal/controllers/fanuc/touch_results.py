@@ -34,11 +34,10 @@ COORDINATE = re.compile(r"\b([XYZWPR]):\s*+([^\s:]{1,40}+)")
 JOINT = re.compile(r"\bJ[1-9]\s*+=")
 NUMBER = re.compile(r"^\s*+\[(?P<number>\d{1,5})\]\s*+=\s*+(?P<value>[^\s']++)")
 KEYS = "XYZWPR"
-FIRST_OUTCOME = 5
-"""Registers before the outcomes: two of the fingerprint, frame, tool and count."""
+FIRST_OUTCOME = 5  #: Registers before the outcomes: two of the fingerprint, frame, tool and count.
 
 
-def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+def read_fanuc_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read both files; see `TouchResultsReader`."""
     positions = next((each for each in files if POSITIONS.search(each.text)), None)
     registers = next((each for each in files if NUMBERS.search(each.text)), None)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wpcal.controllers.fanuc.arc import end_lines, start_lines
+from wpcal.controllers.fanuc.arc import tp_arc_off, tp_arc_on
 from wpcal.controllers.fanuc.configuration import ONE_TURN_DEG, config
 from wpcal.controllers.fanuc.write import (
     DECIMALS,
@@ -26,25 +26,22 @@ from wpcal.controllers.fanuc.write import (
     TWO_GROUPS,
     ZONE_MM,
     pose_bodies,
+    remark_lines,
     tp_file,
     tp_speed_down,
-    wrapped,
 )
 from wpcal.controllers.language.naming import safe_name
 from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram
 from wpcal.core.errors import InputError
 
-HOLDER_TOOL = 1
-"""The tool of group 2: the part on the flange."""
+HOLDER_TOOL = 1  #: The tool of group 2: the part on the flange.
 
 
 def write_coordinated_fanuc(program: CoordinatedProgram) -> dict[str, str]:
     """Write a TP program of two groups, ``NAME.ls``, with lines only.
 
-    Raises
-    ------
-    InputError : When TP cannot write the speed, the weld data or a CONFIG, or the program is too long.
+    Raises `InputError` when TP cannot write the speed, the weld data or a CONFIG, or the program is too long.
     """
     name = safe_name(program.controller.program_name, NAMES).upper()
     lines = [*_head(program), *_moves(program)]
@@ -61,7 +58,7 @@ def _head(program: CoordinatedProgram) -> list[str]:
         *(f" {key} {value:.{DECIMALS}f}" for key, value in zip("XYZWPR", numbers, strict=True)),
     ]
     return [
-        *wrapped(text, mark="  !"),
+        *remark_lines(text, mark="  !"),
         *("  UFRAME_NUM[GP1]=0", "  UFRAME_NUM[GP2]=0"),
         f"  UTOOL_NUM[GP1]={program.controller.tool_number}",
         f"  UTOOL_NUM[GP2]={HOLDER_TOOL}",
@@ -72,11 +69,11 @@ def _moves(program: CoordinatedProgram) -> list[str]:
     start, *others = program.steps(ZONE_MM)
     air, weld = tp_speed_down(program.air_speed_mm_s), tp_speed_down(program.speed_mm_s)
     lines = [f"J P[1] {JOINT_PERCENT}% FINE", f"L P[{start.to + 1}] {air} FINE COORD", f"  !{program.marks[0]}"]
-    lines += start_lines(program.path, program.speed_mm_s) if program.arc is not None else []
+    lines += tp_arc_on(program.path, program.speed_mm_s) if program.arc is not None else []
     lines += [
         f"L P[{step.to + 1}] {weld} {'FINE' if step.stops else 'CNT100'} COORD" for step in others if step.on_seam
     ]
-    lines += end_lines(program.path) if program.arc is not None else []
+    lines += tp_arc_off(program.path) if program.arc is not None else []
     lines.append(f"  !{program.marks[1]}")
     return [*lines, *(f"L P[{step.to + 1}] {air} FINE COORD" for step in others if not step.on_seam)]
 

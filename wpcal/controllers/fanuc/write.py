@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from wpcal.controllers.fanuc.arc import end_lines, start_lines
+from wpcal.controllers.fanuc.arc import tp_arc_off, tp_arc_on
 from wpcal.controllers.fanuc.configuration import config
 from wpcal.controllers.language.emit import Around
 from wpcal.controllers.language.jobs import ConfigurationRule, JobLanguage, JobWriter
@@ -30,11 +30,9 @@ from wpcal.core.errors import InputError
 
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
 """Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
-DECIMALS = 3
-"""As the controller prints mm and degrees."""
+DECIMALS = 3  #: As the controller prints mm and degrees.
 LONGEST_REMARK = 32
-MOST_LINES = 9999
-"""Line numbers have four digits."""
+MOST_LINES = 9999  #: Line numbers have four digits.
 CONFIGURATION = ConfigurationRule(
     format_name="fanuc",
     word="CONFIG",
@@ -44,12 +42,9 @@ CONFIGURATION = ConfigurationRule(
     compute=config,
 )
 """For example N U T, 0, 0, 0: flip, (left, right,) up, front, and the turns of three joints."""
-ZONE_MM = 1.0
-"""About how far from a corner CNT100 leaves the path at a weld speed: the way that it brakes in."""
-ONE_GROUP, TWO_GROUPS = "1,*,*,*,*", "1,1,*,*,*"
-"""Which groups a program moves."""
-JOINT_PERCENT = 10
-"""The speed of the first move to a seam. Slow, because the arm can come from anywhere."""
+ZONE_MM = 1.0  #: About how far from a corner CNT100 leaves the path at a weld speed: the way that it brakes in.
+ONE_GROUP, TWO_GROUPS = "1,*,*,*,*", "1,1,*,*,*"  #: Which groups a program moves.
+JOINT_PERCENT = 10  #: The speed of the first move to a seam. Slow, because the arm can come from anywhere.
 LANGUAGE = JobLanguage(
     names=NAMES,
     suffix=".ls",
@@ -62,8 +57,7 @@ LANGUAGE = JobLanguage(
     configuration=CONFIGURATION,
     coordinated="COORD: set up coordinated motion, group 2 leads",
 )
-Body = tuple[str, ...]
-"""The lines of a position of group 1."""
+Body = tuple[str, ...]  #: The lines of a position of group 1.
 
 
 def write_fanuc(program: WeldProgram) -> dict[str, str]:
@@ -108,7 +102,7 @@ def tp_file(name: str, instructions: list[str], positions: list[str], *, groups:
     return "\r\n".join(lines)
 
 
-def wrapped(lines: Sequence[str], mark: str = "") -> list[str]:
+def remark_lines(lines: Sequence[str], mark: str = "") -> list[str]:
     """Return remarks: lines of at most 32 characters without a semicolon, which ends an instruction."""
     return comment_lines([line.replace(";", ",") for line in lines], mark=mark, longest=LONGEST_REMARK)
 
@@ -135,10 +129,7 @@ def numbered(bodies: Sequence[Sequence[str]]) -> list[str]:
 def pose_bodies(head: str, confs: Sequence[str], p: FloatArray, R: FloatArray) -> list[Body]:
     """Return the lines of positions that are poses.
 
-    Parameters
-    ----------
-    head : Names frame and tool.
-    p, R : shapes (n, 3) and (n, 3, 3), in any one frame, mm.
+    `p`, `R`: shapes (n, 3) and (n, 3, 3), in any one frame, mm.
     """
     rows = zip(rounded(p, DECIMALS).tolist(), zyx_degrees(R, decimals=DECIMALS).tolist(), confs, strict=True)
     return [
@@ -176,7 +167,7 @@ class _Tp(JobWriter):
         return tp_speed(self.program.motion.air_speed_mm_s)
 
     def remarks(self, lines: Sequence[str]) -> list[str]:
-        return wrapped(lines)
+        return remark_lines(lines)
 
     def main_job(self, header: list[str], calls: Sequence[str]) -> str:
         lines, positions, safe = [f"  CALL {called}" for called in calls], list[str](), self.program.safe_point
@@ -196,13 +187,13 @@ class _Tp(JobWriter):
             first = slice(0, path.before)  # a plan goes to joints before a seam
             bodies[first] = joint_bodies(self.head, path.joints[first])
             bodies = self._with_axes(bodies, path.external)
-        start = partial(start_lines, path, self.program.weld_speed_mm_s(path))
+        start = partial(tp_arc_on, path, self.program.weld_speed_mm_s(path))
         points = [f"P[{number}]" for number in range(1, len(path) + 1)]
         moves = [
-            *wrapped([path.seam.name, describe_path(path)], mark="  !"),
+            *remark_lines([path.seam.name, describe_path(path)], mark="  !"),
             *self.frame,
             *([] if self.planned is None else self.joint_move(1)),
-            *self.seam(path, points, Around(start, partial(end_lines, path))),
+            *self.seam(path, points, Around(start, partial(tp_arc_off, path))),
         ]
         return tp_file(name, moves, numbered(bodies), groups=self.groups)
 

@@ -25,10 +25,8 @@ from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "AS"
 VALUES = "without a job the values are written"
-MOST_CONDITIONS = 99
-"""A program with more different welds is refused: no public program has a higher number."""
-CM_PER_MIN = 6.0
-"""Of a mm/s."""
+MOST_CONDITIONS = 99  #: A program with more different welds is refused: no public program has a higher number.
+CM_PER_MIN = 6.0  #: Of a mm/s.
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,14 +113,7 @@ def _weave(path: WeldPath, speed_mm_s: float) -> str:
 
 
 def weld_moves(path: WeldPath, along: Sequence[str], stops: Sequence[bool], own: Conditions | None) -> list[str]:
-    """Return the moves along a seam, with or without the arc.
-
-    Parameters
-    ----------
-    along : Names of the points of the seam.
-    stops : For each move, whether the tool stops at its end.
-    own : None for a dry run.
-    """
+    """Return the moves along a seam, with or without the arc."""
     lines, moves = [], list(zip(path.weld_moves, stops, strict=True))
     for number, (move, stop) in enumerate(moves, 1):
         is_last = number == len(moves)

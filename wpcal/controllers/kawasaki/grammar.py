@@ -6,7 +6,6 @@ from wpcal.controllers.kawasaki.read import read_as
 from wpcal.controllers.language.grammar import Does, Grammar, rule
 
 _POINT = r"\b(?:[ \t]++(?P<a>[\w.]++))?"
-
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+;",
     rules=(

@@ -32,8 +32,7 @@ from wpcal.taught.programs import (
 )
 
 AXES = ("X", "Y", "Z", "O", "A", "T")
-NULL = "null"
-"""The transformation that changes nothing, as the language calls it."""
+NULL = "null"  #: The transformation that changes nothing, as the language calls it.
 _NAME = r"[A-Za-z][\w.]*+(?:\[[\d,]*+\])?"
 _SECTION = re.compile(r"^\.(?P<name>[A-Za-z]++)\b")
 _VALUES = re.compile(rf"^(?P<name>#?{_NAME})[ \t]++(?P<values>\S.*)$")
@@ -149,9 +148,7 @@ def _joints(name: str, line: int, cells: Sequence[str]) -> ProgramPoint:
 def frame_from_oat(values: Sequence[float]) -> RigidTransform:
     """Return ``T_base_frame`` of x, y, z in mm and O, A, T in degrees, ``R = Rz(O) Ry(A) Rz(T)``.
 
-    Raises
-    ------
-    InputError : When these are not six numbers.
+    Raises `InputError` when these are not six numbers.
     """
     if len(values) != len(AXES):
         raise InputError(f"expected 6 numbers, got {len(values)}")

@@ -17,9 +17,9 @@ from wpcal.controllers.kawasaki.write import (
     LONGEST_COMMENT,
     MM_DECIMALS,
     NAMES,
+    as_frame,
+    as_frame_text,
     as_speed,
-    frame_as_written,
-    frame_text,
     transformations,
     without_repeats,
 )
@@ -33,9 +33,7 @@ from wpcal.core.transform import RigidTransform
 def write_touch_as(program: TouchProgram) -> dict[str, str]:
     """Write an AS file of searches, ``NAME_touch.as``.
 
-    Raises
-    ------
-    InputError : When AS does not allow the tool's name, or has no such input or output.
+    Raises `InputError` when AS does not allow the tool's name, or has no such input or output.
     """
     return _AsTouches(program).files()
 
@@ -46,7 +44,7 @@ class _AsTouches(TouchWriter):
     first = f"{JOINT_PERCENT}"
 
     def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return frame_as_written(T_base_part)
+        return as_frame(T_base_part)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"wpt_{steps.name.lower()}{mark.lower()}" for mark in steps.marks]
@@ -78,7 +76,7 @@ class _AsTouches(TouchWriter):
             "touch",
             header=self.header(f"signal {self.signal}", self._about(tool)),
             body=without_repeats(body),
-            frame=frame_text(self.frame),
+            frame=as_frame_text(self.frame),
             points=points,
             joints="" if joints is None else " ".join(angle_texts(joints[None], MM_DECIMALS)[0]),
         )

@@ -15,7 +15,7 @@ VALUE = re.compile(r'^\s*+(?P<name>\$?+\w++)\s*+=\s*+(?:"(?P<text>[^"\n]*+)"|(?P
 OUTCOME, PLACE, FRAME = "wpto_", "wptp_", "wpt_part"
 
 
-def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+def read_as_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read the saved variables; see `TouchResultsReader`."""
     file = next((each for each in files if OUTCOME in each.text.lower()), files[0])
     stored, places = StoredValues(), [".TRANS"]

@@ -36,18 +36,13 @@ KEYWORDS = (
     "return righty scase shift signal speed stable step stop swait then timer to tool trans true twait until uwrist "
     "value wait weld while wp_part wp_safe"
 )
-NAMES = NameRules("AS", 15, KEYWORDS)
-"""Names have up to 15 characters: controllers cut longer ones."""
+NAMES = NameRules("AS", 15, KEYWORDS)  #: Names have up to 15 characters: controllers cut longer ones.
 MM_DECIMALS = 5
-DEG_DECIMALS = 6
-"""As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
+DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
 LONGEST_COMMENT = 76
-JOINT_PERCENT = 5
-"""The speed of the only joint move. Slow, because the arm can come from anywhere."""
-ACCURACY_MM = 1
-"""Distance from a corner at which the tool may leave the path: the default least step of seams."""
-PROGRAM = "weld_"
-"""The name of a program is this and the name of its seam."""
+JOINT_PERCENT = 5  #: The speed of the only joint move. Slow, because the arm can come from anywhere.
+ACCURACY_MM = 1  #: Distance from a corner at which the tool may leave the path: the default least step of seams.
+PROGRAM = "weld_"  #: The name of a program is this and the name of its seam.
 PART, SAFE_POINT = "wp_part", "wp_safe"
 JOINTS = "#wpj"
 """The name of a precision point of a plan is this and its number."""
@@ -56,9 +51,7 @@ JOINTS = "#wpj"
 def write_as(program: WeldProgram) -> dict[str, str]:
     """Write an AS file, ``NAME.as``.
 
-    Raises
-    ------
-    InputError : When AS does not allow the tool's name, has no condition for a weld, or axes move along a seam.
+    Raises `InputError` when AS does not allow the tool's name, has no condition for a weld, or axes move along a seam.
     """
     _refuse_coordination(program.planned)
     return _As(program).files()
@@ -94,7 +87,7 @@ def as_speed(mm_s: float) -> str:
     return f"{mm_s:g} MM/S"
 
 
-def frame_as_written(T: RigidTransform) -> RigidTransform:
+def as_frame(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the points in the base."""
     o, a, t = np.radians(zyz_degrees(T.R, decimals=DEG_DECIMALS))
     return RigidTransform(rotation_from_zyz(o, a, t), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
@@ -106,7 +99,7 @@ def transformations(p: FloatArray, R: FloatArray) -> list[str]:
     return [" ".join([*at, *turn]) for at, turn in zip(texts(p, MM_DECIMALS), turns, strict=True)]
 
 
-def frame_text(T: RigidTransform) -> str:
+def as_frame_text(T: RigidTransform) -> str:
     """Write one frame."""
     return transformations(T.t_mm[None], T.R[None])[0]
 
@@ -123,7 +116,7 @@ class _As(WeldWriter):
         room = max(program.label_width + 1, len(PROGRAM))
         self.stems = safe_names([path.seam.name for path in program.paths], rules, room=room)
         self.conditions = conditions(program)
-        self.T_base_frame = frame_as_written(program.T_base_part)
+        self.T_base_frame = as_frame(program.T_base_part)
 
     @property
     def air(self) -> str:
@@ -136,7 +129,7 @@ class _As(WeldWriter):
 
     def files(self) -> dict[str, str]:
         program, between = self.program, self.between()
-        points = [f"{PART} {frame_text(self.T_base_frame)}"]
+        points = [f"{PART} {as_frame_text(self.T_base_frame)}"]
         if program.safe_point is not None:
             points += self._points([SAFE_POINT], program.safe_point)
         seams = list[str]()

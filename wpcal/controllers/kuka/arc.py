@@ -20,8 +20,7 @@ from wpcal.controllers.program.arc import ArcSettings, end_time_s, refuse
 from wpcal.robot.moves import Arc, Move
 
 LANGUAGE = "KRL"
-LONGEST_PREFIX = len("LCPDAT")
-"""Of the data of a point in a fold, before its name."""
+LONGEST_PREFIX = len("LCPDAT")  #: Of the data of a point in a fold, before its name.
 DATA = (
     "VEL 2.0,ACC 100.0,APO_DIST {blend:g},APO_FAC 50.0,AXIS_VEL 100.0,AXIS_ACC 100.0,ORI_TYP #VAR,CIRC_TYP #BASE,"
     "JERK_FAC 50.0,GEAR_JERK 100.0,EXAX_IGN 0"
@@ -47,9 +46,7 @@ def how(arc: ArcSettings | None, *, folds: bool) -> list[str]:
 def plain_start(path: WeldPath, arc: ArcSettings) -> list[str]:
     """Return the lines that start the arc without ArcTech.
 
-    Raises
-    ------
-    InputError : When the weld data states a weave, which plain KRL does not have.
+    Raises `InputError` when the weld data states a weave, which plain KRL does not have.
     """
     if path.values.weave is not None or path.values.weave_data is not None:
         raise refuse(
@@ -83,14 +80,7 @@ def fold_data(along: Sequence[str], program: WeldProgram, *, blend_mm: float) ->
 
 
 def fold_moves(path: WeldPath, along: Sequence[str], program: WeldProgram, stops: Sequence[bool]) -> list[str]:
-    """Return the folds along a seam.
-
-    Parameters
-    ----------
-    path : With weld data that name a data set.
-    along : Names of the points, without the X of a fold.
-    stops : For each move, whether the tool stops at its end.
-    """
+    """Return the folds along a seam."""
     data, air = str(path.values.weld_data), program.motion.air_speed_mm_s / 1000.0
     tool, base = program.controller.tool_number, program.controller.frame_number
     place = f"Tool[{tool}] Base[{base}];%{{PE}}"

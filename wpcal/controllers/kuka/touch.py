@@ -33,8 +33,8 @@ from wpcal.controllers.kuka.write import (
     axes_text,
     forms_in_words,
     forms_of,
-    frame_as_written,
-    frame_text,
+    krl_frame,
+    krl_frame_text,
 )
 from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.language.touch import Numbers, SearchText, TouchWriter
@@ -43,10 +43,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 
-INPUTS = Numbers(default=1, most=4096)
-"""Inputs and outputs of a KR C4."""
-LARGEST_INTERRUPT = 39
-"""Numbers up to it, and from 81 on, are free for users."""
+INPUTS = Numbers(default=1, most=4096)  #: Inputs and outputs of a KR C4.
+LARGEST_INTERRUPT = 39  #: Numbers up to it, and from 81 on, are free for users.
 HOME = "WPHOME"
 ZERO = "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"
 
@@ -54,9 +52,7 @@ ZERO = "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"
 def write_touch_krl(program: TouchProgram) -> dict[str, str]:
     """Write a KRL program of searches and its data list: ``NAME_touch.src`` and ``NAME_touch.dat``.
 
-    Raises
-    ------
-    InputError : When KRL has no such input, output or interrupt.
+    Raises `InputError` when KRL has no such input, output or interrupt.
     """
     return _KrlTouches(program).files()
 
@@ -70,7 +66,7 @@ class _KrlTouches(TouchWriter):
         return f"{self.setup.air_speed_mm_s / 1000.0:g}"  # $VEL.CP is in m/s
 
     def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return frame_as_written(T_base_part)
+        return krl_frame(T_base_part)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return [f"WPT_{steps.name}_{mark}" for mark in steps.marks]
@@ -81,7 +77,7 @@ class _KrlTouches(TouchWriter):
         header = self.header(signal, self._about(is_known=known is not None))
         names = {"header": header, "signal": signal, "air": self.air, "percent": JOINT_PERCENT, "act_lines": act_lines}
         names |= {"interrupt": self._interrupt, "sensor": self.setup.krl.sensor, "home": self.home(HOME, "")}
-        data = self.lines("touch_data", header=header, frame=frame_text(self.frame), data=self._data(known))
+        data = self.lines("touch_data", header=header, frame=krl_frame_text(self.frame), data=self._data(known))
         source = self.lines("touch", **names, **self.sensing(signal, enable))
         return {f"{self.name}.src": "\r\n".join([*source, ""]), f"{self.name}.dat": "\r\n".join([*data, ""])}
 
@@ -121,7 +117,7 @@ class _KrlTouches(TouchWriter):
         first, last = search.steps.p[search.steps.way_count + 1 : search.steps.way_count + 3]
         values = aggregates(np.stack([first, (first + last) / 2.0]), np.repeat(R, 2, axis=0))
         R_written = rotation_from_zyx(*np.radians(zyx_degrees(R[0], decimals=DEG_DECIMALS)))
-        reference = frame_text(self.frame @ RigidTransform(R_written, (first + last) / 2.0, "part", "tool"))
+        reference = krl_frame_text(self.frame @ RigidTransform(R_written, (first + last) / 2.0, "part", "tool"))
         tool, base = self.controller.tool_number, self.setup.frame_number
         half = float(np.linalg.norm(last - first)) / 2.0
         return [

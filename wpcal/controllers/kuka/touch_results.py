@@ -15,7 +15,7 @@ PLAN = re.compile(r'^[ \t]*+WPPLAN\[\]\s*+=\s*+"(?P<value>[^"\n]*+)"', re.MULTIL
 OUTCOME, PLACE, FRAME = "WPO_", "WPR_", "WPPART"
 
 
-def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+def read_krl_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read the data list with the results; see `TouchResultsReader`."""
     file = next((each for each in files if PLAN.search(each.text)), files[0])
     text = PLAN.search(file.text)

@@ -24,30 +24,22 @@ from wpcal.controllers.kuka.write import (
     aggregates,
     axes_text,
     forms_of,
-    frame_as_written,
-    frame_text,
+    krl_frame,
+    krl_frame_text,
 )
 from wpcal.controllers.language.naming import comment_lines, safe_names
 from wpcal.controllers.program.coordinated_program import CoordinatedProgram, CoordinatedStep
 from wpcal.core.arrays import FloatArray
 from wpcal.robot.kinematics.inverse import Posture, posture
 
-BOTH = "'B0011'"
-"""The robots that wait for each other: bits 1 and 2."""
-START = "START"
-"""The axes at which a robot begins."""
+BOTH = "'B0011'"  #: The robots that wait for each other: bits 1 and 2.
+START = "START"  #: The axes at which a robot begins.
 
 
 def write_coordinated_krl(program: CoordinatedProgram) -> dict[str, str]:
     """Write one KRL program and its data list per robot.
 
-    Returns
-    -------
-    dict of str to str. ``NAME_R1.src``, ``NAME_R1.dat``, and the same of robot 2, with lines ended by CR LF.
-
-    Raises
-    ------
-    InputError : When plain KRL cannot hold the weld data.
+    Raises `InputError` when plain KRL cannot hold the weld data.
     """
     name = program.controller.program_name
     module = safe_names([name], NAMES, room=len("_R1"))[name]
@@ -142,7 +134,7 @@ def _data(
     known = forms_of([forms])
     values = aggregates(p, R, None if known is None else known[0])
     return [
-        f"DECL FRAME PART_HELD={frame_text(frame_as_written(program.cell.T_part))}",
+        f"DECL FRAME PART_HELD={krl_frame_text(krl_frame(program.cell.T_part))}",
         f"DECL E6AXIS {START}={axes_text(joints[0])}",
         *(f"DECL E6POS {name}={value}" for name, value in list(zip(names, values, strict=True))[first:]),
     ]

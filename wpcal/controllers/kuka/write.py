@@ -40,22 +40,15 @@ KEYWORDS = (
 )
 NAMES = NameRules("KRL", 24, KEYWORDS)
 """Names have up to 24 characters; wp_part is the frame of the part, wp_safe the safe point."""
-MM_DECIMALS = 5
-"""A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing."""
-DEG_DECIMALS = 6
-"""1e-6 deg moves a point at 2 m by 4e-5 mm."""
-LONGEST_COMMENT = 76
-"""Keeps lines on the pendant's screen."""
-AXES = "WPJ"
-"""The name of axes that a plan goes to is this and their number."""
-JOINT_PERCENT = 10
-"""The speed of PTP moves. Slow, because the arm can come from anywhere."""
+MM_DECIMALS = 5  #: A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing.
+DEG_DECIMALS = 6  #: 1e-6 deg moves a point at 2 m by 4e-5 mm.
+LONGEST_COMMENT = 76  #: Keeps lines on the pendant's screen.
+AXES = "WPJ"  #: The name of axes that a plan goes to is this and their number.
+JOINT_PERCENT = 10  #: The speed of PTP moves. Slow, because the arm can come from anywhere.
 CIRCLE = ("$ORI_TYPE=#VAR", "$CIRC_TYPE=#BASE")
 """On arcs the tool turns about one axis, and not with the tangent."""
-BLEND_MM = 1.0
-"""Distance from a corner at which LIN moves may leave it: the default least step of seams."""
-ATTRIBUTES = ("&ACCESS RVP", "&REL 1")
-"""Visible to the programmer, first release."""
+BLEND_MM = 1.0  #: Distance from a corner at which LIN moves may leave it: the default least step of seams.
+ATTRIBUTES = ("&ACCESS RVP", "&REL 1")  #: Visible to the programmer, first release.
 
 
 def write_krl(program: WeldProgram) -> dict[str, str]:
@@ -66,16 +59,14 @@ def write_krl(program: WeldProgram) -> dict[str, str]:
 def aggregates(p: FloatArray, R: FloatArray, known: Iterable[str] | None = None) -> list[str]:
     """Write poses as ``{X …,Y …,Z …,A …,B …,C …}``, and what is `known` of each.
 
-    Parameters
-    ----------
-    p, R : shapes (n, 3) and (n, 3, 3), in any one frame, mm.
+    `p`, `R`: shapes (n, 3) and (n, 3, 3), in any one frame, mm.
     """
     turns = texts(zyx_degrees(R, decimals=DEG_DECIMALS)[..., ::-1], DEG_DECIMALS)
     rows = zip(texts(p, MM_DECIMALS), turns, known or [""] * len(p), strict=True)
     return [f"{{{_keyed('XYZABC', [*at, *turn])}{more}}}" for at, turn, more in rows]
 
 
-def frame_text(T: RigidTransform) -> str:
+def krl_frame_text(T: RigidTransform) -> str:
     """Write one frame."""
     return aggregates(T.t_mm[None], T.R[None])[0]
 
@@ -86,7 +77,7 @@ def axes_text(joints: FloatArray, external: Sequence[str] = ()) -> str:
     return f"{{{_keyed([f'A{axis}' for axis in range(1, 7)], row)}{_external(external)}}}"
 
 
-def frame_as_written(T: RigidTransform) -> RigidTransform:
+def krl_frame(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the points in the base."""
     return rounded_frame(T, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS)
 
@@ -122,7 +113,7 @@ class _Krl(WeldWriter):
             raise InputError("KRL: the positioner turns along a seam, which ArcTech folds of a plan cannot state yet")
         room = program.label_width + 1 + (LONGEST_PREFIX if self.folds else 0)
         self.stems = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
-        self.T_base_frame = frame_as_written(program.T_base_part)
+        self.T_base_frame = krl_frame(program.T_base_part)
         self.forms = forms_of([program.posture_of(poses) for poses in program.groups])
 
     @property
@@ -137,7 +128,7 @@ class _Krl(WeldWriter):
         program, name = self.program, safe_name(self.program.controller.program_name, NAMES)
         points = self._points()
         header = self.post.header(self._about())
-        part = f"DECL FRAME WP_PART={frame_text(self.T_base_frame)}"
+        part = f"DECL FRAME WP_PART={krl_frame_text(self.T_base_frame)}"
         data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, part, *points, "ENDDAT", ""]
         source, between = [*ATTRIBUTES, f"DEF {name}()", *header, *self._start()], self.between()
         for (way, _), path in zip(between, program.paths, strict=False):

@@ -46,12 +46,11 @@ class Instruction:
 
 Step = tuple[str, ...]
 """Names of poses: the end of a line; an empty name and the end of a joint move; or middle and end of an arc."""
-Complaint = tuple[str, int | None]
-"""What is wrong, and the line."""
+Complaint = tuple[str, int | None]  #: What is wrong, and the line.
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class LineRule:
     """A line of this pattern does this.
 
     The groups ``a`` and ``b`` are points, ``kind`` is the kind of a move, whose first letter counts.
@@ -73,9 +72,9 @@ class Rule:
             yield Instruction(line, does, kind, () if number else points)
 
 
-def rule(pattern: str, *does: Does, kind: str = "", prefix: str = "") -> Rule:
+def rule(pattern: str, *does: Does, kind: str = "", prefix: str = "") -> LineRule:
     """Return a rule; letters of a pattern match both cases."""
-    return Rule(re.compile(pattern, re.IGNORECASE), does, kind, prefix)
+    return LineRule(re.compile(pattern, re.IGNORECASE), does, kind, prefix)
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class Grammar:
     """What the files of one language say."""
 
     comment: str  #: Pattern of what begins a comment.
-    rules: tuple[Rule, ...]  #: The first that fits decides.
+    rules: tuple[LineRule, ...]  #: The first that fits decides.
     #: From a file's text and path (for messages) to its points. It raises `FormatError`.
     read: Callable[[str, str], ProgramPoints]
     poses_in: tuple[str, ...]  #: Suffixes of the files with points.
@@ -107,17 +106,12 @@ class Grammar:
     own_chains: Callable[[str], list[list[Step]]] | None = None
 
     def instructions(self, text: str, output: int | None = None) -> Iterator[Instruction]:
-        """Yield the instructions of a text.
-
-        Parameters
-        ----------
-        output : Number of the digital output that switches the arc; by default that which the header states.
-        """
+        """Yield the instructions of a text."""
         if output is None and self.stated_output and (stated := re.search(self.stated_output, text)):
             output = int(stated[1])
         start, end = (re.escape(mark) for mark in SEAM_MARKS)
         marks = ((start, Does.START), (end, Does.END), ("ARC (?:ON|OFF)", Does.DRY))
-        rules = [Rule(re.compile(rf"{self.comment} ?{what}[ ;]*$"), (does,)) for what, does in marks]
+        rules = [LineRule(re.compile(rf"{self.comment} ?{what}[ ;]*$"), (does,)) for what, does in marks]
         if output is not None and self.set_output:
             states = (("TRUE", Does.ON), ("FALSE", Does.OFF))
             rules += [rule(self.set_output.format(number=output, state=state), does) for state, does in states]

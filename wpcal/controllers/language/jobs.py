@@ -30,13 +30,8 @@ from wpcal.robot.kinematics.inverse import Posture
 def refuse_first(is_unknown: BoolArray, why: str) -> None:
     """Refuse configurations that are not known.
 
-    Parameters
-    ----------
-    is_unknown : shape (n,). For every pose.
-
-    Raises
-    ------
-    InputError : With the number of the first such pose, counted from 1.
+    `is_unknown`: shape (n,). For every pose.
+    Raises `InputError` with the number of the first such pose, counted from 1.
     """
     if is_unknown.any():
         raise InputError(f"pose {int(np.argmax(is_unknown)) + 1} of {len(is_unknown)}: {why}")
@@ -72,15 +67,7 @@ class ConfigurationRule:
     def texts_of(
         self, controller: ControllerSettings, postures: Posture | None, count: int, *, where: str, has_arm: bool
     ) -> list[str]:
-        """Return the configuration of poses as written; see `texts`.
-
-        Parameters
-        ----------
-        postures : Of the arm at the poses; None if it is not known.
-        count : Number of poses.
-        where : Whose poses, for the message.
-        has_arm : Whether the program has an arm.
-        """
+        """Return the configuration of poses as written; see `texts`."""
         given = self.given(controller, is_needed=not has_arm or self.compute is None or postures is None)
         if postures is None or (given is not None and self.complete is None):
             return [str(given)] * count
@@ -102,9 +89,7 @@ class ConfigurationRule:
     def given(self, controller: ControllerSettings, *, is_needed: bool) -> str | None:
         """Return the configuration that the user gave; None if none is given and none is needed.
 
-        Raises
-        ------
-        InputError : When it is needed and not given, or is not one of this language.
+        Raises `InputError` when it is needed and not given, or is not one of this language.
         """
         given = controller.configurations.get(self.format_name, controller.configurations.get(""))
         option = f'--config {self.format_name}="{self.example}"'
@@ -227,13 +212,7 @@ class JobWriter(WeldWriter):
 
 
 def frame_in_words(language: JobLanguage, number: int, T_base_frame: RigidTransform) -> list[str]:
-    """Return the lines that tell a person which user frame to set.
-
-    Parameters
-    ----------
-    number : Of the user frame.
-    T_base_frame : With the digits of the language.
-    """
+    """Return the lines that tell a person which user frame to set."""
     mm, deg = language.mm_decimals, language.deg_decimals
     numbers = [f"{v:.{mm}f}" for v in T_base_frame.t_mm]
     numbers += [f"{v:.{deg}f}" for v in zyx_degrees(T_base_frame.R, decimals=deg)]

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 from wpcal.core.errors import InputError
 
-SHORTEST_STEM = 2
-"""A stem needs at least a letter and a digit to differ from another."""
+SHORTEST_STEM = 2  #: A stem needs at least a letter and a digit to differ from another.
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,19 +25,12 @@ class NameRules:
 def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict[str, str]:
     """Find a name that the language allows for every original name.
 
-    Parameters
-    ----------
-    names : As in the part, any text.
-    room : Characters to keep free for a suffix.
+    Raises `InputError` when an original name appears twice or the suffix leaves no room.
 
     Returns
     -------
     dict of str to str
         From the original to the written name, in the same order. No two written names differ in case only.
-
-    Raises
-    ------
-    InputError : When an original name appears twice or the suffix leaves no room.
     """
     if len(set(names)) < len(names):
         raise InputError(f"names must be unique: {', '.join(sorted({n for n in names if names.count(n) > 1}))}")
@@ -67,9 +59,7 @@ def safe_name(name: str, rules: NameRules) -> str:
 def own_name(name: str, rules: NameRules, *, what: str) -> str:
     """Return a name that the user gave for something on the controller, unchanged.
 
-    Raises
-    ------
-    InputError : When the language does not allow it. A changed name would mean something else on the controller.
+    Raises `InputError` when the language does not allow it. A changed name would mean something else on the controller.
     """
     if safe_name(name, rules) != name:
         raise InputError(

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
 BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer")
 """The templates of a language, each a file ``BLOCK.txt``."""
-TOUCH_BLOCKS = ("touch_on", "touch_off")
-"""Those of languages with touch programs."""
+TOUCH_BLOCKS = ("touch_on", "touch_off")  #: Those of languages with touch programs.
 ENDING = ".txt"
 
 
@@ -58,9 +57,7 @@ def blocks_of(language: str) -> tuple[str, ...]:
 def shipped_templates(language: str) -> dict[str, str]:
     """Return the templates of wpcal for a language: names of files and texts.
 
-    Raises
-    ------
-    InputError : When the format has no templates.
+    Raises `InputError` when the format has no templates.
     """
     package, blocks = _package(language), blocks_of(language)
     if package is None or not blocks:
@@ -97,14 +94,7 @@ class Blocks:
         return self.lines("footer")
 
     def air_move(self, point: str, *, speed: str, joint: bool = False) -> list[str]:
-        """Return the move to a point off the seams.
-
-        Parameters
-        ----------
-        point : As the language writes it.
-        speed : The same.
-        joint : Whether it is a joint move.
-        """
+        """Return the move to a point off the seams."""
         return self.lines("air_move", needs=point, point=point, speed=speed, joint=joint)
 
     def joint_move(self, point: str, *, speed: str) -> list[str]:
@@ -136,13 +126,7 @@ class Post(Blocks):
     program: WeldProgram
 
     def weld_start(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
-        """Return what is before the moves along a seam.
-
-        Parameters
-        ----------
-        instructions : Gives the arc instructions of wpcal; called only by templates that use them.
-        **names : More names of the language.
-        """
+        """Return what is before the moves along a seam."""
         needs = "" if names.get("folds") else str(names.get("point", ""))
         return self.lines("weld_start", needs=needs, **self._of_seam(path, instructions, 0), **names)
 
@@ -208,12 +192,7 @@ def _template(language: str, block: str, folder: Path | None) -> tuple[Template,
 
 
 def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
-    """Return the templates around a weld that a user's folder replaces by other texts than those of wpcal.
-
-    Parameters
-    ----------
-    language : The name of the format; one without templates has none.
-    """
+    """Return the templates around a weld that a user's folder replaces by other texts than those of wpcal."""
     if not blocks_of(language):
         return ()
     names = [folder / language / f"{block}{ENDING}" for block in ("weld_start", "weld_end")]
@@ -225,9 +204,7 @@ def own_arc_templates(language: str, folder: Path) -> tuple[str, ...]:
 def _refuse_unknown_files(folder: Path, language: str) -> None:
     """Refuse a folder without templates, and one with a misspelt one, which would not be used.
 
-    Raises
-    ------
-    InputError : If it is so.
+    Raises `InputError` if it is so.
     """
     expected = [f"{block}{ENDING}" for block in blocks_of(language)]
     if not folder.is_dir():
@@ -247,12 +224,7 @@ NO_LINE = "\0"
 
 
 def whole_template(language: str, name: str, names: Mapping[str, Any]) -> list[str]:
-    """Return the lines of a whole template beside the writer of a format; a list among the names is so many lines.
-
-    Parameters
-    ----------
-    name : Of the file, without its ending.
-    """
+    """Return the lines of a whole template beside the writer of a format; a list among the names is so many lines."""
     package = _package(language)
     assert package is not None
     text = (package / f"{name}{ENDING}").read_text(encoding="utf-8")

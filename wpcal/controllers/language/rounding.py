@@ -53,13 +53,8 @@ def zyz_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     An error of o rotates about z, and one of t about the rotated z, with z · z'' = cos a. t is therefore moved by the
     rounding error of o times cos a before it is rounded, as in `zyx_degrees`.
 
-    Parameters
-    ----------
-    R : array_like, shape (..., 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (..., 3). o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
+    `R`: array_like, shape (..., 3, 3).
+    Returns ndarray, shape (..., 3). o, a, t, degrees. If a is rounded to 0 or 180°, only o ± t matters, and t is 0.
     """
     angles = np.degrees(zyz_angles(R))
     o, a, t = (angles[..., i] for i in range(3))

@@ -94,14 +94,7 @@ class TouchWriter:
         raise NotImplementedError
 
     def require_room(self, section: object, needed: Mapping[str, int], *, least: int = 0) -> None:
-        """Refuse a plan with more searches than fit into the registers or variables of the touch setup.
-
-        Parameters
-        ----------
-        section : Of the touch setup, with ``first_…`` and ``last_…``.
-        needed : How many are needed of each kind.
-        least : The first one that the controller has.
-        """
+        """Refuse a plan with more searches than fit into the registers or variables of the touch setup."""
         for what, count in needed.items():
             key = what.replace(" ", "_")
             first, last = getattr(section, f"first_{key}"), getattr(section, f"last_{key}")
@@ -220,24 +213,13 @@ class TouchPost(Blocks):
             )
 
     def sensing(self, *, on: bool, signal: str, enable: str) -> list[str]:
-        """Return what switches the sensing on before a search, and waits until the signal is true, or off after it.
-
-        Parameters
-        ----------
-        signal, enable : The input and the output as the language writes them; no output: empty.
-        """
+        """Return what switches the sensing on before a search, and waits until the signal is true, or off after it."""
         hold_s = self.program.setup.hold_s
         return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable, hold_s=hold_s)
 
 
 def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[str]) -> list[str]:
-    """Return the lines of the header that every language shares.
-
-    Parameters
-    ----------
-    signal : The touch input as the language writes it.
-    results : Where the results are.
-    """
+    """Return the lines of the header that every language shares."""
     plan, setup = program.plan, program.setup
     longest = max(search.stroke_mm for search in plan.searches)
     level = "on" if setup.is_on_high else "off"

@@ -28,27 +28,21 @@ from wpcal.seam.judge.material import find_poses_in_material, place_tube
 
 MARGIN_MM = 3.0
 """Least distance of the nozzle from the part on the way: above the errors of a calibration and of a path in the air."""
-ABOVE_MM = 50.0
-"""By default the lowest point of the torch is this far above the part on the way across."""
-LEAST_STRETCH_MM = 0.02
-"""A stretch of a move is not halved further: it counts as too near."""
+ABOVE_MM = 50.0  #: By default the lowest point of the torch is this far above the part on the way across.
+LEAST_STRETCH_MM = 0.02  #: A stretch of a move is not halved further: it counts as too near.
 BACK_MM = (0.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 """How far back along the wire the torch goes before it goes up, the shortest free one."""
-SIDES = 8
-"""Directions in which the torch leaves the part's box if it cannot go up."""
+SIDES = 8  #: Directions in which the torch leaves the part's box if it cannot go up.
 LARGEST_TURN_RAD = math.radians(90.0)
 """A linear move with a larger turn gets poses in between: near 180 degrees controllers turn one way or the other."""
-NO_LENGTH_MM = 1e-6
-"""Shorter moves are left out: they are round-off."""
+NO_LENGTH_MM = 1e-6  #: Shorter moves are left out: they are round-off.
 
 
 @dataclass(frozen=True, slots=True)
 class AirSettings:
     """How the torch goes from one seam to the next.
 
-    Raises
-    ------
-    InputError : When the clearance is not positive, or the direction is not three numbers that differ from zero.
+    Raises `InputError` when the clearance is not positive, or the direction is not three numbers that differ from zero.
     """
 
     clearance_mm: float | None = opt(
@@ -146,13 +140,7 @@ class TorchAtTool:
 def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtTool, air: AirSettings) -> AirPlan:
     """Find the ways from a safe point to the first seam, between the seams, and back.
 
-    Parameters
-    ----------
-    ends : Per seam, in the order of welding.
-
-    Raises
-    ------
-    GeometryError : When no checked way leads from a seam to the next; the message names both.
+    Raises `GeometryError` when no checked way leads from a seam to the next; the message names both.
     """
     up = air.up
     turns = [_turn_between(a.R[1], b.R[0], torch.axis) for a, b in pairwise(ends)]

@@ -13,17 +13,14 @@ if TYPE_CHECKING:
 
 SEAM_MARKS = ("SEAM START", "SEAM END")
 """Comments around the moves of a seam in a program with arc instructions; `wpcal audit` reads them back."""
-DRY_MARKS = ("ARC ON", "ARC OFF")
-"""The same in a program of a dry run: they stand for the instructions."""
+DRY_MARKS = ("ARC ON", "ARC OFF")  #: The same in a program of a dry run: they stand for the instructions.
 
 
 @dataclass(frozen=True, slots=True)
 class ArcSettings:
     """How a program switches the arc.
 
-    Raises
-    ------
-    InputError : When the output is negative.
+    Raises `InputError` when the output is negative.
     """
 
     output: int | None = opt(
@@ -59,9 +56,7 @@ def _weld_name(path: WeldPath) -> str:
 def needed(path: WeldPath, name: str, *, language: str, why: str) -> float:
     """Return a number of the weld data that a language cannot do without.
 
-    Raises
-    ------
-    InputError : With the command that states it, if it is missing.
+    Raises `InputError` with the command that states it, if it is missing.
     """
     value = getattr(path.values, name)
     if value is None:

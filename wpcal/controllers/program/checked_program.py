@@ -23,8 +23,7 @@ from wpcal.seam.seam import Seam
 STEP_MM = 1.0
 """Between two points of a seam the torch is compared with the part at this step: less than the thinnest sheet that is
 welded as a rib, and small against the nozzle."""
-MOST_TOLD = 3
-"""Seams whose place is told; of the others the names: the message is one line."""
+MOST_TOLD = 3  #: Seams whose place is told; of the others the names: the message is one line.
 
 
 def find_weld_pose_in_material(
@@ -42,11 +41,8 @@ def find_weld_pose_in_material(
 
     Parameters
     ----------
-    part : In `base`.
-    seam : For the message, and for how its root was found.
     tips : shape (n, 3). Tips of the wire in `base`, mm.
     back : shape (n, 3). Unit vectors from the tips along the wire towards the torch.
-    torch : With its usual wire; `Seam.more_wire_mm` comes to it.
     back_mm : How far the torch comes from along the wire at the first point, and goes at the last, mm.
     frame : ndarray, shape (n,), optional
         Numbers of the seam's frames at the tips, with fractions between them. None: the tips are those of the frames.
@@ -93,13 +89,7 @@ def _places(tips: FloatArray) -> FloatArray:
 
 
 def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -> GeometryError:
-    """Return the error that names every seam with poses in material, and what can be done.
-
-    Parameters
-    ----------
-    found : What is inside material, by the name of the seam; at least one.
-    names : All seams of the program.
-    """
+    """Return the error that names every seam with poses in material, and what can be done."""
     told = [*found.values()][:MOST_TOLD]
     more = [*found][MOST_TOLD:]
     others = f"; also {len(more)} more: {', '.join(more)}" if more else ""
@@ -118,18 +108,8 @@ def check_program(
 ) -> WeldProgram:
     """Compare every pose with the part, and add checked ways between the seams.
 
-    Parameters
-    ----------
-    program : As `build_program` made it, with the part's triangles.
-
-    Returns
-    -------
-    WeldProgram. With a safe point, at which it starts and ends, and with linear moves only.
-
-    Raises
-    ------
-    InputError : When the program has no triangles of the part.
-    GeometryError : When the torch would be inside material, or no checked way leads from a seam to the next.
+    Raises `InputError` when the program has no triangles of the part.
+    Raises `GeometryError` when the torch would be inside material, or no checked way leads from a seam to the next.
     """
     torch, air = torch or USUAL_TORCH, air or AirSettings()
     if program.part_glb is None:

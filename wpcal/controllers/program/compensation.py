@@ -23,32 +23,22 @@ from wpcal.robot.torch.attitude import wire_directions
 TURN_RAD = math.radians(0.1)
 """How far the tool may be turned from the targets: a target that is turned is corrected by another amount, above all
 near a straight wrist, where the axes turn fast."""
-SHARE = 0.6
-"""Of the tolerance, for distances between targets; the rest is for the turns."""
-STEP_MM = 0.5
-"""Near a straight wrist an axis turns by 15 degrees in a millimetre, and the correction with it."""
-MOST_POINTS = 400
-"""Of a seam: on long seams the correction changes more slowly."""
+SHARE = 0.6  #: Of the tolerance, for distances between targets; the rest is for the turns.
+STEP_MM = 0.5  #: Near a straight wrist an axis turns by 15 degrees in a millimetre, and the correction with it.
+MOST_POINTS = 400  #: Of a seam: on long seams the correction changes more slowly.
 Poses = TypeVar("Poses", WeldPath, SafePoint)
 
 
 def compensate_program(program: WeldProgram, arm: ArmAtTool) -> WeldProgram:
     """Return a program with every tool pose replaced by ``FK_nominal(IK_identified(T))``.
 
+    Raises `InputError` when the poses have no joints.
+
     Parameters
     ----------
     program : WeldProgram
         With poses computed with the identified model of the robot, and their joints
         (`wpcal.controllers.program.followed_program.follow_program`).
-    arm : With an identified arm. A nominal one needs no compensation: the program is returned as it is.
-
-    Returns
-    -------
-    WeldProgram. With the poses to send to the controller, which computes with its nominal model.
-
-    Raises
-    ------
-    InputError : When the poses have no joints.
     """
     if arm.arm.nominal is None:
         return program

@@ -28,17 +28,14 @@ from wpcal.seam.seam import Seam
 from wpcal.weld.runs import WeldRun, weld_runs
 from wpcal.weld.seam_weld import SeamWeld
 
-ROBOTS = (1, 2)
-"""Robot 1 carries the torch, robot 2 carries the part."""
+ROBOTS = (1, 2)  #: Robot 1 carries the torch, robot 2 carries the part.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SyncProgram:
     """Joint targets of two robots with marks 1 to N.
 
-    Raises
-    ------
-    InputError : When shapes differ, there are fewer than two targets, or a time is not positive.
+    Raises `InputError` when shapes differ, there are fewer than two targets, or a time is not positive.
     """
 
     seam: str  #: As in the part, any text.
@@ -76,24 +73,13 @@ class SyncProgram:
         return max(4, len(str(len(self))))
 
 
-ID_STEP = 10
-"""Between the numbers of marks, as people write them: a mark can be put between two."""
-SPEED_RESERVE = 1.5
-"""Of robot 2 above what it needs: the path of a joint move is longer than its chord."""
+ID_STEP = 10  #: Between the numbers of marks, as people write them: a mark can be put between two.
+SPEED_RESERVE = 1.5  #: Of robot 2 above what it needs: the path of a joint move is longer than its chord.
 NOT_CHECKED = "NOT CHECKED: cables, hoses, what the cell does not have, the way to the first point. RUN IT DRY FIRST"
 
 
 class CoordinatedStep(NamedTuple):
-    """One move of both robots.
-
-    Parameters
-    ----------
-    to : Row of the targets at its end.
-    via : Row of the target in the middle of an arc.
-    on_seam : Whether the torch welds.
-    stops : Whether both robots stop at the end.
-    mark : The number of the mark at its end, the same for both robots.
-    """
+    """One move of both robots."""
 
     to: int
     via: int | None
@@ -106,9 +92,7 @@ class CoordinatedStep(NamedTuple):
 class CoordinatedProgram:
     """Targets of both robots and their common moves.
 
-    Raises
-    ------
-    InputError : When the path has no lines and arcs, or the arrays do not have one row for every pose.
+    Raises `InputError` when the path has no lines and arcs, or the arrays do not have one row for every pose.
     """
 
     cell: Cell  #: Arms, bases, the tool of robot 1, and the place of the part on the flange of robot 2.
@@ -155,12 +139,7 @@ class CoordinatedProgram:
         return max(4, len(str(len(self.path))))
 
     def steps(self, blend_mm: float) -> list[CoordinatedStep]:
-        """Return the common moves from the first pose on: to the start of the seam, along it, and away from it.
-
-        Parameters
-        ----------
-        blend_mm : As in `WeldPath.stops`.
-        """
+        """Return the common moves from the first pose on: to the start of the seam, along it, and away from it."""
         first, rows = self.path.weld_rows.start, self.path.weld_rows
         found = [CoordinatedStep(first, None, False, True, 0)]  # without length if there is no approach
         for move, stops in zip(self.path.weld_moves, self.path.stops(blend_mm), strict=True):
@@ -203,16 +182,7 @@ def build_coordinated_program(
 ) -> CoordinatedProgram:
     """Return the program of a coordinated run.
 
-    Parameters
-    ----------
-    seam : The seam of the plan, in `part`.
-    controller : By default the program is named after the seam.
-    weld : Its weld data.
-    arc : How the arc is switched; None for a dry run.
-
-    Raises
-    ------
-    InputError : When the weld data has more than one bead or stretch: a plan is one bead along the whole seam.
+    Raises `InputError` when the weld data has more than one bead or stretch: a plan is one bead along the whole seam.
     """
     run, cell = found.run, found.cell
     ends = [q for q in (found.approach, found.retract) if q is not None]

@@ -48,10 +48,6 @@ class TurnedCorner:
 def find_turned_corners(frames: SeamFrames) -> tuple[TurnedCorner, ...]:
     """Return the corners of a seam at which a torch turns before and after the corner.
 
-    Parameters
-    ----------
-    frames : With n frames; between them the seam is straight.
-
     Examples
     --------
     A seam of two straight steps in one direction has none:
@@ -98,9 +94,7 @@ PLAN_NOT_CHECKED = (
     "NOT CHECKED: the way from where the arm is to home, the first target. RUN IT DRY FIRST",
 )
 """The same for a plan."""
-
-USUAL_ZONE_MM = 1.0
-"""Distance from a corner at which most of the languages let the tool leave the path."""
+USUAL_ZONE_MM = 1.0  #: Distance from a corner at which most of the languages let the tool leave the path.
 
 
 def describe(program: WeldProgram) -> list[str]:

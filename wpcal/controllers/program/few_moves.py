@@ -14,10 +14,8 @@ from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations, wire_directions
 from wpcal.seam.seam import Seam
 
-AXIS = {ToolAxis.X: 0, ToolAxis.Z: 2}
-"""The column of a tool's axes along the wire."""
-ROUND_OFF_RAD = 1e-9
-"""Of a spin that is just within its range."""
+AXIS = {ToolAxis.X: 0, ToolAxis.Z: 2}  #: The column of a tool's axes along the wire.
+ROUND_OFF_RAD = 1e-9  #: Of a spin that is just within its range.
 
 
 def fit_program(
@@ -27,7 +25,6 @@ def fit_program(
 
     Parameters
     ----------
-    program : With a pose for every frame of the seams.
     spin_is_free : bool
         Whether the moves choose the turn about the wire, within the range of the torch. False: the tool keeps to the
         turn that it has at every frame.
@@ -65,12 +62,8 @@ def fit_seam(
 ) -> MovePath:
     """Return the fewest lines and arcs along a seam.
 
-    Parameters
-    ----------
-    seam : With n frames.
-    p : shape (n, 3). Tool centre points at its frames, in `base`, mm.
-    R : shape (n, 3, 3). Axes of the tool there.
-    spin_is_free : As in `wpcal.robot.moves.fit_moves`.
+    `p`: shape (n, 3). Tool centre points at its frames, in `base`, mm.
+    `R`: shape (n, 3, 3). Axes of the tool there.
     """
     return fit_moves(
         p,
@@ -104,11 +97,6 @@ def with_moves(path: WeldPath, moves: MovePath) -> WeldPath:
     """Return a path whose poses along the seam are those of lines and arcs.
 
     The approach and the retract keep their places and get the orientations of the first and the last pose.
-
-    Parameters
-    ----------
-    path : With an approach and a retract only.
-    moves : In `base`.
     """
     rows = path.weld_rows
     p = np.concatenate([path.p_base[: rows.start], moves.p, path.p_base[rows.stop :]])
@@ -119,9 +107,7 @@ def with_moves(path: WeldPath, moves: MovePath) -> WeldPath:
 def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:
     """Return how far the tool is turned about the wire from the direction of travel.
 
-    Returns
-    -------
-    ndarray, shape (n,). At every frame of the seam, rad, within half a turn.
+    Returns ndarray, shape (n,). At every frame of the seam, rad, within half a turn.
     """
     _, R, frame, _ = path.stations()
     R = R[np.searchsorted(frame, np.arange(len(path.seam.frames)))]

@@ -21,10 +21,8 @@ from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.robot.kinematics.inverse import Broken, continue_branch
 from wpcal.robot.moves import PathTolerance
 
-STEP_MM = 20.0
-"""On a way of the torch an arm of a metre turns its joints by a degree or two per step."""
-STEP_RAD = np.radians(5.0)
-"""Turns of the tool are followed at this step for the same reason."""
+STEP_MM = 20.0  #: On a way of the torch an arm of a metre turns its joints by a degree or two per step.
+STEP_RAD = np.radians(5.0)  #: Turns of the tool are followed at this step for the same reason.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,15 +49,7 @@ def program_for_arm(
     fewest if the arm can turn the torch as they need it, else the fewest with a turn about the wire that the arm can
     make.
 
-    Parameters
-    ----------
-    program : As `wpcal.controllers.program.build_program` made it.
-    check : Adds the ways between the seams, as `wpcal.controllers.program.checked_program.check_program` does.
-    tolerance : Of lines and arcs; None keeps a pose for every frame of the seams.
-
-    Raises
-    ------
-    GeometryError : When the arm cannot follow it in any branch (code ``joint-path``), or `check` refuses it.
+    Raises `GeometryError` when the arm cannot follow it in any branch (code ``joint-path``), or `check` refuses it.
     """
 
     def fit_and_check(spun: WeldProgram) -> WeldProgram:
@@ -100,7 +90,6 @@ def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldPro
     ----------
     program : WeldProgram
         With the spin of `wpcal.controllers.program.reachable_spin`, and with or without the ways between the seams.
-    branch : As in `wpcal.robot.kinematics.opw.solve_opw`.
 
     Raises
     ------

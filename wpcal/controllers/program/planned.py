@@ -63,9 +63,7 @@ class PlannedMoves:
     def standing_axes(self, language: str) -> list[str]:
         """Return what a header says about external axes that stand still, for a language that has none.
 
-        Raises
-        ------
-        InputError : When one of them moves.
+        Raises `InputError` when one of them moves.
         """
         names = [name for name in (self.rail, *self.turning) if name]
         if not names:

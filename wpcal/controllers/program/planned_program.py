@@ -30,8 +30,7 @@ from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
 
-WITHOUT_FRAME = 0
-"""The number of the user frame that is the base of the robot."""
+WITHOUT_FRAME = 0  #: The number of the user frame that is the base of the robot.
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +54,7 @@ def build_planned_program(
 ) -> WeldProgram:
     """Return the weld program of a plan.
 
-    Parameters
-    ----------
-    seams : What was planned, by name.
-
-    Raises
-    ------
-    InputError : When a move is not free.
+    Raises `InputError` when a move is not free.
     """
     if not sequence.is_free:
         raise InputError("no program is written for a plan that is not free of collision")

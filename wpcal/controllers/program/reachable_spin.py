@@ -59,8 +59,7 @@ class ArmAtTool:
         return solve_inverse(self.arm, flange).joints.reshape(*R.shape[:-2], BRANCHES, 6)
 
 
-WRIST_BITS = 1
-"""Of the number of a branch the lowest bit is the wrist; the others are elbow and shoulder."""
+WRIST_BITS = 1  #: Of the number of a branch the lowest bit is the wrist; the others are elbow and shoulder.
 WHOLE_TURNS = 1e-3
 """Share of the move of the joints in the cost where the travel decides: enough to choose between whole turns."""
 
@@ -89,9 +88,7 @@ def choose_reachable_spin(
 
     Parameters
     ----------
-    program : As `build_program` made it.
     near : shape (n,). Shown joint angles near the seams, rad. The branch that is nearest to them is taken first.
-    T_flange_tool : The tool as set in the controller.
 
     Raises
     ------
@@ -102,11 +99,6 @@ def choose_reachable_spin(
 
 def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False) -> Iterator[SpunProgram]:
     """Yield programs per branch that leads along every seam, the nearest branch first.
-
-    Parameters
-    ----------
-    program : As `build_program` made it.
-    as_near : Only branches with shoulder and elbow as at the joints that the user states.
 
     Raises
     ------

@@ -20,8 +20,7 @@ from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.torch.attitude import ToolAxis
 
-STEP_RAD = math.radians(5.0)
-"""Step of e: finer steps change the sum by less than the swing does."""
+STEP_RAD = math.radians(5.0)  #: Step of e: finer steps change the sum by less than the swing does.
 START_COST = 1e-3
 """Cost per rad at the start of a seam: of equal profiles the one nearest to the travel is taken, or with an arm the
 one nearest to its joints."""
@@ -30,14 +29,8 @@ one nearest to its joints."""
 def swing_and_twist(R: FloatArray, axis: ToolAxis) -> tuple[FloatArray, FloatArray]:
     """Split the turn from each pose of a tool to the next.
 
-    Parameters
-    ----------
-    R : shape (n, 3, 3). Axes of the tool, in any frame.
-    axis : Along the wire.
-
-    Returns
-    -------
-    swing, twist : ndarray, shape (n - 1,). Angle between the wires, and turn about the wire, rad.
+    `R`: shape (n, 3, 3). Axes of the tool, in any frame.
+    Returns `swing, twist`: ndarray, shape (n - 1,). Angle between the wires, and turn about the wire, rad.
     """
     q = quaternion_from_rotation(np.swapaxes(R[:-1], -1, -2) @ R[1:])
     about = q[:, 2] if axis is ToolAxis.Z else q[:, 0]
@@ -49,10 +42,8 @@ def swing_and_twist(R: FloatArray, axis: ToolAxis) -> tuple[FloatArray, FloatArr
 def spun(R: FloatArray, spin_rad: FloatArray, axis: ToolAxis) -> FloatArray:
     """Turn tools about their wires, shape (..., 3, 3).
 
-    Parameters
-    ----------
-    R : ndarray, shape (..., 3, 3)
-    spin_rad : shape (...). rad.
+    `R`: ndarray, shape (..., 3, 3).
+    `spin_rad`: shape (...). rad.
     """
     unit = np.array([0.0, 0.0, 1.0] if axis is ToolAxis.Z else [1.0, 0.0, 0.0])
     return np.asarray(R @ exp_rotation(np.asarray(spin_rad)[..., None] * unit), dtype=np.float64)
@@ -61,10 +52,8 @@ def spun(R: FloatArray, spin_rad: FloatArray, axis: ToolAxis) -> FloatArray:
 def unwinding_spin(R: FloatArray, axis: ToolAxis, range_rad: float) -> FloatArray:
     """Return the spin with which a tool turns least along a seam, shape (n,), rad.
 
-    Parameters
-    ----------
-    R : shape (n, 3, 3). Axes of the tool that follows the direction of travel.
-    range_rad : Largest spin either way, rad; 0 keeps the direction of travel.
+    `R`: shape (n, 3, 3). Axes of the tool that follows the direction of travel.
+    `range_rad`: Largest spin either way, rad; 0 keeps the direction of travel.
     """
     swing, twist = swing_and_twist(R, axis)
     free = -np.concatenate([[0.0], np.cumsum(twist)])
@@ -79,9 +68,7 @@ def unwinding_spin(R: FloatArray, axis: ToolAxis, range_rad: float) -> FloatArra
 def possible_offsets(free: FloatArray, range_rad: float) -> FloatArray:
     """Return the values of e that are tried, shape (n, k), rad; none leads the spin out of its range.
 
-    Parameters
-    ----------
-    free : shape (n,). The spin that takes the whole twist away, rad.
+    `free`: shape (n,). The spin that takes the whole twist away, rad.
     """
     low = math.floor((-range_rad - float(free.max())) / STEP_RAD)
     high = math.ceil((range_rad - float(free.min())) / STEP_RAD)
@@ -92,15 +79,13 @@ def possible_offsets(free: FloatArray, range_rad: float) -> FloatArray:
 def least_turn(swing: FloatArray, e: FloatArray, allowed: BoolArray) -> IntArray:
     """Choose an e per point with the least sum of turns, shape (n,). Columns of `e`.
 
+    Raises `GeometryError` when at some point no e is allowed; the message names the point.
+
     Parameters
     ----------
     swing : shape (n - 1,). rad.
     e : shape (n, k). rad.
     allowed : ndarray of bool, shape (n, k)
-
-    Raises
-    ------
-    GeometryError : When at some point no e is allowed; the message names the point.
     """
     if not allowed.any(axis=1).all():
         raise GeometryError(f"point {int(np.argmin(allowed.any(axis=1)))}: no turn about the wire is possible")

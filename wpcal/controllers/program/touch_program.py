@@ -18,12 +18,9 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import Posture, posture
 from wpcal.touch.searches import Search, TouchPlan, TouchSetup
 
-NAME_ENDING = "_touch"
-"""Of the name of a touch program, which thus never replaces the weld program of the same part."""
-LONGEST_STROKE_MM = 300.0
-"""A part that is displaced by more is not where the plan says at all."""
-OFF_STROKE_MM = 1.0
-"""The planned contact is on the line of the search; a file that is typed may be this far off."""
+NAME_ENDING = "_touch"  #: Of the name of a touch program, which thus never replaces the weld program of the same part.
+LONGEST_STROKE_MM = 300.0  #: A part that is displaced by more is not where the plan says at all.
+OFF_STROKE_MM = 1.0  #: The planned contact is on the line of the search; a file that is typed may be this far off.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

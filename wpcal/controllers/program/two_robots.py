@@ -27,14 +27,12 @@ from wpcal.weld.seam_weld import SeamWeld
 def build_sync_program(run: CellRun, cell: Cell, *, controller: ControllerSettings | None = None) -> SyncProgram:
     """Return the program of both robots for a run.
 
+    Raises `InputError` when the run was checked and is not free: wpcal never writes a program that is known to collide.
+
     Parameters
     ----------
     controller : ControllerSettings, optional
         By default the program is named after the seam, so that programs of several seams can be loaded together.
-
-    Raises
-    ------
-    InputError : When the run was checked and is not free: wpcal never writes a program that is known to collide.
     """
     verdict = run.verdict
     if verdict is CollisionVerdict.NOT_FREE and run.check is not None:
@@ -67,13 +65,7 @@ def coordinated_languages() -> tuple[str, ...]:
 def write_programs(program: SyncProgram, languages: Sequence[str] | None = None) -> dict[str, str]:
     """Return the files of a program: names and contents.
 
-    Parameters
-    ----------
-    languages : Names of controllers; all of `sync_languages` if not given.
-
-    Raises
-    ------
-    InputError : When a language is not known, or cannot hold the program.
+    Raises `InputError` when a language is not known, or cannot hold the program.
     """
     known = sync_languages()
     chosen = known if languages is None else languages
@@ -84,12 +76,7 @@ def write_programs(program: SyncProgram, languages: Sequence[str] | None = None)
 
 
 def possible_programs(program: SyncProgram, languages: Sequence[str] | None = None) -> tuple[dict[str, str], list[str]]:
-    """Return the files in all languages that can hold a program, and why the other languages cannot.
-
-    Parameters
-    ----------
-    languages : Names of controllers; all of `sync_languages` if not given.
-    """
+    """Return the files in all languages that can hold a program, and why the other languages cannot."""
     files: dict[str, str] = {}
     refusals: list[str] = []
     for name in languages or sync_languages():
@@ -119,10 +106,6 @@ def possible_coordinated(
     languages: Sequence[str] | None = None,
 ) -> tuple[dict[str, str], list[str], dict[str, CoordinatedRun]]:
     """Return a run in coordinated motion in all languages that can hold it.
-
-    Parameters
-    ----------
-    languages : Names of controllers; by default all that have such programs.
 
     Returns
     -------

@@ -33,9 +33,7 @@ from wpcal.weld.values import WeldValues
 class MotionSettings:
     """How the torch approaches, welds and retracts.
 
-    Raises
-    ------
-    InputError : When a speed is not positive, a distance is negative, or a number is not finite.
+    Raises `InputError` when a speed is not positive, a distance is negative, or a number is not finite.
     """
 
     approach_mm: float = opt(APPROACH_MM, "Along the wire, before the seam.")
@@ -55,9 +53,7 @@ class MotionSettings:
 class ControllerSettings:
     """Names and numbers that only the controller knows.
 
-    Raises
-    ------
-    InputError : When a name is empty or a number is negative.
+    Raises `InputError` when a name is empty or a number is negative.
     """
 
     program_name: str = opt("WPCAL", "Name of the program in the controller.")
@@ -139,9 +135,7 @@ class WeldPath:
     def stops(self, blend_mm: float) -> tuple[bool, ...]:
         """Tell at the end of which of the moves along the seam the tool stops: at corners of lines and arcs, and last.
 
-        Parameters
-        ----------
-        blend_mm : Size of the zone in which a program lets the tool leave a corner, mm.
+        `blend_mm`: Size of the zone in which a program lets the tool leave a corner, mm.
         """
         if self.moves is None:
             return (*[False] * (self.weld_count - 2), True)
@@ -198,14 +192,9 @@ class WeldPath:
 def poses_in(p_base: FloatArray, R_base: FloatArray, T_base_frame: RigidTransform) -> tuple[FloatArray, FloatArray]:
     """Express poses of the tool in another frame.
 
-    Parameters
-    ----------
-    p_base : shape (n, 3). In `base`, mm.
-    R_base : shape (n, 3, 3). Axes of the tool in `base`.
-
-    Returns
-    -------
-    p, R : ndarray, shapes (n, 3) and (n, 3, 3). In the frame.
+    `p_base`: shape (n, 3). In `base`, mm.
+    `R_base`: shape (n, 3, 3). Axes of the tool in `base`.
+    Returns `p, R`: ndarray, shapes (n, 3) and (n, 3, 3). In the frame.
     """
     T = T_base_frame.inverse()
     return T.apply(p_base), T.R @ R_base
@@ -283,17 +272,8 @@ def build_program(
 ) -> WeldProgram:
     """Place the torch on every frame of the seams.
 
-    Parameters
-    ----------
-    finished : With the seams to export.
-    welds : Weld data by the name of the seam. Every bead and every stretch becomes a path of its own.
-    arc : How the arc is switched; None for a dry run.
-    choice : Which runs the weld data give: tack welds first, and weaves by the controller, if it is not stated.
-
-    Raises
-    ------
-    GeometryError : When a seam has fewer than two frames.
-    InputError : When only tack welds are wanted and there are none, or a weave cannot be made of points.
+    Raises `GeometryError` when a seam has fewer than two frames.
+    Raises `InputError` when only tack welds are wanted and there are none, or a weave cannot be made of points.
     """
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
     if welds is None:

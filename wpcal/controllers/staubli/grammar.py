@@ -14,8 +14,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import BASE, ProgramPoint, ProgramPoints
 
 WORLD = "world"
-NO_LINE = 0
-"""XML says names of points, no lines."""
+NO_LINE = 0  #: XML says names of points, no lines.
 
 
 def read_val3(text: str, path: str) -> ProgramPoints:

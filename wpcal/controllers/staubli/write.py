@@ -33,25 +33,16 @@ KEYWORDS = (
     "and begin call case default do else elseif end endfor endif endswitch endwhile false for fpart global if link "
     "jplan local mair mjoint mweld not npoint or put return start stop step switch then to true until while wpsafe xor"
 )
-NAMES = NameRules("VAL3", 15, KEYWORDS)
-"""Names of variables have up to 15 characters."""
-MOST_POINTS = 9999
-"""Elements of an array."""
+NAMES = NameRules("VAL3", 15, KEYWORDS)  #: Names of variables have up to 15 characters.
+MOST_POINTS = 9999  #: Elements of an array.
 MM_DECIMALS = 5
-DEG_DECIMALS = 6
-"""As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg."""
-BLEND_MM = 0.5
-"""Half of the default least step of seams: blends of neighbours touch and do not overlap."""
-PLANNED_MM_S = 500
-"""Limit of the tip in the joint moves of a plan: the joints limit most of them."""
-JOINT_PERCENT = 10
-"""The speed of joint moves. Slow, because the arm can come from anywhere."""
-MOTION = "m"
-"""The name of the motion of a seam with a speed of its own is this and the name of the seam."""
-JOINTS = "jPlan"
-"""The joints that a plan goes to between seams, in one array."""
-SAFE_POINT = "wpSafe"
-"""The point above the part at which the program starts and ends."""
+DEG_DECIMALS = 6  #: As for the other controllers with 32-bit numbers, which resolve 1e-4 mm and 1e-5 deg.
+BLEND_MM = 0.5  #: Half of the default least step of seams: blends of neighbours touch and do not overlap.
+PLANNED_MM_S = 500  #: Limit of the tip in the joint moves of a plan: the joints limit most of them.
+JOINT_PERCENT = 10  #: The speed of joint moves. Slow, because the arm can come from anywhere.
+MOTION = "m"  #: The name of the motion of a seam with a speed of its own is this and the name of the seam.
+JOINTS = "jPlan"  #: The joints that a plan goes to between seams, in one array.
+SAFE_POINT = "wpSafe"  #: The point above the part at which the program starts and ends.
 SAME = 'shoulder="ssame" elbow="esame" wrist="wsame" fatherId="fPart[0]"'
 LONGEST_COMMENT = 100
 STAND = "  waitEndMove()"
@@ -68,9 +59,7 @@ SWITCH = ArcSwitch(
 def write_val3(program: WeldProgram) -> dict[str, str]:
     """Write a VAL3 application: ``NAME.pjx``, ``NAME.dtx``, ``start.pgx``, ``stop.pgx``.
 
-    Raises
-    ------
-    InputError : When a seam has too many points, or VAL3 does not allow the tool's name.
+    Raises `InputError` when a seam has too many points, or VAL3 does not allow the tool's name.
     """
     for path in program.paths:
         if len(path) > MOST_POINTS:
@@ -92,7 +81,7 @@ def _angles(R: FloatArray) -> FloatArray:
     return rounded(-zyx_degrees(np.swapaxes(R, -1, -2), decimals=DEG_DECIMALS), DEG_DECIMALS)
 
 
-def _frame_as_written(T: RigidTransform) -> RigidTransform:
+def _val3_frame(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the points in the base."""
     a, b, c = np.radians(_angles(T.R))
     return RigidTransform(rotation_from_zyx(-a, -b, -c).T, rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
@@ -116,7 +105,7 @@ class _Val3(WeldWriter):
         program, name = self.program, safe_name(self.program.controller.program_name, NAMES)
         room = 0 if all(path.run is None for path in program.paths) else len(MOTION)
         self.stems = safe_names([path.seam.name for path in program.paths], NAMES, room=room)
-        self.T_base_frame = _frame_as_written(program.T_base_part)
+        self.T_base_frame = _val3_frame(program.T_base_part)
         data = _filled("database", data=self._data())
         self.tool = own_name(program.controller.tool_name, NAMES, what="tool")
         code = [line.replace("]]>", "]] >") for line in self._start()]  # what would end the section

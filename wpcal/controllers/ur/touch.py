@@ -21,26 +21,22 @@ from wpcal.controllers.ur.write import (
     JOINT_LIMITS,
     LONGEST_COMMENT,
     NAMES,
-    frame_as_written,
     limits,
     poses_in_part,
     poses_of,
+    script_frame,
 )
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
-STOP_M_S2 = 2.0
-"""Deceleration at contact: from 10 mm/s within 0.03 mm."""
-HOST = re.compile(r"[A-Za-z0-9.:_-]+")
-"""The name or the address of a computer."""
+STOP_M_S2 = 2.0  #: Deceleration at contact: from 10 mm/s within 0.03 mm.
+HOST = re.compile(r"[A-Za-z0-9.:_-]+")  #: The name or the address of a computer.
 
 
 def write_touch_urscript(program: TouchProgram) -> dict[str, str]:
     """Write a URScript program of searches, ``NAME_touch.script``.
 
-    Raises
-    ------
-    InputError : When the robot has no such input or output, or the results cannot be sent to such a computer.
+    Raises `InputError` when the robot has no such input or output, or the results cannot be sent to such a computer.
     """
     return _ScriptTouches(program).files()
 
@@ -51,7 +47,7 @@ class _ScriptTouches(TouchWriter):
     first = JOINT_LIMITS
 
     def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
-        return frame_as_written(T_base_part)
+        return script_frame(T_base_part)
 
     def points_of(self, steps: TouchSteps, first: int) -> list[str]:
         return poses_in_part(steps.p, steps.R)

@@ -17,12 +17,11 @@ from wpcal.touch.searches.setup import TouchSetup
 
 LINE = re.compile(r"\bwpcal\s++(?P<plan>[0-9a-fA-F]{8})\s++(?P<what>\w++)(?P<rest>.*)$")
 POSE = re.compile(r"p?\[(?P<values>[^\[\]]*+)\]")
-WORDS = {"found": 1.0, "missed": 2.0, "active": 3.0}
-"""Outcomes, as numbers of other controllers."""
+WORDS = {"found": 1.0, "missed": 2.0, "active": 3.0}  #: Outcomes, as numbers of other controllers.
 MM = 1000.0
 
 
-def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+def read_urscript_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read the last run of a log; see `TouchResultsReader`."""
     file = files[0]
     stored: StoredValues | None = None

@@ -35,15 +35,11 @@ NAMES = NameRules(
     "and break continue def elif else end false for global halt if local not or return thread true while",
 )
 """The length is our choice; the language sets no limit."""
-DECIMALS = 9
-"""1e-9 m is 1e-6 mm; 1e-9 rad moves a point at 2 m by 2e-6 mm."""
+DECIMALS = 9  #: 1e-9 m is 1e-6 mm; 1e-9 rad moves a point at 2 m by 2e-6 mm.
 MM = 1e-3
-BLEND_MM = 0.2
-"""Blends of neighbours must not overlap: well below half of the default least step of seams (1 mm)."""
-ACCELERATION_M_S2 = 0.5
-"""Slow. A weld speed is reached within 0.1 mm."""
-JOINT_LIMITS = "a=0.3, v=0.1"
-"""rad/s² and rad/s of the only joint move. Slow, because the arm can come from anywhere."""
+BLEND_MM = 0.2  #: Blends of neighbours must not overlap: well below half of the default least step of seams (1 mm).
+ACCELERATION_M_S2 = 0.5  #: Slow. A weld speed is reached within 0.1 mm.
+JOINT_LIMITS = "a=0.3, v=0.1"  #: rad/s² and rad/s of the only joint move. Slow, because the arm can come from anywhere.
 PLANNED_ACCELERATION_RAD_S2 = 0.8
 """In the joint moves of a plan: little more than half of what the controller takes if nothing is stated (1.4)."""
 USUAL_JOINT_RAD_S = 2.0
@@ -69,7 +65,7 @@ def limits(mm_s: float) -> str:
     return f"a={ACCELERATION_M_S2:g}, v={mm_s * MM:g}"
 
 
-def frame_as_written(T: RigidTransform) -> RigidTransform:
+def script_frame(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the poses in the base."""
     turn = rounded(log_rotation(T.R), DECIMALS)
     return RigidTransform(exp_rotation(turn), rounded(T.t_mm * MM, DECIMALS) / MM, T.target, T.source)
@@ -95,7 +91,7 @@ class _Script(WeldWriter):
         return limits(self.program.motion.air_speed_mm_s)
 
     def files(self) -> dict[str, str]:
-        program, self.T_base_frame = self.program, frame_as_written(self.program.T_base_part)
+        program, self.T_base_frame = self.program, script_frame(self.program.T_base_part)
         if self.planned is not None:
             self.joints = np.concatenate([moves.joints for moves in self.planned.air])
         name, between = safe_name(program.controller.program_name, NAMES), self.between()

@@ -14,12 +14,11 @@ from wpcal.controllers.program import WeldPath
 from wpcal.controllers.program.arc import end_time_s, needed, refuse
 
 LANGUAGE = "INFORM"
-LEAST_S = 0.01
-"""Of a timer; less is none."""
+LEAST_S = 0.01  #: Of a timer; less is none.
 VALUES = "without a job the values are written"
 
 
-def start_lines(path: WeldPath) -> list[str]:
+def inform_arc_on(path: WeldPath) -> list[str]:
     """Return the instructions that start the arc and the weave.
 
     Raises
@@ -37,7 +36,7 @@ def start_lines(path: WeldPath) -> list[str]:
     return [arc, *_weave(path)]
 
 
-def end_lines(path: WeldPath) -> list[str]:
+def inform_arc_off(path: WeldPath) -> list[str]:
     """Return the instructions that end the arc and the weave."""
     values, crater = path.values, path.values.crater
     if values.job is not None:

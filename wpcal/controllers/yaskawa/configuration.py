@@ -18,8 +18,7 @@ import numpy as np
 from wpcal.controllers.language.jobs import refuse_first
 from wpcal.robot.kinematics.inverse import Posture
 
-RANGES = slice(3, 6)
-"""The numbers of RCONF for R, T and S."""
+RANGES = slice(3, 6)  #: The numbers of RCONF for R, T and S.
 HALF_TURN_DEG = 180.0
 
 

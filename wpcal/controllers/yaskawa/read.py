@@ -28,16 +28,13 @@ AXES = ("X", "Y", "Z", "Rx", "Ry", "Rz")
 POSITION = re.compile(r"^(?P<name>[CP]\d{3,5})\s*=\s*(?P<values>\S.*)$")
 SETTING = re.compile(r"^///(?P<key>USER|POSTYPE|NPOS|RECTAN|PULSE)\b\s*(?P<value>.*)$")
 IN_PULSES = "is stored as pulses; convert the job to Cartesian positions (RECTAN) on the controller"
-
 IN_ANGLES = "is stored as joint angles; convert the job to Cartesian positions (RECTAN) on the controller"
 
 
 def read_inform(text: str, path: str) -> ProgramPoints:
     """Read the positions of a job.
 
-    Raises
-    ------
-    FormatError : When it has no section ``//POS`` or a position is not six numbers.
+    Raises `FormatError` when it has no section ``//POS`` or a position is not six numbers.
     """
     if not re.search(r"^//POS\b", text, re.MULTILINE):
         raise FormatError("has no section //POS", path=path)

@@ -35,14 +35,11 @@ from wpcal.controllers.yaskawa.write import (
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import halves_of
 
-LARGEST_FRAME = 63
-"""The last user frame."""
+LARGEST_FRAME = 63  #: The last user frame.
 HEAD = 5
 """D-variables: two of the fingerprint, user frame, tool, count. The next one is for the comparison with the start."""
-AT_START_MM = 0.3
-"""A robot that finds the input on stops within this distance at search speeds."""
-UNITS_PER_MM = 1000
-"""As positions are in variables."""
+AT_START_MM = 0.3  #: A robot that finds the input on stops within this distance at search speeds.
+UNITS_PER_MM = 1000  #: As positions are in variables.
 
 
 def write_touch_inform(program: TouchProgram) -> dict[str, str]:

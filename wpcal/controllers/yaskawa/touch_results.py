@@ -34,7 +34,7 @@ ROW = re.compile(r"^\s*+(?:[A-Z]{1,2}(?P<number>\d{2,5})\s*+=\s*+)?(?P<values>[-
 AXES = ("X", "Y", "Z", "Rx", "Ry", "Rz")
 
 
-def read_touch_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
+def read_inform_results(files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
     """Read the file of variables; see `TouchResultsReader`."""
     file, inform = files[0], setup.inform
     rows = _sections(file)

@@ -28,7 +28,7 @@ import numpy as np
 from wpcal.controllers.language.naming import comment_lines, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded
 from wpcal.controllers.program.coordinated_program import ROBOTS, CoordinatedProgram, CoordinatedStep, SyncProgram
-from wpcal.controllers.yaskawa.arc import end_lines, start_lines
+from wpcal.controllers.yaskawa.arc import inform_arc_off, inform_arc_on
 from wpcal.controllers.yaskawa.write import (
     FIRST,
     JOINT_PERCENT,
@@ -44,14 +44,11 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 
 PERCENT_DECIMALS = 2
-LEAST_PERCENT = 0.01
-"""The language has VJ from 0.01 to 100.00."""
-ROUND_OFF = 1e-9
-"""A number this little above one that can be written is that one."""
+LEAST_PERCENT = 0.01  #: The language has VJ from 0.01 to 100.00.
+ROUND_OFF = 1e-9  #: A number this little above one that can be written is that one.
 SYNC_NUMBERS = 8
 """TSYNC has few numbers. Neither job can be more than one mark ahead, so eight numbers in turn cannot be confused."""
-HOLDER_TOOL = 0
-"""The tool of robot 2: its targets are joints, so the tool does not change where the arm goes."""
+HOLDER_TOOL = 0  #: The tool of robot 2: its targets are joints, so the tool does not change where the arm goes.
 
 
 def write_sync_inform(program: SyncProgram) -> dict[str, str]:
@@ -100,14 +97,8 @@ def joint_percents(program: SyncProgram) -> FloatArray:
     :math:`100 \max_j |\Delta q_j| / (\dot q_{j,max} \Delta t)`, rounded for the robot with the larger percentage and
     rounded up for the other. The other robot arrives early and waits, so its rounding does not slow the step.
 
-    Returns
-    -------
-    ndarray, shape (2, N - 1)
-        Percent.
-
-    Raises
-    ------
-    InputError : When an arm does not state the speeds of its joints, or a percentage is more than 100.
+    Returns ndarray, shape (2, N - 1). Percent.
+    Raises `InputError` when an arm does not state the speeds of its joints, or a percentage is more than 100.
     """
     share = _shares(program)
     decides = share == share.max(axis=0)
@@ -144,9 +135,7 @@ def _timing_note(program: SyncProgram) -> str:
 def write_coordinated_inform(program: CoordinatedProgram) -> dict[str, str]:
     """Write one INFORM job that moves both robots, ``NAME.jbi``.
 
-    Raises
-    ------
-    InputError : When INFORM cannot write the speed or the weld data, or the job would be too long.
+    Raises `InputError` when INFORM cannot write the speed or the weld data, or the job would be too long.
     """
     name = safe_name(program.controller.program_name, NAMES).upper()
     head = _comments([*program.notes, "RB1 has the torch, RB2 the part: calibrate both robots to each other"])
@@ -171,12 +160,12 @@ def _moves(program: CoordinatedProgram) -> list[str]:
     air, weld = _speed(program.air_speed_mm_s), _speed(program.speed_mm_s)
     lines = [f"MOVJ C00000 {FIRST}  +MOVJ C00001 {FIRST}", _line("SMOVL", start.to, air, stops=True)]
     lines.append(f"'{program.marks[0]}")
-    lines += start_lines(program.path) if program.arc is not None else []
+    lines += inform_arc_on(program.path) if program.arc is not None else []
     at, follows_arc = start.to, False
     for step in (one for one in others if one.on_seam):
         lines += _weld_move(step, at, weld, follows_arc=follows_arc)
         at, follows_arc = step.to, step.via is not None
-    lines += end_lines(program.path) if program.arc is not None else []
+    lines += inform_arc_off(program.path) if program.arc is not None else []
     lines.append(f"'{program.marks[1]}")
     return [*lines, *(_line("SMOVL", step.to, air, stops=True) for step in others if not step.on_seam)]
 

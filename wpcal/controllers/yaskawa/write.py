@@ -24,21 +24,18 @@ from wpcal.controllers.language.rounding import texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe_path
 from wpcal.controllers.program.planned import JointMoves
-from wpcal.controllers.yaskawa.arc import end_lines, start_lines
+from wpcal.controllers.yaskawa.arc import inform_arc_off, inform_arc_on
 from wpcal.controllers.yaskawa.configuration import rconf
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.moves import Arc
 
-NAMES = NameRules("INFORM", 32)
-"""Names of jobs have up to 32 characters."""
+NAMES = NameRules("INFORM", 32)  #: Names of jobs have up to 32 characters.
 MM_DECIMALS = 3
-DEG_DECIMALS = 4
-"""What the controller writes into its own jobs."""
+DEG_DECIMALS = 4  #: What the controller writes into its own jobs.
 LONGEST_COMMENT = 32
-MOST_LINES = 9999
-"""The lines of a job. It can have as many positions."""
+MOST_LINES = 9999  #: The lines of a job. It can have as many positions.
 CONFIGURATION = ConfigurationRule(
     format_name="inform",
     word="RCONF",
@@ -47,13 +44,10 @@ CONFIGURATION = ConfigurationRule(
     example="1,0,0,0,0,0,0,0",
     complete=rconf,
 )
-ZONE_MM = 1.0
-"""About how far from a corner the usual position level leaves the path at a weld speed."""
-JOINT_PERCENT = 5.0
-"""The speed of the first move to a seam. Slow, because the arm can come from anywhere."""
+ZONE_MM = 1.0  #: About how far from a corner the usual position level leaves the path at a weld speed.
+JOINT_PERCENT = 5.0  #: The speed of the first move to a seam. Slow, because the arm can come from anywhere.
 FIRST = f"VJ={JOINT_PERCENT:.2f}"
-NO_DATE = "2000/01/01 00:00"
-"""A job must have a date; the same input gives the same bytes."""
+NO_DATE = "2000/01/01 00:00"  #: A job must have a date; the same input gives the same bytes.
 LANGUAGE = JobLanguage(
     names=NAMES,
     suffix=".jbi",
@@ -89,17 +83,7 @@ def inform_job(
     user: int | None = None,
     station: str | None = None,
 ) -> str:
-    """Return the text of a job.
-
-    Parameters
-    ----------
-    name : Upper case.
-    positions : Lines of the section ``//POS`` after the counts.
-    instructions : Lines between NOP and END.
-    group : The robot that the job moves; None for a job that moves none.
-    user : The user frame of Cartesian positions: the job becomes a relative job. None for joints.
-    station : The positioner, or the second robot, that the job moves too.
-    """
+    """Return the text of a job."""
     if len(instructions) + 2 > MOST_LINES:
         raise InputError(f"INFORM: {name} needs {len(instructions) + 2} lines, a job has at most {MOST_LINES}")
     count, base, outer = (sum(line.startswith(mark) for line in positions) for mark in ("C", "BC", "EC"))
@@ -132,9 +116,7 @@ def inform_speed(mm_s: float) -> str:
 def user_positions(user: int, tool: int, confs: Sequence[str], p: FloatArray, R: FloatArray) -> list[str]:
     """Return positions C00000, C00001, … in a user frame; an RCONF stands where it changes.
 
-    Parameters
-    ----------
-    p, R : shapes (n, 3) and (n, 3, 3), in the user frame, mm.
+    `p`, `R`: shapes (n, 3) and (n, 3, 3), in the user frame, mm.
     """
     lines, before = [f"///USER {user}", f"///TOOL {tool}", "///POSTYPE USER", "///RECTAN"], None
     rows = zip(confs, texts(p, MM_DECIMALS), texts(zyx_degrees(R, decimals=DEG_DECIMALS), DEG_DECIMALS), strict=True)
@@ -188,7 +170,7 @@ class _Inform(JobWriter):
         return inform_job(self.main, self._positions(safe), instructions, user=self.user)
 
     def seam_job(self, name: str, path: WeldPath) -> str:
-        arc = Around(partial(start_lines, path), partial(end_lines, path))
+        arc = Around(partial(inform_arc_on, path), partial(inform_arc_off, path))
         moves = [
             *self.comments([path.seam.name, describe_path(path)], mark="'"),
             *([] if self.planned is None else self.joint_move(1)),

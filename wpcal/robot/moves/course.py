@@ -19,15 +19,13 @@ from wpcal.robot.moves.interpolation import turns_between
 
 STEP_MM = 2.0
 """Between checked points: an arc that meets both ends of a straight step leaves it by 0.05 mm at a radius of 10 mm."""
-LEAST_PARTS = 2
-"""Of a step, so that every step is checked between its ends."""
+LEAST_PARTS = 2  #: Of a step, so that every step is checked between its ends.
 LEAST_ASYMMETRY = 0.35
 """A step is a corner, not a curve, where the angles of its two ends with the chord differ by more than this share of
 the larger one."""
 LARGEST_CHANGE = 0.5
 """The tool turns smoothly at a point where its rates before and after differ by at most this share of the larger."""
-ROUND_OFF_RAD = 1e-6
-"""Angles below are those of a straight step."""
+ROUND_OFF_RAD = 1e-6  #: Angles below are those of a straight step.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,10 +67,6 @@ class Course:
         R : shape (n, 3, 3). Axes of the tool.
         s_mm : shape (n,). Lengths along the path.
         headings : shape (n, 3). Directions of travel of the wire's tip; None: straight between two points.
-        axis : The axis of the tool along the wire.
-        standoff_mm : From the tool centre point to the tip.
-        most_mm : Where the chord of a step misses the path by more than this, moves may also end within the step.
-        step_mm : Largest distance between two points.
         """
         tip = p + standoff_mm * R[:, :, axis]
         step = np.diff(tip, axis=0)

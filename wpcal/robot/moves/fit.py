@@ -35,12 +35,9 @@ from wpcal.robot.moves.course import Course
 from wpcal.robot.moves.interpolation import Moves, swings_between, turns_between, turns_through
 from wpcal.robot.moves.move import Arc, Line, Move, MovePath
 
-CHUNK = 200_000
-"""Checked points in one array: some 50 MB."""
-MOST_PAIRS = 100_000
-"""Moves in one array: some 100 MB."""
-FEW = 3
-"""Points at which a move is tested first: most moves that leave the path do so there."""
+CHUNK = 200_000  #: Checked points in one array: some 50 MB.
+MOST_PAIRS = 100_000  #: Moves in one array: some 100 MB.
+FEW = 3  #: Points at which a move is tested first: most moves that leave the path do so there.
 SOME = 15
 """Points at which the moves that are left are tested next. On a circle of n points nearly all n² / 4 arcs are left, and
 to test them at every point would take n³ / 16 operations."""
@@ -50,9 +47,7 @@ to test them at every point would take n³ / 16 operations."""
 class PathTolerance:
     """How far moves may be from the path.
 
-    Raises
-    ------
-    InputError : When a value is not positive.
+    Raises `InputError` when a value is not positive.
     """
 
     mm: float = opt(
@@ -112,6 +107,8 @@ def fit_moves(
 ) -> MovePath:
     """Return the fewest lines and arcs along a path.
 
+    Raises `GeometryError` when there are fewer than two points.
+
     Parameters
     ----------
     p : shape (n, 3). Tool centre points along the path, in any one frame, mm; at least two.
@@ -119,23 +116,15 @@ def fit_moves(
     s_mm : shape (n,). Lengths along the path, increasing; by default those of the chords.
     headings : array_like, shape (n, 3), optional
         Directions of travel of the wire's tip. Without them the path is straight between two points.
-    axis : The axis of the tool along the wire: 0 for x, 2 for z.
-    standoff_mm : From the tool centre point to the tip of the wire, whose path is compared.
     spin_is_free : bool
         Whether only the wire has to keep its direction. The turn about the wire is then as each move makes it, starting
         from the first pose. False: every move begins and ends with the given axes of the tool.
-    arcs : Whether a move may be an arc.
-    also : What else a move has to keep, for example the motion of a part that another robot turns meanwhile.
 
     Returns
     -------
     MovePath
         Its first pose is the first of the path. Its last is the last of the path; with a free spin it may be turned
         about the wire.
-
-    Raises
-    ------
-    GeometryError : When there are fewer than two points.
 
     Notes
     -----
@@ -179,8 +168,7 @@ class _Search:
     course: Course
     tolerance: PathTolerance
     kinds: tuple[_Turn, ...]
-    most: int | None
-    """Points at which a move is tested; None for all of them."""
+    most: int | None  #: Points at which a move is tested; None for all of them.
     arcs: bool
     also: Condition | None
 
@@ -193,12 +181,7 @@ class _Search:
         return _path(self.course, layers, rows, self.tolerance)
 
     def layers(self, *, forced: bool) -> tuple[list[_Steps], list[int]] | None:
-        """Return the best steps into each layer, and in each the row of the one that is taken; None if the end fails.
-
-        Parameters
-        ----------
-        forced : Whether a step between neighbours that is not allowed becomes a line.
-        """
+        """Return the best steps into each layer, and in each the row of the one taken; None if the end fails."""
         count = len(self.course.nodes)
         arcs, worst = np.full(count, np.inf), np.full(count, np.inf)
         arcs[0] = worst[0] = 0.0
@@ -323,14 +306,8 @@ def _points(
 def deviations(course: Course, moves: Moves, at: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return how far moves are from points of a course, where they pass them.
 
-    Parameters
-    ----------
-    moves : k of them.
-    at : shape (k,). Rows of the course.
-
-    Returns
-    -------
-    off_mm, off_rad : ndarray, shape (k,). Distance of the wire's tips, and angle between the wires.
+    `at`: shape (k,). Rows of the course.
+    Returns `off_mm, off_rad`: ndarray, shape (k,). Distance of the wire's tips, and angle between the wires.
     """
     share = moves.shares(course.p[at])
     wire = moves.directions(share, course.axis)

@@ -21,16 +21,13 @@ from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.same_bits import arc_tangent, cosine, product, sine
 from wpcal.core.tangent import exp_rotation
 
-LARGEST_TURN_RAD = np.radians(170.0)
-"""Of the tool within one move."""
+LARGEST_TURN_RAD = np.radians(170.0)  #: Of the tool within one move.
 LEAST_SWEEP_RAD = np.radians(4.0)
 """The least of an arc. Seen from its start, its middle is then a degree beside its end: controllers refuse less."""
 LARGEST_SWEEP_RAD = np.radians(200.0)
 """The most of an arc: half a circle, and more where its points do not divide it in two. 240 degrees are refused."""
-LEAST_CHORD_MM = 0.1
-"""Between the start, the middle and the end of an arc: controllers refuse less."""
-NO_TURN_RAD = 1e-12
-"""Smaller turns have no axis."""
+LEAST_CHORD_MM = 0.1  #: Between the start, the middle and the end of an arc: controllers refuse less.
+NO_TURN_RAD = 1e-12  #: Smaller turns have no axis.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +89,7 @@ class Moves:
     def shares(self, points: FloatArray) -> FloatArray:
         """Return where each move is nearest to a point, shape (m,): 0 at its start, 1 at its end.
 
-        Parameters
-        ----------
-        points : shape (m, 3). One for each move, mm.
+        `points`: shape (m, 3). One for each move, mm.
         """
         length = np.einsum("ij,ij->i", self.chord, self.chord)
         along = np.einsum("ij,ij->i", points - self.p0, self.chord) / np.where(length > 0.0, length, 1.0)
@@ -143,9 +138,7 @@ def turns_between(R0: FloatArray, R1: FloatArray) -> FloatArray:
 def swings_between(d0: FloatArray, d1: FloatArray) -> FloatArray:
     """Return the least rotations from directions to directions, shape (m, 3). Rotation vectors, rad.
 
-    Parameters
-    ----------
-    d0, d1 : shape (m, 3). Unit vectors.
+    `d0`, `d1`: shape (m, 3). Unit vectors.
     """
     normal = np.cross(d0, d1)
     sine = np.linalg.norm(normal, axis=1)
@@ -156,13 +149,8 @@ def swings_between(d0: FloatArray, d1: FloatArray) -> FloatArray:
 def turns_through(d0: FloatArray, middle: FloatArray, d1: FloatArray) -> FloatArray:
     """Return the rotations that lead directions through others: three directions are on one cone.
 
-    Parameters
-    ----------
-    d0, middle, d1 : shape (m, 3). Unit vectors.
-
-    Returns
-    -------
-    ndarray, shape (m, 3). Rotation vectors, rad; NaN where the three do not differ.
+    `d0`, `middle`, `d1`: shape (m, 3). Unit vectors.
+    Returns ndarray, shape (m, 3). Rotation vectors, rad; NaN where the three do not differ.
     """
     normal = np.cross(middle - d0, d1 - middle)
     length = np.linalg.norm(normal, axis=1, keepdims=True)

@@ -71,13 +71,8 @@ class MovePath:
     def poses_at(self, s_mm: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return where a controller has the tool.
 
-        Parameters
-        ----------
-        s_mm : shape (m,). Lengths along the path that was asked for, mm; within its two ends.
-
-        Returns
-        -------
-        p, R : ndarray, shapes (m, 3) and (m, 3, 3). In the frame of the poses.
+        `s_mm`: shape (m,). Lengths along the path that was asked for, mm; within its two ends.
+        Returns `p, R`: ndarray, shapes (m, 3) and (m, 3, 3). In the frame of the poses.
         """
         s = np.asarray(s_mm, dtype=np.float64)
         at = self.s_mm[self.ends]
@@ -106,13 +101,7 @@ class MovePath:
         A blend begins and ends at a distance r from the corner. Its middle is about :math:`r \sin(\delta/2) / 2` from
         it, where the path turns by δ.
 
-        Parameters
-        ----------
-        blend_mm : r: as the program states it, mm.
-
-        Returns
-        -------
-        tuple of bool. One for each move; the last is true.
+        `blend_mm`: r: as the program states it, mm.
         """
         cut = blend_mm * np.sin(self.corner_rad / 2.0) / 2.0
         return (*(cut > self.most_mm).tolist(), True)
