@@ -1,37 +1,35 @@
-"""Which methods there are, and what their params must be: as the schemas in ``schemas`` say, one per method."""
+"""Which methods there are, and what their params must be: as the types say (`cad.rpc.types`), one per method."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from cad.rpc.messages import MessageFaultError, Request
+from cad.rpc.types import METHODS, answer_schema
 from wpcal.core.errors import FormatError
 from wpcal.core.printable import printable
 from wpcal.core.record_check import check_complete
+from wpcal.records import schema
 
 HANDLE = "handle"
 ANSWER = "answer"
 """The schema of every line that is sent; the others are those of methods."""
-_FOLDER = files("cad") / "rpc" / "schemas"
-_ENDING = "-1.schema.json"
 
 
 @cache
 def method_names() -> tuple[str, ...]:
     """Return the names of all methods, sorted."""
-    names = sorted(file.name.removesuffix(_ENDING) for file in _FOLDER.iterdir() if file.name.endswith(_ENDING))
-    return tuple(name for name in names if name != ANSWER)
+    return tuple(sorted(METHODS))
 
 
 @cache
 def schema_of(name: str) -> Mapping[str, Any]:
     """Return the JSON Schema of a method, of its ``params`` and ``result``, or of `ANSWER`."""
-    found: Mapping[str, Any] = json.loads((_FOLDER / f"{name}{_ENDING}").read_text(encoding="utf-8"))
-    return found
+    if name == ANSWER:
+        return answer_schema()
+    return schema.schema_of(METHODS[name], f"urn:wpcal:schema:rpc-{name}:1", inline=True)
 
 
 @cache

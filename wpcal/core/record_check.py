@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 from wpcal.core.arrays import LARGEST_MM
 from wpcal.core.errors import FormatError
-from wpcal.core.schemas import has_schema, schema_text
+from wpcal.core.schemas import has_schema, schema
 from wpcal.core.wording import shown
 
 LARGEST_DEG = 1e6
@@ -139,8 +139,8 @@ def _drop(where: Where, record: Any) -> bool:
 
 @cache
 def _check_of(name: str, is_complete: bool) -> Check:
-    schema = json.loads(schema_text(name))
-    return _Schema(schema.get("$defs", {}), is_complete).check_for(schema, "")
+    found = schema(name)
+    return _Schema(found.get("$defs", {}), is_complete).check_for(found, "")
 
 
 def _place(where: Where, record: Any) -> str:

@@ -41,6 +41,7 @@ def test_an_unknown_schema_is_refused(name: str) -> None:
 
 def test_every_record_that_the_source_names_has_a_schema_and_the_reverse() -> None:
     source = [path for package in ("wpcal", "cad") for path in (ROOT / package).rglob("*.py")]
+    source = [path for path in source if path.parent.name != "records"]
     named = {name for path in source for name in NAME_IN_SOURCE.findall(path.read_text(encoding="utf-8"))}
     assert named == set(schema_names())
 

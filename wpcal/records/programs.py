@@ -1,0 +1,270 @@
+"""Records: program, export, ros-sidecar, compas, formats, audit."""
+
+from typing import Annotated, Any, Literal
+
+from msgspec import UNSET, Meta
+
+from wpcal.records.parts import (
+    Count,
+    D,
+    Matrix,
+    Maybe,
+    NotNegative,
+    Number,
+    Positive,
+    Quaternion,
+    Record,
+    Rotation,
+    Text,
+    Vector,
+)
+
+
+class Units(Record):
+    length: Literal["mm"]
+    angle: Literal["deg"]
+    speed: Literal["mm/s"]
+
+
+class Torch(Record):
+    work_angle_deg: float
+    travel_angle_deg: float
+    standoff_mm: NotNegative
+
+
+class Motion(Record):
+    speed_mm_s: Positive
+    air_speed_mm_s: Positive
+
+
+class Pose(Record):
+    role: Annotated[
+        Literal["to", "approach", "weld", "retract", "from"],
+        D("to and from: on the way to and from the seam; approach and retract: before and after it, along the wire."),
+    ]
+    p_mm: Annotated[Vector, D("Tool centre point in base, mm.")]
+    R: Annotated[Rotation, D("Rows of the rotation; its columns are the axes of the tool in `frame`.")]
+    q_xyzw: Annotated[Quaternion, D("The same rotation as a unit quaternion, w >= 0.")]
+    u95_mm: Annotated[
+        NotNegative | None,
+        D("Error of the position that is not exceeded with 95 % probability, mm; null for approach and retract."),
+    ]
+
+
+class Seam(Record):
+    name: str
+    joint: Literal["tee", "lap", "butt", "corner", "edge", "unknown"]
+    weld: Literal["fillet", "groove", "flare-bevel groove", "flare-V groove", "unknown"]
+    closed: bool
+    length_mm: NotNegative
+    weld_data: Maybe[
+        Annotated[dict[str, Any], D("The values of the weld data, as in welds.json, if it was given (--welds).")]
+    ] = UNSET
+    poses: Annotated[list[Pose], Meta(min_length=4)]
+
+
+class SafePoint(Record):
+    p_mm: Annotated[Vector, D("Tool centre point in base, mm.")]
+    R: Annotated[Rotation, D("Rows of the rotation; its columns are the axes of the tool in `frame`.")]
+    q_xyzw: Annotated[Quaternion, D("The same rotation as a unit quaternion, w >= 0.")]
+
+
+class Program(Record):
+    """wpcal program, version 1
+
+    Poses of a welding tool along calibrated seams.
+    """
+
+    schema: Literal["wpcal/program/1"]
+    about: list[str]
+    frame: Literal["base"]
+    units: Units
+    wire_axis: Annotated[Literal["+z", "+x"], D("The tool's axis along which the wire leaves the tip.")]
+    z_sense: Annotated[Literal["inward"], D("The wire axis points into the joint.")]
+    T_base_part: Matrix
+    torch: Torch
+    motion: Motion
+    seams: list[Seam]
+    safe_point: Annotated[SafePoint | None, D("Where the program starts and ends; null if it has no such point.")]
+
+
+class Move(Record):
+    seam: Annotated[str, D("Name of the seam.")]
+    lines: Annotated[Count, D("Number of linear moves along it.")]
+    arcs: Annotated[Count, D("Number of circular moves along it.")]
+    off_mm: Maybe[
+        Annotated[
+            NotNegative, D("Largest distance of the wire's tip from the seam, mm; absent where every point is written.")
+        ]
+    ] = UNSET
+    off_deg: Maybe[
+        Annotated[
+            NotNegative,
+            D("Largest angle of the wire from its direction at the seam, deg; absent where every point is written."),
+        ]
+    ] = UNSET
+
+
+class Export(Record):
+    """wpcal export, version 1
+
+    What wpcal export wrote (wpcal export --json).
+    """
+
+    schema: Literal["wpcal/export/1"]
+    verdict: Maybe[Annotated[str | None, D("Verdict of the calibration, as in calibration.json.")]] = UNSET
+    checked: Maybe[Annotated[list[str], D("What was checked before the programs were written, in sentences.")]] = UNSET
+    seams: Annotated[list[str], D("Names of the seams, in the order of the programs.")]
+    searches: Maybe[
+        Annotated[list[str], D("Names of the searches of a plan of touches, in the order of the programs.")]
+    ] = UNSET
+    fingerprint: Maybe[Annotated[Annotated[str, Meta(pattern="^[0-9a-f]{8}$")], D("Of the plan of touches.")]] = UNSET
+    setup: Maybe[Annotated[str, D("The touch setup: its file, or that its defaults were used.")]] = UNSET
+    files: Annotated[dict[str, list[str]], D("Paths of the written files, by format.")]
+    moves: Maybe[
+        Annotated[dict[str, list[Move]], D("The moves along each seam, by format, in the order of the programs.")]
+    ] = UNSET
+    not_checked: Annotated[str, D("What nobody compared with anything, in words.")]
+
+
+class RosSidecarUnits(Record):
+    length: Literal["m"]
+    quaternion: Literal["xyzw"]
+
+
+class RosSidecarSeam(Record):
+    name: str
+    file: Annotated[str, D("The PoseArray file of this seam.")]
+    what: Annotated[str, D("The seam in words.")]
+    closed: bool
+    roles: Annotated[
+        Annotated[list[Literal["to", "approach", "weld", "retract", "from"]], Meta(min_length=4)],
+        D("One role per pose."),
+    ]
+    error_95_m: Annotated[list[NotNegative | None] | None, D("One value per pose, null in the air; null if unknown.")]
+
+
+class Position(Record):
+    x: float
+    y: float
+    z: float
+
+
+class Orientation(Record):
+    x: float
+    y: float
+    z: float
+    w: float
+
+
+class RosSidecarSafePoint(Record):
+    position: Position
+    orientation: Orientation
+
+
+class RosSidecar(Record):
+    """wpcal sidecar for ROS, version 1
+
+    Names, roles and predicted errors of the poses in the PoseArray files (NAME.sidecar.yaml). Lengths in m.
+    """
+
+    schema: Literal["wpcal/ros-sidecar/1"]
+    message: Literal["geometry_msgs/msg/PoseArray"]
+    frame_id: Literal["base"]
+    units: RosSidecarUnits
+    wire_axis: Annotated[Literal["+x", "+z"], D("Axis of the tool along the wire.")]
+    z_sense: Annotated[Literal["inward"], D("The tool's z points into the joint.")]
+    weld_speed_m_s: Positive
+    seams: Annotated[list[RosSidecarSeam], Meta(min_length=1)]
+    safe_point: Maybe[
+        Annotated[
+            Annotated[list[RosSidecarSafePoint], Meta(min_length=1, max_length=1)],
+            D("Where the program starts and ends: one pose."),
+        ]
+    ] = UNSET
+
+
+class CompasUnits(Record):
+    length: Literal["mm"]
+
+
+class Data(Record):
+    point: Vector
+    xaxis: Vector
+    yaxis: Vector
+
+
+class Frame(Record):
+    """A frame of the tool in base, as COMPAS reads it; mm."""
+
+    dtype: Literal["compas.geometry/Frame"]
+    data: Data
+
+
+class CompasSeam(Record):
+    name: str
+    what: Annotated[str, D("The seam in words.")]
+    to_seam: Annotated[list[Frame], D("On the way, joined by linear moves.")]
+    approach: Frame
+    weld: Annotated[list[Frame], Meta(min_length=2)]
+    retract: Frame
+    from_seam: Annotated[list[Frame], D("On the way, joined by linear moves.")]
+    error_95_mm: Annotated[
+        list[NotNegative] | None,
+        D("Error at each weld frame that is not exceeded with 95 % probability; null if unknown."),
+    ]
+
+
+class Compas(Record):
+    """wpcal frames for COMPAS, version 1
+
+    Weld paths as frames that compas.json_load reads (NAME.compas.json). Tool frames in base, lengths in mm.
+    """
+
+    schema: Literal["wpcal/compas/1"]
+    about: Annotated[list[str], D("What the file is, line by line.")]
+    frame: Literal["base"]
+    units: CompasUnits
+    wire_axis: Annotated[Literal["+x", "+z"], D("Axis of the tool along the wire.")]
+    z_sense: Annotated[Literal["inward"], D("The tool's z points into the joint.")]
+    seams: Annotated[list[CompasSeam], Meta(min_length=1)]
+    safe_point: Annotated[Frame | None, D("Where the program starts and ends; null if it has no such point.")]
+
+
+class Formats(Record):
+    """wpcal export formats, version 1
+
+    Formats that wpcal export can write (wpcal export -f list --json).
+    """
+
+    schema: Literal["wpcal/formats/1"]
+    formats: Annotated[dict[str, str], D("One sentence per format, by name.")]
+
+
+class Fault(Record):
+    line: Annotated[Number | None, D("Line in the file, counted from 1.")]
+    column: Annotated[str | int | None, D("Name of the column, or its place counted from 1.")]
+    field: Annotated[str | None, D("Place in a record, or the point of a program.")]
+    message: Text
+    code: str
+    repair: Annotated[str | None, D("What --fix writes instead; null if a person must decide.")]
+
+
+class File(Record):
+    path: str
+    kind: Annotated[str, D("What the file is, in words, or the name of its schema.")]
+    checked: Annotated[str, D("What the poses of a program were compared with; empty for other files.")]
+    faults: list[Fault]
+
+
+class Audit(Record):
+    """wpcal audit, version 1
+
+    The faults of files, with their places (wpcal audit --json).
+    """
+
+    schema: Literal["wpcal/audit/1"]
+    faults: Annotated[Count, D("Number of faults of all files.")]
+    files: list[File]
+    not_audited: Annotated[list[str], D("Files of kinds that wpcal neither reads nor writes, or does not read back.")]
+    repaired: Annotated[list[str], D("Place and words of each repair that --fix made.")]

@@ -1,0 +1,404 @@
+"""Records: seams, truth."""
+
+from typing import Annotated, Literal
+
+from msgspec import UNSET, Meta
+
+from wpcal.records.parts import (
+    D,
+    Matrix,
+    Maybe,
+    NotNegative,
+    Number,
+    Open,
+    Positive,
+    Quaternion,
+    Record,
+    Rotation,
+    Share,
+    Vector,
+)
+
+
+class Units(Record):
+    length: Literal["mm"]
+    angle: Literal["deg"]
+
+
+class Neck(Record):
+    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
+    from_mm: Annotated[NotNegative, D("From the mouth of the nozzle to where the bend begins.")]
+    bend_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
+    radius_mm: Annotated[NotNegative, D("Outer radius of the neck.")]
+    body_from_mm: Annotated[NotNegative, D("From the mouth along the centre line to where the body begins.")]
+    body_radius_mm: Annotated[NotNegative, D("Outer radius of the body.")]
+
+
+class Torch(Record):
+    wire_mm: Annotated[NotNegative, D("From the tip of the wire to the mouth of the nozzle.")]
+    nozzle_radius_mm: Annotated[NotNegative, D("Outer radius of the nozzle.")]
+    length_mm: Annotated[
+        NotNegative, D("From the tip of the wire along the centre line to where the wrist has room to turn.")
+    ]
+    name: Maybe[Annotated[str, D("Name of a shipped torch or of a torch file; stated: sizes given by a program.")]] = (
+        UNSET
+    )
+    mouth_radius_mm: Maybe[
+        Annotated[NotNegative, D("Outer radius at the mouth of a conical nozzle. Missing: cylindrical.")]
+    ] = UNSET
+    taper_mm: Maybe[Annotated[NotNegative, D("Length of the cone of the nozzle.")]] = UNSET
+    most_wire_mm: Maybe[
+        Annotated[NotNegative, D("The longest wire with which the torch still welds. Missing: wire_mm.")]
+    ] = UNSET
+    neck: Maybe[Annotated[Neck, D("What is behind the nozzle. Missing: the torch is straight.")]] = UNSET
+
+
+class Judging(Record, rename={"not_": "not"}):
+    weld: Annotated[list[str], D("Names of solids that can be welded (--weld).")]
+    not_: Annotated[list[str], D("Names of solids that are not welded (--not).")]
+    level: Literal["strict", "usual", "generous"]
+    least_confidence: Annotated[Share, D("A candidate with at least this confidence is accepted.")]
+
+
+class Play(Record):
+    gap_mm: Annotated[NotNegative, D("Median of these gaps.")]
+    joints: Number
+
+
+class Member(Record):
+    solid: str
+    taken_as: Annotated[str, D("steel, a bolt or screw, wood, …")]
+    factor: Annotated[Share, D("The confidence of each of its seams was multiplied by it; 1 for a member.")]
+    why: Annotated[list[str], D("The evidence in words.")]
+    said: Annotated[bool | None, D("Whether a person said that it can be welded; null if nobody said anything.")]
+
+
+class Issue(Record):
+    """Something odd, but not fatal."""
+
+    code: Annotated[
+        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
+    ]
+    message: Annotated[str, D("One sentence for people.")]
+    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
+
+
+class Finding(Record):
+    rule: Annotated[str, D("Key of the rule: not-reached. Empty in files from before rules had keys.")]
+    factor: Annotated[Share, D("The confidence was multiplied by it.")]
+
+
+class Hiding(Open):
+    solid: Annotated[str, D("Name of the solid.")]
+    length_mm: Annotated[Positive, D("So much of the stretch would be free.")]
+    is_loose: Annotated[bool, D("Whether the solid touches no other one: a fixture, or a part that is mounted later.")]
+
+
+class OtherTorch(Record):
+    name: str
+    wire_mm: Positive
+
+
+class Groove(Record):
+    depth_mm: NotNegative
+    opening_mm: NotNegative
+    root_mm: NotNegative
+
+
+class GapMm(Record):
+    min: float
+    mean: float
+    max: float
+
+
+class Candidate(Record):
+    name: Annotated[str, D("Name as found: W1, W2, …")]
+    start_part_mm: Vector
+    middle_part_mm: Annotated[Vector, D("At half the length.")]
+    length_mm: NotNegative
+
+
+class Join(Record):
+    candidate: Candidate
+    range_mm: Maybe[
+        Annotated[
+            Annotated[list[NotNegative], Meta(min_length=2, max_length=2)],
+            D("The stretch to weld: from and to, as arc lengths from the start of the candidate, mm."),
+        ]
+    ] = UNSET
+
+
+class Edit(Record):
+    accept: Maybe[Annotated[bool, D("Weld it, whatever the rules say.")]] = UNSET
+    reject: Maybe[Annotated[bool, D("Do not weld it.")]] = UNSET
+    reverse: Maybe[Annotated[bool, D("Weld it in the other direction.")]] = UNSET
+    name: Maybe[Annotated[str, Meta(min_length=1, max_length=200)]] = UNSET
+    range_mm: Maybe[
+        Annotated[
+            Annotated[list[NotNegative], Meta(min_length=2, max_length=2)],
+            D("The stretch to weld: from and to, as arc lengths from the start of the candidate, mm."),
+        ]
+    ] = UNSET
+    other_side: Maybe[Annotated[bool, D("The torch comes from the other side: y and z are reversed.")]] = UNSET
+    join: Maybe[
+        Annotated[
+            list[Join],
+            D(
+                "Other candidates, or stretches of them, that are welded with it in one run. Their ends meet; "
+                "they are no seams of their own."
+            ),
+        ]
+    ] = UNSET
+
+
+class LeanDeg(Record):
+    work: Annotated[float, Meta(ge=-60, le=60)]
+    travel: Annotated[float, Meta(ge=-60, le=60)]
+    spin: Maybe[Annotated[float, Meta(ge=-180, le=180)]] = UNSET
+
+
+class Frame(Record):
+    s_mm: Annotated[NotNegative, D("Arc length from the start of the seam, mm.")]
+    p_mm: Annotated[Vector, D("Origin, mm.")]
+    R: Annotated[
+        Rotation, D("Rows of the rotation; its columns are the axes x (travel), y, z (out of the joint) in `frame`.")
+    ]
+    q_xyzw: Annotated[Quaternion, D("The same rotation as a unit quaternion, w >= 0.")]
+    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("Angle between the outward normals of the two faces.")]
+    lean_deg: Maybe[
+        Annotated[
+            LeanDeg | None,
+            D(
+                "Work and travel angle (positive is push) with which the torch meets nothing; 0 and 0 is "
+                "straight along z. spin is how far a bent neck is turned about the wire, right-handed from its "
+                "tip; at 0 it bends against the travel. null: the torch always meets something. Missing: the "
+                "frames were made without a part, by a script or an older version."
+            ),
+        ]
+    ] = UNSET
+    u95_mm: Maybe[
+        Annotated[NotNegative, D("Error of the position that is not exceeded with 95 % probability, mm.")]
+    ] = UNSET
+    slope_deg: Maybe[
+        Annotated[float, D("Slope of the weld axis, positive uphill; gravity is along -z of the base.")]
+    ] = UNSET
+    rotation_deg: Maybe[Annotated[float | None, D("Rotation of the weld; null in vertical travel.")]] = UNSET
+    position: Maybe[Annotated[str | None, D("Weld position by its ISO name, for example PA.")]] = UNSET
+    u95_across_mm: Maybe[
+        Annotated[
+            NotNegative,
+            D("The 95 % error across the seam, mm: what lies along the seam moves its ends only. Only with --bodies."),
+        ]
+    ] = UNSET
+    u95_placing_mm: Maybe[
+        Annotated[
+            NotNegative, D("The part of the 95 % error that the errors of the touches leave, mm. Only with --bodies.")
+        ]
+    ] = UNSET
+    u95_unseen_mm: Maybe[
+        Annotated[
+            NotNegative,
+            D(
+                "The part of the 95 % error that motions of the bodies leave which no touch saw, mm. Only with "
+                "--bodies."
+            ),
+        ]
+    ] = UNSET
+    gap_mm: Maybe[
+        Annotated[
+            float,
+            D(
+                "Gap between the edge of one body and the face of the other after they moved, mm; negative: "
+                "they overlap. Only with --bodies."
+            ),
+        ]
+    ] = UNSET
+
+
+class Seam(Record):
+    name: str
+    joint: Literal["tee", "lap", "butt", "corner", "edge", "unknown"]
+    weld: Literal["fillet", "groove", "flare-bevel groove", "flare-V groove", "unknown"]
+    solids: list[str]
+    closed: bool
+    length_mm: NotNegative
+    accepted: Annotated[bool, D("Taken as a weld unless the user says otherwise.")]
+    confidence: Maybe[Annotated[Share, D("How sure the rules are that this is a weld; accepted from 0.5.")]] = UNSET
+    reachable: bool
+    source: Maybe[Annotated[str, D("Where the candidate comes from.")]] = UNSET
+    reasons: list[str]
+    against: Maybe[Annotated[list[str], D("What speaks against it, the strongest first.")]] = UNSET
+    findings: Maybe[Annotated[list[Finding], D("The rule behind each entry of `against`, in the same order.")]] = UNSET
+    inside: Maybe[
+        Annotated[
+            list[str],
+            D("Solids in whose material the tip or the wire would be along the whole seam; it is then never accepted."),
+        ]
+    ] = UNSET
+    blocked_by: Maybe[
+        Annotated[list[str], D("Solids that the torch meets along the whole seam with every lean that was tried.")]
+    ] = UNSET
+    hiding: Maybe[
+        Annotated[
+            list[Hiding],
+            D(
+                "What the torch would reach of this stretch without one of the solids of blocked_by that it "
+                "does not join. Missing: nothing is gained, or it was not asked (only the longest stretches "
+                "are)."
+            ),
+        ]
+    ] = UNSET
+    wrap_of: Maybe[
+        Annotated[
+            str,
+            D(
+                "Name of the seam of which this one is a wrap: it goes across the end of a plate beside that "
+                "seam, and is welded with it or left open. Absent for other seams."
+            ),
+        ]
+    ] = UNSET
+    more_wire_mm: Maybe[
+        Annotated[
+            Annotated[float, Meta(gt=0, le=100)],
+            D(
+                "How much longer than torch.wire_mm the wire must be for this seam: the torch stays back by it. "
+                "Missing: 0."
+            ),
+        ]
+    ] = UNSET
+    other_torch: Maybe[
+        Annotated[
+            OtherTorch,
+            D(
+                "The most usual shipped torch that reaches all of this stretch, which the torch of this file "
+                "does not reach, and the wire that it needs. Missing: none does, or the stretch is reached."
+            ),
+        ]
+    ] = UNSET
+    groove: Maybe[
+        Annotated[
+            Groove,
+            D(
+                "Cross-section of a flare groove in the middle of its seam: from the root to the mouth, the "
+                "width of the mouth, and from the root to the seam."
+            ),
+        ]
+    ] = UNSET
+    gap_mm: GapMm
+    candidate: Maybe[
+        Annotated[
+            Candidate,
+            D("The candidate of the part behind this seam, identified by its place. An edit refers to this candidate."),
+        ]
+    ] = UNSET
+    edit: Maybe[Annotated[Edit, D("Decisions of a person. Pass the edited file with --seams.")]] = UNSET
+    frames: list[Frame]
+
+
+class Section(Record):
+    wall_thickness_mm: float | None
+    base_thickness_mm: float | None
+    gap_mm: Annotated[float, D("On average along the seam.")]
+    opening_deg: Annotated[float, D("Angle between the two faces, on the side of the torch.")]
+    largest_throat_mm: Annotated[float | None, D("Of a fillet: 0.7 of the thinner member.")]
+
+
+class ExplainedFinding(Record):
+    rule: str
+    factor: Share
+    text: str
+    why: str
+    found_by: str
+    confidence_after: Share
+
+
+class Explained(Record):
+    seam: str
+    accepted: bool
+    confidence: Share
+    least_confidence: Share
+    start_confidence: Annotated[Share, D("By its source, before any finding.")]
+    section: Maybe[Annotated[Section, D("The joint across the middle of the seam; lengths mm.")]] = UNSET
+    chain: Annotated[list[str], D("The decisions in words, in their order.")]
+    findings: list[ExplainedFinding]
+    members: list[Member]
+    picture: Annotated[str, D("The SVG file.")]
+
+
+class Seams(Record):
+    """wpcal seams, version 1
+
+    Weld seams as pose frames (seams.json).
+    """
+
+    schema: Literal["wpcal/seams/1"]
+    frame: Annotated[Literal["base", "part"], D("Frame of all positions and rotations.")]
+    units: Units
+    z_sense: Annotated[Literal["outward"], D("z points out of the joint.")]
+    robot_space: Annotated[
+        Literal["nominal", "identified"],
+        D("Robot model behind the positions: the controller's own, or an identified one."),
+    ]
+    torch: Maybe[
+        Annotated[
+            Torch,
+            D("The torch with which reach was felt. Without a neck, one radius goes on from the nozzle to the end."),
+        ]
+    ] = UNSET
+    T_base_part: Annotated[
+        Matrix | None,
+        D("Carries points from the STEP file's coordinates (part) to base; 4×4, mm. Null if the frames are in part."),
+    ]
+    judging: Maybe[Annotated[Judging, D("What a person said about members, and how sure a seam had to be.")]] = UNSET
+    play: Maybe[
+        Annotated[
+            list[Play],
+            D(
+                "Gaps that several joints of the part have: the clearance with which it was designed, the most "
+                "frequent first. Empty if --gap-mm was given."
+            ),
+        ]
+    ] = UNSET
+    join_mm: Maybe[
+        Annotated[NotNegative, D("A decision may join seams whose ends are at most so far from each other, mm.")]
+    ] = UNSET
+    members: Maybe[Annotated[list[Member], D("What each solid of the part is taken for.")]] = UNSET
+    issues: Maybe[Annotated[list[Issue], D("What is odd in the part's file (wpcal seams --json).")]] = UNSET
+    seams: list[Seam]
+    explained: Maybe[Annotated[Explained, D("What decided about one seam (wpcal seams --explain --json).")]] = UNSET
+
+
+class Body(Record):
+    name: str
+    centre_part_mm: Annotated[Vector, D("The point about which the body turned, in part.")]
+    moved_mm: Annotated[Vector, D("Motion of this point, in part.")]
+    turned_mrad: Annotated[Vector, D("Rotation vector, in part.")]
+
+
+class TruthSeam(Record):
+    solids: list[str]
+    ends_base_mm: Annotated[Annotated[list[Vector], Meta(min_length=2, max_length=2)], D("Both ends, in base.")]
+
+
+class Truth(Record):
+    """wpcal truth of a sample, version 1
+
+    The true pose of a sample part and the errors of its taught points (truth.json of wpcal demo).
+    """
+
+    schema: Literal["wpcal/truth/1"]
+    about: Annotated[str, D("The part in words.")]
+    T_base_part: Annotated[
+        Annotated[
+            Matrix,
+            D("Homogeneous 4×4 matrix by rows: rotation without unit, translation in mm; the last row is 0 0 0 1."),
+        ],
+        D("True pose: carries points from part to base."),
+    ]
+    teaching_sigma_mm: Annotated[NotNegative, D("Standard deviation per axis of the errors in taught.csv.")]
+    teaching_seed: int
+    teaching_rounded_to_mm: Annotated[NotNegative, D("Step to which the numbers in taught.csv are rounded.")]
+    bodies: Maybe[
+        Annotated[list[Body], D("True motions of the bodies of a weldment whose plates moved (fixtures/uprights).")]
+    ] = UNSET
+    seams: Maybe[Annotated[list[TruthSeam], D("Straight lines in which the moved bodies really meet.")]] = UNSET
