@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, cast
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -14,7 +13,7 @@ from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.observe.points import PointProblem, search_points
 from wpcal.calibrate.observe.touch_problem import search_touches
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.options import TOLERANCE_MM
+from wpcal.calibrate.options import TOLERANCE_MM, FitOptions
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.solve.least_squares import require_spread
 from wpcal.calibrate.solver_report import Solver, SolverReport
@@ -126,37 +125,31 @@ def calibrate(
     nominal = RigidTransform.identity(target="nominal", source="part") if T_nominal_part is None else T_nominal_part
     _require_usable(observed, nominal, tolerance_mm)
     model = teaching or TeachingError()
-    problem: FitProblem
-    evidence: TouchEvidence | None = None
-    if isinstance(observed, Touches):
-        problem, report, evidence = search_touches(
-            observed,
-            nominal=T_nominal_part,
-            solver=solver,
-            schedule=schedule,
-            seed=seed,
-            teaching=model,
-            seam_points=None if seam_points is None else as_points(seam_points, name="seam points"),
-            check=check if isinstance(check, Touches) else None,
-            postures=postures,
-        )
-    else:
-        minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", seed)
-        if criterion is Criterion.MINIMAX:
-            minimax, report = search_points(
-                observed, nominal=nominal, solver=solver, schedule=schedule, seed=seed, certify=certify
-            )
-        points_checked = check if isinstance(check, PointPairs) else None
-        places = FeaturePlaces.of(features) if features else None
-        problem = PointProblem(observed, model, seed, minimax, points_checked, places, postures or {}, nominal)
+    given = None if seam_points is None else as_points(seam_points, name="seam points")
+    asked = FitOptions(criterion=criterion, solver=solver, seed=seed, teaching=model, certify=certify)
+    known = _Known(check, T_nominal_part, nominal, schedule, given, features or {}, postures or {})
+    problem, report, evidence = _problem(observed, asked, known)
     fit = problem.fit(criterion)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
-    points = pairs.p_source if seam_points is None else as_points(seam_points, name="seam points")
+    points = pairs.p_source if given is None else given
     criteria, found, distrusted = _assess(problem, fit, points)
     if silent is not None:
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
+    judged = VerdictEvidence(
+        problem=problem,
+        fit=fit,
+        residuals=problem.judge_residuals(fit, check),
+        check=check_pairs,
+        issues=found.issues,
+        distrusted=distrusted,
+        teaching=model,
+        tolerance_mm=tolerance_mm,
+        points_part=points,
+        seam_names=tuple(seam_names),
+    )
+    exceeding = verdict_issues(pairs, check_pairs, fit.T, tolerance_mm)
     return CalibrationResult(
         pairs=pairs,
         check=check_pairs,
@@ -169,28 +162,10 @@ def calibrate(
         covariance=fit.covariance,
         sigma=fit.sigma,
         teaching=model,
-        judgement=judge_evidence(
-            VerdictEvidence(
-                problem=problem,
-                fit=fit,
-                residuals=problem.judge_residuals(fit, cast("Any", check)),
-                check=check_pairs,
-                issues=found.issues,
-                distrusted=distrusted,
-                teaching=model,
-                tolerance_mm=tolerance_mm,
-                points_part=points,
-                seam_names=tuple(seam_names),
-            ),
-            suggest=suggest,
-        ),
+        judgement=judge_evidence(judged, suggest=suggest),
         solver=report,
         criteria=criteria,
-        issues=(
-            *found.issues,
-            *verdict_issues(pairs, check_pairs, fit.T, tolerance_mm),
-            *bias_advice(problem.teaching),
-        ),
+        issues=(*found.issues, *exceeding, *bias_advice(problem.teaching)),
         tolerance_mm=tolerance_mm,
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
         distrusted=distrusted,
@@ -199,6 +174,52 @@ def calibrate(
         touches=evidence,
         criterion_advice=advise_criterion(fit, criteria, problem.word),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Known:
+    """What is known besides the fitted observations; see `calibrate`."""
+
+    check: PointPairs | Touches | None
+    T_nominal_part: RigidTransform | None
+    nominal: RigidTransform  #: The identity where no place is given.
+    schedule: AnnealingSchedule | None
+    seam_points: FloatArray | None
+    features: Mapping[str, FloatArray]
+    postures: Mapping[str, FloatArray]
+
+
+def _problem(
+    observed: PointPairs | Touches, asked: FitOptions, known: _Known
+) -> tuple[FitProblem, SolverReport, TouchEvidence | None]:
+    """Search the pose where a search is needed, and return the problem that every criterion fits."""
+    check = known.check
+    if isinstance(observed, Touches):
+        return search_touches(
+            observed,
+            nominal=known.T_nominal_part,
+            solver=asked.solver,
+            schedule=known.schedule,
+            seed=asked.seed,
+            teaching=asked.teaching,
+            seam_points=known.seam_points,
+            check=check if isinstance(check, Touches) else None,
+            postures=known.postures,
+        )
+    minimax, report = None, SolverReport(Solver.EXACT, "closed form and local refinement", asked.seed)
+    if asked.criterion is Criterion.MINIMAX:
+        minimax, report = search_points(
+            observed,
+            nominal=known.nominal,
+            solver=asked.solver,
+            schedule=known.schedule,
+            seed=asked.seed,
+            certify=asked.certify,
+        )
+    points_checked = check if isinstance(check, PointPairs) else None
+    places = FeaturePlaces.of(known.features) if known.features else None
+    found = (observed, asked.teaching, asked.seed, minimax, points_checked, places, known.postures, known.nominal)
+    return PointProblem(*found), report, None
 
 
 def _require_usable(observed: PointPairs | Touches, nominal: RigidTransform, tolerance_mm: float) -> None:

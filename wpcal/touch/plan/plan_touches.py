@@ -29,7 +29,7 @@ from wpcal.touch.plan.order import Air, order_searches
 from wpcal.touch.plan.part import PartPlace, TouchPart
 from wpcal.touch.plan.patterns import choose_touches
 from wpcal.touch.plan.searches_of import post_search, search_of, stick_out_sigma_mm
-from wpcal.touch.searches import PlannedBody, SeamPrediction, TouchPlan
+from wpcal.touch.searches import PlannedBody, SeamPrediction, Search, TouchPlan
 
 
 class SearchingArm(Protocol):
@@ -95,9 +95,7 @@ def plan_touches(
     )
     tacked: tuple[PlannedBody, ...] = ()
     if isinstance(predicted, MovedAdvice):
-        touches, moving = [predicted.touches[row] for row, _ in order], predicted.model.bodies
-        searches = tuple(replace(s, body=t.body, serves=t) for s, t in zip(searches, touches, strict=True))
-        tacked = tuple(PlannedBody(n, t.mm, t.mrad) for n, t in zip(moving.names, moving.tolerances, strict=True))
+        searches, tacked = _for_bodies(searches, predicted, [row for row, _ in order])
     if options.post_base is not None:
         searches = (post_search(options, T, up, found.safe_mm), *searches)
     plan = TouchPlan(
@@ -175,6 +173,15 @@ def _chosen(
     else:
         rows, why = fewest_set(design, points, options, np.random.default_rng(options.seed))
     return rows, replace(_prediction(part.seams, design, rows, place.centre), why_not=why)
+
+
+def _for_bodies(
+    searches: Sequence[Search], advice: MovedAdvice, rows: Sequence[int]
+) -> tuple[tuple[Search, ...], tuple[PlannedBody, ...]]:
+    """Return searches with the bodies they touch and the seams they serve, and the bodies that may move."""
+    touches, bodies = [advice.touches[row] for row in rows], advice.model.bodies
+    serving = tuple(replace(s, body=t.body, serves=t) for s, t in zip(searches, touches, strict=True))
+    return serving, tuple(PlannedBody(n, t.mm, t.mrad) for n, t in zip(bodies.names, bodies.tolerances, strict=True))
 
 
 def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray) -> SeamPrediction:
