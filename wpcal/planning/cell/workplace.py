@@ -9,13 +9,15 @@ inverse, so a path whose measures stay away from zero keeps its branch.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.same_bits import arc_tangent, inverse_pose, length, product, sine_cosine
 from wpcal.planning.cell.cell import Cell
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.inverse import TURN
+from wpcal.robot.kinematics.inverse import TURN, solve_inverse, turn_into_limits
 from wpcal.robot.kinematics.opw import OPWGeometry
 
 ZONE_SIDE = 0.25
@@ -24,6 +26,11 @@ ZONE_HEIGHTS = (0.25, 0.85)
 """Bottom and top of the zone above the bases, in parts of the shorter reach: from a low table to the shoulders."""
 GRID = (np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.4, 0.7, 0.95]))
 """Candidate places, in parts of the zone."""
+AIR_STEP_MM = (
+    10.0  #: Of approach and retract: on such a step the tip leaves its line by some hundredths of a millimetre.
+)
+LARGEST_AIR_MOVE_RAD = math.radians(20.0)
+"""A step of 10 mm turns a joint by more only near a singular pose: the approach then begins after that pose."""
 
 
 def reach_mm(arm: Arm) -> float:
@@ -113,3 +120,22 @@ def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
     """
     values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[-1]))
     return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:-1])) & np.isfinite(q).all(axis=-1)
+
+
+def back_along_wire(cell: Cell, joints: FloatArray, distance_mm: float) -> FloatArray:
+    """Return joints at steps of `AIR_STEP_MM` away from a pose, against the wire, as far as they are reached; (a, 6).
+
+    `joints`: shape (6,). Of the robot with the torch at the pose, rad; nothing else moves.
+    """
+    count = math.ceil(distance_mm / AIR_STEP_MM)
+    back = np.linspace(0.0, distance_mm, count + 1)[1:]
+    T = np.repeat(cell.arm.forward(joints[None]), count, axis=0)
+    T[:, :3, 3] -= back[:, None] * product(cell.arm.forward(joints[None])[0, :3, :3], cell.T_flange_tool.R[:, 2])
+    found = [joints]
+    for every in solve_inverse(cell.arm, T).joints:
+        near = turn_into_limits(cell.arm, every, found[-1])
+        move = np.abs(near - found[-1]).max(axis=1)
+        if np.isnan(move).all() or np.nanmin(move) > LARGEST_AIR_MOVE_RAD:
+            break
+        found.append(near[int(np.nanargmin(move))])
+    return np.array(found[1:]).reshape(-1, len(joints))

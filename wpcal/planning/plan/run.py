@@ -14,19 +14,15 @@ from enum import Enum
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
-from wpcal.core.errors import GeometryError, InputError
+from wpcal.core.errors import InputError
 from wpcal.core.motion import APPROACH_MM
-from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell, CellState, joint_speeds
 from wpcal.planning.cell.hulls import hull_clearance
+from wpcal.planning.cell.workplace import back_along_wire
 from wpcal.planning.plan.plan import CollisionVerdict, Plan, Schedule
 from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path, finer_states, measure_tip
-from wpcal.robot.kinematics.inverse import nearest_joints
 
 AIR_SPEED_MM_S = 50.0  #: Near a part: half of the speed that `wpcal export` uses for free moves.
-AIR_STEP_MM = 10.0  #: On such a step the tip leaves its line by some hundredths of a millimetre.
-LARGEST_AIR_MOVE_RAD = math.radians(20.0)
-"""A step of 10 mm turns a joint by more only near a singular pose: the run then begins after that pose."""
 
 
 class Phase(Enum):
@@ -121,31 +117,13 @@ def away_along_wire(
     `joints1`, `joints2`: shape (6,). At the pose, rad.
     Returns ndarray, shape (k, 6). As far as the steps can be reached and, if checked, are clear.
     """
-    away = _back_along_wire(cell, joints1, distance_mm)
+    away = back_along_wire(cell, joints1, distance_mm)
     if refine is None or not len(away):
         return away
     steps = np.concatenate([joints1[None], away])
     fine = finer_states(CellState(steps, np.repeat(joints2[None], len(steps), axis=0)), refine=refine)
     blocked = ~hull_clearance(cell, fine).is_clear[1:]  # the check of the weld covers the pose itself
     return away if not blocked.any() else away[: int(np.argmax(blocked)) // refine]
-
-
-def _back_along_wire(cell: Cell, joints1: FloatArray, distance_mm: float) -> FloatArray:
-    """Return joints of robot 1 at steps away from a pose, against the wire, as far as they can be reached."""
-    T = cell.arm.forward(joints1[None])[0]
-    wire = product(T[:3, :3], cell.T_flange_tool.R[:, 2])
-    found = [joints1]
-    for back in np.linspace(0.0, distance_mm, math.ceil(distance_mm / AIR_STEP_MM) + 1)[1:]:
-        pose = T.copy()
-        pose[:3, 3] -= back * wire
-        try:
-            q = nearest_joints(cell.arm, pose[None], found[-1])[0]
-        except GeometryError:  # out of reach or beyond a limit: the run begins here
-            break
-        if np.abs(q - found[-1]).max() > LARGEST_AIR_MOVE_RAD:
-            break
-        found.append(q)
-    return np.array(found[1:]).reshape(-1, len(joints1))
 
 
 def _air_seconds(cell: Cell, state: CellState, speed_mm_s: float) -> FloatArray:

@@ -21,6 +21,7 @@ from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.one_robot_clearance import FLOOR, PART, OneRobotClearance
 from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.cell.workplace import AIR_STEP_MM, back_along_wire
 from wpcal.planning.sequence.air_path import AirPath, AirPlanner
 from wpcal.planning.sequence.cuts import Unwelded, cut_seam
 from wpcal.planning.sequence.motion_check import MotionChecker
@@ -39,7 +40,6 @@ from wpcal.planning.sequence.weld_sequence import (
     air_seconds,
     sequence_values,
 )
-from wpcal.robot.kinematics.inverse import solve_inverse, turn_into_limits
 
 ON_FLOOR_MM = 1.0
 """A part that lies on the floor may be so far in it: corners of triangles, and touched points, are not exact."""
@@ -99,10 +99,6 @@ def _other_home(cell: Cell, clearance: OneRobotClearance, pair: tuple[str, str])
     return "write another home_deg in torch_robot of the cell"
 
 
-AIR_STEP_MM = 10.0
-"""Of approach and retract: between two states a straight line in the joints is nearly straight in space."""
-LARGEST_AIR_MOVE_RAD = math.radians(20.0)
-"""A step of 10 mm turns a joint by more only near a singular pose: the approach then begins after that pose."""
 REORDERS = 8  #: How often another order is tried when no free way leads from one seam to the next.
 OUT_OF_POSITION_S = 1000.0  #: What a weld out of position costs in seconds: it is taken only where there is no other.
 
@@ -316,29 +312,17 @@ def _wire_seconds(cell: Cell, targets: SequenceTargets, piece: WeldPiece) -> flo
 
 def _piece(search: SeamSearch, name: str, candidate: Candidate) -> WeldPiece:
     cell, targets = search.cell, search.targets
-    before = _back_along_wire(search.checker, candidate.q[0], targets.approach_mm)[::-1]
-    after = _back_along_wire(search.checker, candidate.q[-1], targets.approach_mm)
+    before = _free_along_wire(search.checker, candidate.q[0], targets.approach_mm)[::-1]
+    after = _free_along_wire(search.checker, candidate.q[-1], targets.approach_mm)
     states = np.concatenate([before, candidate.q, after])
     speed, slowed_by = candidate.weld_speed(cell, targets.speed_mm_s)
     return WeldPiece(name, candidate, before, after, search.checker.check(states), speed, slowed_by)
 
 
-def _back_along_wire(checker: MotionChecker, q: FloatArray, distance_mm: float) -> FloatArray:
+def _free_along_wire(checker: MotionChecker, q: FloatArray, distance_mm: float) -> FloatArray:
     """Return states at steps away from a weld, against the wire, as far as they are reached and clear; (a, k)."""
-    cell = checker.cell
-    count = math.ceil(distance_mm / AIR_STEP_MM)
-    back = np.linspace(0.0, distance_mm, count + 1)[1:]
-    T = np.repeat(cell.arm.forward(q[None, :JOINTS]), count, axis=0)
-    T[:, :3, 3] -= back[:, None] * product(T[0, :3, :3], cell.T_flange_tool.R[:, 2])
-    solved = solve_inverse(cell.arm, T).joints
-    found = [q[:JOINTS]]
-    for every in solved:
-        near = turn_into_limits(cell.arm, every, found[-1])
-        move = np.abs(near - found[-1]).max(axis=1)
-        if np.isnan(move).all() or np.nanmin(move) > LARGEST_AIR_MOVE_RAD:
-            break
-        found.append(near[int(np.nanargmin(move))])
-    states = np.concatenate([np.array(found), np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
+    found = np.concatenate([q[None, :JOINTS], back_along_wire(checker.cell, q[:JOINTS], distance_mm)])
+    states = np.concatenate([found, np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
     if len(states) > 1:
         checked = checker.check(states)
         if not checked.is_free:
