@@ -12,9 +12,9 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.new_cell import NewCell, new_cell_files
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 ROBOTS = Path(__file__).parents[2] / "shared" / "robots"
@@ -103,16 +103,16 @@ def shelf(seed: int = 0) -> Clutter:
 CELLS: dict[str, Callable[..., Clutter]] = {"boxes": boxes, "positioner": positioner, "shelf": shelf}
 
 
-def built(clutter: Clutter, folder: Path) -> tuple[Cell, OneRobotClearance]:
+def built(clutter: Clutter, folder: Path) -> tuple[Cell, CellClearance]:
     """Write the cell to a folder and read it as a user's."""
     for name, record in clutter.files.items():
         (folder / name).write_text(to_json(record), encoding="utf-8")
     cell = read_one_robot(folder / "cell.json")
     given = read_sequence_input(FIXTURES / clutter.part / "golden", cell)
-    return cell, OneRobotClearance(cell, given.part)
+    return cell, CellClearance(cell, given.part)
 
 
-def free_pairs(clutter: Clutter, cell: Cell, clearance: OneRobotClearance, count: int, seed: int) -> FloatArray:
+def free_pairs(clutter: Clutter, cell: Cell, clearance: CellClearance, count: int, seed: int) -> FloatArray:
     """Return pairs of random states that are free, shape (count, 2, k), within all limits."""
     rng = np.random.default_rng(seed)
     low, high = cell.limits

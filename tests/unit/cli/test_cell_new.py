@@ -13,8 +13,8 @@ from tests.one_robot_cells import TEE
 from tests.record_checks import check_record
 from tests.running import run_here
 from wpcal.core.transform import RigidTransform
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.torch.file import find_torch, without_none
@@ -204,7 +204,7 @@ def test_home_is_free_of_the_boxes(urdf):
     corners = ",".join(f"{v:.0f}" for v in [*(tip - 60), *(tip + 60)])
     _, cell, done = made(urdf, f"--box={corners}")
     assert "home" not in done.stderr
-    assert OneRobotClearance(cell, None).margins(cell.home[None]).is_clear[0]
-    assert not OneRobotClearance(cell, None).margins(open_cell.home[None]).is_clear[0]
+    assert CellClearance(cell, None).margins(cell.home[None]).is_clear[0]
+    assert not CellClearance(cell, None).margins(open_cell.home[None]).is_clear[0]
     _, cell, done = made(urdf, "--box=-3000,-3000,0,3000,3000,3000")
     assert "no free home was found: home is in collision" in done.stderr

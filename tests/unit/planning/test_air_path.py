@@ -10,8 +10,8 @@ import pytest
 from tests.one_robot_cells import TEE, fixed_cell, positioner_record, random_axes, with_positioner, write_cell
 from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.cell import WORLD
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_check import MotionChecker, motion_per_axis
@@ -33,7 +33,7 @@ def cluttered():
         ends = np.array([[x, y, 0.0]]), np.array([[x, y, 2 * HALF[2]]])
         pillars.append(Shape(f"pillar {row}", *ends, [120.0], hull=corners))
     cell = dataclasses.replace(given.placed(fixed_cell()), bench=tuple(pillars))
-    return cell, MotionChecker(cell, OneRobotClearance(cell, given.part))
+    return cell, MotionChecker(cell, CellClearance(cell, given.part))
 
 
 def test_an_end_in_collision_is_one_line(cluttered):
@@ -118,7 +118,7 @@ def test_a_share_of_a_move_ends_before_the_first_collision(cluttered):
 def test_bodies_of_two_carriers_approach_each_other_by_no_more_than_their_bound(tmp_path):
     cell = read_one_robot(write_cell(tmp_path, with_positioner()))
     given = read_sequence_input(TEE, cell)
-    clearance = OneRobotClearance(given.placed(cell), given.part)
+    clearance = CellClearance(given.placed(cell), given.part)
     rng = np.random.default_rng(4)
     points = {row: [] for row in range(len(clearance.cell.frames(cell.home[None])))}
     for body in clearance.pairs.bodies:

@@ -7,7 +7,7 @@ import pytest
 
 from tests.cluttered_cells import CELLS, ROBOTS, built, free_pairs
 from wpcal.core.errors import GeometryError
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_check import MotionChecker
 
@@ -35,8 +35,8 @@ def test_nearly_all_pairs_are_joined_and_no_mesh_meets_another(name, tmp_path, m
     pairs = free_pairs(clutter, cell, clearance, PAIRS, seed=1)
     real = RealCell(tmp_path / "cell.json", clutter.urdfs, clearance.part.corners)
     planner = AirPlanner(cell, MotionChecker(cell, clearance))
-    measured, measure = [], OneRobotClearance.margins
-    monkeypatch.setattr(OneRobotClearance, "margins", lambda own, q: measured.append(len(q)) or measure(own, q))
+    measured, measure = [], CellClearance.margins
+    monkeypatch.setattr(CellClearance, "margins", lambda own, q: measured.append(len(q)) or measure(own, q))
     low, high = cell.limits
     failed, slow, hits = 0, 0, []
     for start, end in pairs:

@@ -8,8 +8,8 @@ import pytest
 
 from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
 from wpcal.core.errors import InputError
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.cuts import Span, best_cuts, find_reason
 from wpcal.planning.sequence.plan_sequence import plan_sequence
@@ -78,7 +78,7 @@ def test_a_rest_that_is_too_short_is_cut_longer():
 
 
 def searched(given, cell):
-    search = SeamSearch(cell, OneRobotClearance(cell, given.part), SequenceTargets())
+    search = SeamSearch(cell, CellClearance(cell, given.part), SequenceTargets())
     return search, seam_task(given.seams[0].seam)
 
 
@@ -132,7 +132,7 @@ def test_a_home_in_collision_is_told_with_one_that_is_free(tmp_path, given):
     axes = [float(v) for v in str(told.value).split("home_deg [")[-1].split("]")[0].split(",")]
     record["positioner"]["home_deg"] = axes
     free = read_one_robot(write_cell(tmp_path, record))
-    assert OneRobotClearance(free, given.part).margins(free.home[None]).is_clear[0]
+    assert CellClearance(free, given.part).margins(free.home[None]).is_clear[0]
 
 
 def test_a_part_farther_from_the_table_turns_with_the_positioner(tmp_path):

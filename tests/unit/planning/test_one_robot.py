@@ -15,9 +15,9 @@ from wpcal.core.schemas import schema_text
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_check import check_cell
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_cell, read_one_robot
 from wpcal.planning.cell.distance_field import DistanceField
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -99,7 +99,7 @@ def test_margins_are_lower_bounds_of_what_fcl_measures():
     """Another measurement of the same bodies: all capsules against the real triangles, without bounds or grids."""
     given = read_sequence_input(TEE, fixed_cell())
     cell = given.placed(fixed_cell())
-    clearance = OneRobotClearance(cell, given.part)
+    clearance = CellClearance(cell, given.part)
     q = random_axes(cell, 150)
     found = clearance.margins(q)
     true = np.array([_fcl_margin(cell, given.part, row) for row in q])
@@ -170,7 +170,7 @@ def test_a_home_in_collision_is_told(tmp_path):
     record = one_robot_record()
     cell = fixed_cell()
     q = random_axes(cell, 50)
-    bad = q[np.argmin(OneRobotClearance(cell, None).margins(q).margin_mm)]
+    bad = q[np.argmin(CellClearance(cell, None).margins(q).margin_mm)]
     record["torch_robot"]["home_deg"] = np.degrees(bad).tolist()
     issues = check_cell(read_one_robot(write_cell(tmp_path, record)))
     assert [issue.code for issue in issues if issue.code == "home"] == ["home"]

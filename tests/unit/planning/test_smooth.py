@@ -8,7 +8,7 @@ import pytest
 from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.controllers.program.planned_program import build_planned_program
 from wpcal.optim.banded import damped_step
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import seam_task
@@ -29,7 +29,7 @@ def way_of(result, name):
     cell = fixed_cell()
     given = read_sequence_input(result, cell, [name])
     cell = given.placed(cell)
-    search = SeamSearch(cell, OneRobotClearance(cell, given.part), TARGETS)
+    search = SeamSearch(cell, CellClearance(cell, given.part), TARGETS)
     return search, search.whole(seam_task(given.seams[0].seam))[0]
 
 

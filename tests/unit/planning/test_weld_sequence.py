@@ -12,8 +12,8 @@ from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
 from wpcal.draw.place import place_svg
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places
@@ -96,7 +96,7 @@ def test_no_move_is_nearer_than_allowed_at_ten_times_finer_steps(name, request, 
     sequence = request.getfixturevalue(name).sequence
     assert sequence.is_free
     line = build_timeline(sequence)
-    clearance = OneRobotClearance(sequence.cell, given.part)
+    clearance = CellClearance(sequence.cell, given.part)
     at = np.linspace(0, len(line) - 1, 10 * len(line))
     row = np.minimum(at.astype(int), len(line) - 2)
     fine = line.q[row] + (at - row)[:, None] * (line.q[row + 1] - line.q[row])

@@ -19,8 +19,8 @@ from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import Body, Owner, bodies_of
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.clearance import require_bases_apart
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.planning.cell.shape import JOINTS, Shape
 from wpcal.robot.kinematics.arm import Arm
@@ -320,7 +320,7 @@ def _torch_place(cell: Cell) -> Iterator[Issue]:
 
 
 def _home(cell: Cell) -> Iterator[Issue]:
-    clearance = OneRobotClearance(cell, None)
+    clearance = CellClearance(cell, None)
     found = clearance.margins(cell.home[None])
     if not found.is_clear[0]:
         one, two = clearance.names(int(found.pair[0]))

@@ -17,8 +17,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Carrier, Cell
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, default_home, rail_from_record, shapes_from_records
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import is_regular, is_within_turns, reach_mm
 from wpcal.robot.kinematics.arm import Arm, Coupling, arm_frames
@@ -57,7 +57,7 @@ def choose_home(cell: Cell) -> FloatArray:
     low, high = cell.arm.limits
     turned = np.round(np.degrees(turned), 1)  # as it is written
     turned = np.radians(turned[((np.radians(turned) >= low) & (np.radians(turned) <= high)).all(axis=1)])
-    clearance = OneRobotClearance(cell, None)
+    clearance = CellClearance(cell, None)
     for start in range(0, len(turned), AT_ONCE):
         some = turned[start : start + AT_ONCE]
         q = np.concatenate([some, np.repeat(cell.home[None, JOINTS:], len(some), axis=0)], axis=1)

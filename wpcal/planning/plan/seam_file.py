@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import read_json
@@ -16,29 +17,43 @@ from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.seam import Seam
 
 
-def read_held_seams(path: Path, cell: Cell) -> dict[str, Seam]:
-    """Read all seams and bring them into the frame `part`, by name: ``W1``, and so on.
+class PartSeams(NamedTuple):
+    """The seams of a file with frames in `part`, its record, and where the robot found the part (None: not known)."""
 
+    record: dict[str, Any]
+    seams: tuple[Seam, ...]
+    T_base_part: RigidTransform | None
+
+
+def seams_in_part(path: Path, cell: Cell, *, with_place: bool) -> PartSeams:
+    """Read all seams of schema ``wpcal/seams/1`` and bring them into the frame `part`.
+
+    `with_place`: Whether the place of the part is asked for where the frames do not need it.
     Raises `InputError` when the file cannot be opened.
     Raises `FormatError` when it is of another schema version or incomplete.
-    Raises `FrameError` when the seams were calibrated with a different model of robot 1 than the cell has.
+    Raises `FrameError` when the seams were calibrated with a different model of the robot with the torch.
     """
     record = read_json(path, schema=SEAMS_SCHEMA)
-    seams = {seam.name: seam for seam in seams_from_record(record, path=str(path))}
-    if all(seam.frames.frame == "part" for seam in seams.values()):
-        return seams
-    if record.get("T_base_part") is None:
-        frame = next(seam.frames.frame for seam in seams.values() if seam.frames.frame != "part")
-        raise FormatError(f"frames are given in {frame}, but T_base_part is missing", path=str(path))
-    common_space(
-        (
-            (str(path), RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))),
-            (f"robot 1 of the cell ({cell.arm.name})", cell.arm.space),
-        )
-    )
+    seams = seams_from_record(record, path=str(path))
+    others = [seam.frames.frame for seam in seams if seam.frames.frame != "part"]
+    if record.get("T_base_part") is None and others:
+        raise FormatError(f"frames are given in {others[0]}, but T_base_part is missing", path=str(path))
+    if record.get("T_base_part") is None or not (others or with_place):
+        return PartSeams(record, seams, None)
+    stated = RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))
+    robot = "robot 1 of the cell" if cell.has_two_robots else "the robot of the cell"
+    common_space(((str(path), stated), (f"{robot} ({cell.arm.name})", cell.arm.space)))
     T_base_part = RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")
     T_part_base = T_base_part.inverse()
-    return {name: replace(seam, frames=seam.frames.moved(T_part_base)) for name, seam in seams.items()}
+    moved = (
+        seam if seam.frames.frame == "part" else replace(seam, frames=seam.frames.moved(T_part_base)) for seam in seams
+    )
+    return PartSeams(record, tuple(moved), T_base_part)
+
+
+def read_held_seams(path: Path, cell: Cell) -> dict[str, Seam]:
+    """Read the seams of a part in the hand of robot 2, by name: ``W1``, and so on; errors as in `seams_in_part`."""
+    return {seam.name: seam for seam in seams_in_part(path, cell, with_place=False).seams}
 
 
 def read_seam_path(path: Path, name: str, cell: Cell) -> SeamPath:

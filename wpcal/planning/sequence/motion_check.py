@@ -24,7 +24,7 @@ from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import bodies_of
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames
@@ -37,10 +37,10 @@ class _Axes(NamedTuple):
     z: FloatArray
 
 
-def motion_per_axis(cell: Cell, clearance: OneRobotClearance) -> FloatArray:
+def motion_per_axis(cell: Cell, clearance: CellClearance) -> FloatArray:
     """Return bounds of how far the bodies of each pair of carriers move towards each other per unit of each axis.
 
-    Returns ndarray, shape (c, k). mm per rad, and 1 for a rail; rows as in `OneRobotClearance.carriers`.
+    Returns ndarray, shape (c, k). mm per rad, and 1 for a rail; rows as in `CellClearance.carriers`.
     """
     frames = cell.frames(cell.home[None])
     reaches = [_reaches(cell, frames, carrier, balls) for carrier, balls in enumerate(_balls(cell, clearance, frames))]
@@ -48,7 +48,7 @@ def motion_per_axis(cell: Cell, clearance: OneRobotClearance) -> FloatArray:
     return np.array([np.where((a > 0.0) & (b > 0.0), 0.0, a + b) for a, b in each]).reshape(len(each), len(cell.home))
 
 
-def _balls(cell: Cell, clearance: OneRobotClearance, frames: tuple[Frames, ...]) -> list[FloatArray]:
+def _balls(cell: Cell, clearance: CellClearance, frames: tuple[Frames, ...]) -> list[FloatArray]:
     """Return balls at home whose hull contains the bodies of each carrier: rows of centre in `world` and radius, mm."""
     found: list[list[FloatArray]] = [[] for _ in frames]
     for body in bodies_of(cell):
@@ -128,7 +128,7 @@ class CheckedMove:
 class MotionChecker:
     """Checks straight moves in the axes of a cell."""
 
-    def __init__(self, cell: Cell, clearance: OneRobotClearance) -> None:
+    def __init__(self, cell: Cell, clearance: CellClearance) -> None:
         self.cell, self.clearance = cell, clearance
         self._per_axis = motion_per_axis(cell, clearance)
         self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)

@@ -21,7 +21,7 @@ from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import is_regular, is_within_turns
 from wpcal.planning.sequence.external import axes_of, external_axes, values_along
@@ -108,7 +108,7 @@ def map_places(
     Only places that the arm reaches, and that could be better than with the part turned otherwise, are compared with
     the bodies of the cell: at most `RUNGS` times `MOST_WAYS` times `MOST_SPINS` states per seam.
     """
-    clearance = OneRobotClearance(cell, part)
+    clearance = CellClearance(cell, part)
     tasks = [seam_task(seam.seam) for seam in seams]
     poses = [_thinned(task, torch_poses(task, targets, clearance, tilted=False)) for task in tasks]
     length = np.array([task.length_mm for task in tasks])
@@ -162,7 +162,7 @@ def _thinned(task: SeamTask, poses: TorchPoses) -> TorchPoses:
 class _Grid:
     """The cell at every place of the map, with the part turned in one way."""
 
-    clearance: OneRobotClearance
+    clearance: CellClearance
     cell: Cell
     targets: SequenceTargets
     moved: Moved

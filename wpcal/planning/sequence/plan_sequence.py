@@ -19,7 +19,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.one_robot_clearance import FLOOR, PART, OneRobotClearance
+from wpcal.planning.cell.cell_clearance import FLOOR, PART, CellClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import AIR_STEP_MM, back_along_wire
 from wpcal.planning.sequence.air_path import AirPath, AirPlanner
@@ -46,7 +46,7 @@ ON_FLOOR_MM = 1.0
 STEP_RAD = math.radians(15.0)  #: Of the axes in which another home is looked for.
 
 
-def require_sound_start(cell: Cell, clearance: OneRobotClearance) -> None:
+def require_sound_start(cell: Cell, clearance: CellClearance) -> None:
     """Refuse a cell that no plan can start from.
 
     Raises `InputError` when the part is through the floor, or home is in collision: with a change that was tried.
@@ -60,7 +60,7 @@ def require_sound_start(cell: Cell, clearance: OneRobotClearance) -> None:
     raise InputError(f"{what}; {_other_home(cell, clearance, (one, two))}")
 
 
-def _require_above_floor(cell: Cell, clearance: OneRobotClearance) -> None:
+def _require_above_floor(cell: Cell, clearance: CellClearance) -> None:
     if clearance.part is None or cell.carrier is not None:
         return
     corners = clearance.part.corners.reshape(-1, 3)
@@ -74,7 +74,7 @@ def _require_above_floor(cell: Cell, clearance: OneRobotClearance) -> None:
         )
 
 
-def _other_home(cell: Cell, clearance: OneRobotClearance, pair: tuple[str, str]) -> str:
+def _other_home(cell: Cell, clearance: CellClearance, pair: tuple[str, str]) -> str:
     """Return what to do: the nearest home that is free, with other axes of the positioner or another axis 1."""
     columns = list(range(cell.first_turning, len(cell.axis_names)))
     if not columns or set(pair) != {PART, FLOOR}:
@@ -147,7 +147,7 @@ def plan_sequence(
     Raises `GeometryError` when no seam can be welded, or no free way leads from one to another.
     Raises `InputError` when the part is through the floor, home is in collision, or an optional package is missing.
     """
-    clearance = OneRobotClearance(cell, part)
+    clearance = CellClearance(cell, part)
     require_sound_start(cell, clearance)
     search = SeamSearch(cell, clearance, targets)
     remedies = RemedySearch(search)

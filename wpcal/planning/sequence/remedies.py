@@ -19,7 +19,7 @@ from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.sequence.external import external_axes
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import SeamTask
@@ -93,7 +93,7 @@ class RemedySearch:
     def _welds(self, help_: Help, stretch: SeamTask) -> bool:
         """Tell whether the whole stretch has a way with a change, and home is free."""
         cell = changed_cell(self.search.cell, help_, self._centre())
-        clearance = OneRobotClearance(cell, self.search.clearance.part)
+        clearance = CellClearance(cell, self.search.clearance.part)
         if not clearance.margins(cell.home[None]).is_clear[0]:
             return False
         search = SeamSearch(cell, clearance, changed_targets(self.search.targets, help_))

@@ -18,7 +18,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import inverse_pose, product, sine_cosine
 from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import is_regular, is_within_turns
 from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes, values_along
@@ -53,7 +53,7 @@ class Climb:
 class SeamSearch:
     """Searches ways to weld seams in one cell."""
 
-    def __init__(self, cell: Cell, clearance: OneRobotClearance, targets: SequenceTargets) -> None:
+    def __init__(self, cell: Cell, clearance: CellClearance, targets: SequenceTargets) -> None:
         self.cell, self.clearance, self.targets = cell, clearance, targets
         self.checker = MotionChecker(cell, clearance)
         speeds = cell.speeds[:JOINTS]

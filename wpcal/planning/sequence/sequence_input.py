@@ -12,16 +12,15 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.moved_mesh import read_moved_glb
 from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import FormatError, InputError
-from wpcal.core.records import read_json
-from wpcal.core.robot_space import RobotSpace, common_space
+from wpcal.core.errors import InputError
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.plan.seam_file import seams_in_part
 from wpcal.robot.torch.file import torch_of_seams
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
-from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
+from wpcal.seam.record import errors_from_record
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
@@ -122,27 +121,20 @@ def read_sequence_input(
     FrameError : When the seams were calibrated with a different model of the robot than the cell has.
     """
     path = result / SEAMS_FILE if result.is_dir() else result
-    record = read_json(path, schema=SEAMS_SCHEMA)
-    seams = seams_from_record(record, path=str(path))
+    record, seams, T_base_part = seams_in_part(path, cell, with_place=True)
     known = [seam.name for seam in seams]
     chosen = None if names is None else set(seams_named(names, known))
     rows = [row for row, seam in enumerate(seams) if (seam.accepted if chosen is None else seam.name in chosen)]
     if not rows:
         raise InputError(f"{path}: none of the {len(known)} seams is accepted; name candidates with --only")
-    T_base_part = _place(record, seams, path, cell)
-    inverse = None if T_base_part is None else T_base_part.inverse()
-    in_part = tuple(
-        seam if inverse is None or seam.frames.frame == "part" else replace(seam, frames=seam.frames.moved(inverse))
-        for seam in seams
-    )
     glb = path.with_name(PART_FILE)
     raw = part_glb if part_glb is not None else read_moved_glb(glb) if glb.exists() else None
     part = None if raw is None else TriangleMaterial.of(read_part_glb(raw, path=str(glb)))
     if part is not None and part_glb is not None:
-        _require_on_part([in_part[row] for row in rows], part)
+        _require_on_part([seams[row] for row in rows], part)
     errors = errors_from_record(record)
-    planned = tuple(PlannedSeam(in_part[row], errors[row]) for row in rows)
-    return SequenceInput(planned, in_part, T_base_part, part, raw, torch_of_seams(record, path))
+    planned = tuple(PlannedSeam(seams[row], errors[row]) for row in rows)
+    return SequenceInput(planned, seams, T_base_part, part, raw, torch_of_seams(record, path))
 
 
 def _require_on_part(seams: Sequence[Seam], part: TriangleMaterial) -> None:
@@ -156,13 +148,3 @@ def _require_on_part(seams: Sequence[Seam], part: TriangleMaterial) -> None:
                 f"--part: seam {seam.name} is {off:.0f} mm outside of this part; expected the part in which the seams "
                 "were found"
             )
-
-
-def _place(record: dict[str, object], seams: Sequence[Seam], path: Path, cell: Cell) -> RigidTransform | None:
-    if record.get("T_base_part") is None:
-        if any(seam.frames.frame != "part" for seam in seams):
-            raise FormatError("seams are given in base, but T_base_part is missing", path=str(path))
-        return None
-    stated = RobotSpace.parse(str(record.get("robot_space", RobotSpace.NOMINAL.value)))
-    common_space(((str(path), stated), (f"the robot of the cell ({cell.arm.name})", cell.arm.space)))
-    return RigidTransform.from_matrix(record["T_base_part"], target="base", source="part")  # type: ignore[arg-type]

@@ -11,8 +11,8 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
+from wpcal.planning.cell.cell_clearance import CellClearance, tool_capsules
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, TRAVEL, WORK, torch_on_seam
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance, tool_capsules
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 
@@ -54,7 +54,7 @@ def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArr
     return T
 
 
-def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotClearance, *, tilted: bool) -> TorchPoses:
+def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearance, *, tilted: bool) -> TorchPoses:
     """Return the poses that a search tries."""
     rungs = task.rungs()
     tilts = np.array(TILTS if tilted and targets.torch_range_rad > 0.0 else (0.0,)) * targets.torch_range_rad
@@ -70,7 +70,7 @@ def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: OneRobotCle
     return TorchPoses(rungs, angles, T.reshape(*shape, 4, 4), off, free)
 
 
-def torch_is_free(T_part_tool: FloatArray, clearance: OneRobotClearance) -> BoolArray:
+def torch_is_free(T_part_tool: FloatArray, clearance: CellClearance) -> BoolArray:
     """Tell for poses of shape (n, 4, 4), mm, whether the torch keeps its distances from the part; shape (n,)."""
     p, q, radius, needed = tool_capsules(clearance.cell)
     if clearance.part is None or not len(radius):

@@ -19,7 +19,7 @@ from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.one_robot_clearance import OneRobotClearance
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
 from wpcal.planning.sequence.air_path import AirPlanner
@@ -45,8 +45,8 @@ class ArmReach:
     """One arm in its cell with the part."""
 
     cell: Cell  #: With the part where it stands.
-    clearance: OneRobotClearance  #: With the part.
-    around: OneRobotClearance  #: Without the part, which the wire meets on its way.
+    clearance: CellClearance  #: With the part.
+    around: CellClearance  #: Without the part, which the wire meets on its way.
     T_base_part: RigidTransform
 
     @classmethod
@@ -60,7 +60,7 @@ class ArmReach:
         q = _states(cell, cell.home[None, :JOINTS])
         T = np.linalg.inv(cell.base_places(q)[0]) @ cell.part_places(q)[0]
         place = RigidTransform.from_matrix(T, target="base", source="part")
-        return cls(cell, OneRobotClearance(cell, part), OneRobotClearance(cell, None), place)
+        return cls(cell, CellClearance(cell, part), CellClearance(cell, None), place)
 
     @property
     def up_base(self) -> tuple[float, float, float]:

@@ -115,8 +115,8 @@ class Margins:
     """Lower bounds of margins (distance minus safety distance) of n states."""
 
     margin_mm: FloatArray  #: shape (n,). The least over all pairs; infinite if there are none.
-    pair: IntArray  #: shape (n,). Number of the pair with the least margin, for `OneRobotClearance.names`.
-    by_carriers_mm: FloatArray  #: shape (n, c). The least over the pairs of each row of `OneRobotClearance.carriers`.
+    pair: IntArray  #: shape (n,). Number of the pair with the least margin, for `CellClearance.names`.
+    by_carriers_mm: FloatArray  #: shape (n, c). The least over the pairs of each row of `CellClearance.carriers`.
 
     @property
     def is_clear(self) -> BoolArray:
@@ -124,7 +124,7 @@ class Margins:
         return np.asarray(self.margin_mm > 0.0)
 
 
-class OneRobotClearance:
+class CellClearance:
     """Measures a cell with its part. Grids and hulls are made once.
 
     Attributes
@@ -161,7 +161,7 @@ class OneRobotClearance:
         np.minimum.at(least, row.ravel(), safety)
         return carriers, row.ravel(), least
 
-    def standing_as(self, cell: Cell) -> OneRobotClearance:
+    def standing_as(self, cell: Cell) -> CellClearance:
         """Return the same measures in a cell whose bodies stand elsewhere and are the same; no grid is made again."""
         other = copy(self)
         other.cell = cell
