@@ -4,15 +4,9 @@ All pairs are first bounded from below: bodies by capsules around their hulls, t
 (`distance_field.DistanceField`). Only where a bound is not enough is the pair measured: hulls by FCL, capsules against
 triangles exactly. The margin that results is a lower bound of the true one, and it is positive only where all is clear.
 
-Which pairs are compared
-    * Bodies of the robot with each other, if at least four joints are between them; the torch counts as link 7.
-    * The robot with the positioner, but not the base with the frame of the positioner.
-    * The bench with links 2 to 6, the torch, and what the positioner moves.
-    * The part with links 1 to 6 and the torch. A part on a positioner also with the base, the bench and the frame of
-      the positioner.
-    * The floor with the links 2 to 6, the torch, and a part on a positioner.
-
-The capsules of a cell with one robot that are compared with its part.
+Beyond the pairs of `bodies`, the part is compared with links 1 to 6 and the torch; a part on a positioner also with the
+base, the bench and the frame of the positioner. The floor is compared with the links 2 to 6, the torch, and a part on a
+positioner.
 """
 
 from __future__ import annotations

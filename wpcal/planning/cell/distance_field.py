@@ -4,7 +4,7 @@ The cells of the grid that contain surface are marked, and every cell gets its d
 (`scipy.ndimage.distance_transform_edt`). Less the diagonals of two cells, this is a lower bound for every place in the
 cell. Outside the grid the distance from the part's box is the bound.
 
-Balls over a convex hull: with a grid of distances they settle at many states at once whether the hull is clear.
+Also here: balls over a convex hull. With a grid of distances they settle at many states at once if the hull is clear.
 
 The balls together hold the hull. If each is clear of the surface, the hull is. A point that is farther inside the hull
 than it is from the surface proves the opposite. A ball that is neither is replaced by the smaller ones in it. What is

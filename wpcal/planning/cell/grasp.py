@@ -1,6 +1,6 @@
 """The grasp: the place of the part in the gripper of robot 2, measured with robot 1, written into a cell file.
 
-The place of base 2 relative to base 1, from points that both robots touched, written into a cell file.
+Also here: the place of base 2 relative to base 1, from points that both robots touched, written into a cell file.
 
 The fit is that of a part: the points in the base of robot 2 take the place of the model.
 """

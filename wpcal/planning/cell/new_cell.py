@@ -1,6 +1,6 @@
 """A new cell file of one robot: bodies from URDF files and meshes, places as given, a torch from a few numbers.
 
-A home for a new cell: the torch points down in front of the arm, and nothing is in collision.
+Also here: a home for a new cell: the torch points down in front of the arm, and nothing is in collision.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 The three coordinates of points are on the first axis, shape (3, ...): every step is then a few sums over long
 contiguous rows, as in `wpcal.robot.kinematics.forward`.
 
-Distances of segments from a part's triangles.
+Also here: distances of segments from a part's triangles.
 
 The triangles are within their deflection (`TriangleMaterial.deflection_mm`) of the part; whoever asks for a distance
 adds it.

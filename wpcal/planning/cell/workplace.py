@@ -1,6 +1,6 @@
 """The weld zone: the places between the robots where the weld may be, in the frame `middle` of the cell.
 
-The distance of arms from their singular poses, where a small motion of the tool needs a large motion of a joint.
+Also here: the distance from singular poses, where a small motion of the tool needs a large motion of a joint.
 
 An arm of the OPW family has three kinds: the wrist straight (axes 4 and 6 collinear), the elbow stretched, and the
 centre of the wrist on axis 1. Each kind has a measure that is zero there and changes its sign between branches of the

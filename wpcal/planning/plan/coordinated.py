@@ -5,7 +5,7 @@ the part. Both robots begin and end a move together, and are at the same share o
 from the seam is therefore that of the lines and arcs alone. The joints between the marks are others than those of the
 plan: they are computed here as the controller computes them, and checked again.
 
-How robot 2 turns the part while the torch makes one move: a few moves near its planned path.
+Also here: how robot 2 turns the part while the torch makes one move: a few moves near its planned path.
 
 In coordinated motion the torch keeps to its line or arc in the part, whatever robot 2 does. The moves of robot 2 decide
 where the weld is in space: they have to keep the weld position, and to stay near the path that was checked.

@@ -1,6 +1,6 @@
 """`Plan`: one way to weld a seam with two robots.
 
-The times of a plan: the wire moves along the seam at one constant speed that every joint can follow.
+Also here: the times of a plan: the wire moves along the seam at one constant speed that every joint can follow.
 
 The thickness of a bead depends on the speed, so a seam is welded at one speed. If a joint cannot follow the asked
 speed, the whole seam is welded slower, and the report names the joint and the place.

@@ -4,7 +4,7 @@ The states of one point are filtered by one limit after another: reach, joint li
 first limit that leaves no state is the obstacle, with the best value that any state attains. The torch may lean here
 within its range, so that a distance named as the best is not only that of the target torch angles.
 
-`Obstacle`: what keeps a seam from being planned, where, and by how much; `NoFeasiblePlanError` carries it.
+Also here: `Obstacle`: what keeps a seam from being planned, where, and by how much; `NoFeasiblePlanError` carries it.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
 """The published method: a multi-objective genetic algorithm on smooth paths. Here it is NSGA-II from pymoo.
 
-References
-----------
-Hou, Wang, Yue, Jia 2018, §2; the text at hand has lost its operators. Deb, Pratap, Agarwal, Meyarivan 2002 for
-NSGA-II; Blank, Deb 2020 for pymoo.
-
-Paths as genes: a base path, the change of each of its coordinates along the seam, and the branches of both inverses.
+Also here: paths as genes: a base path, the change of each coordinate along the seam, and the branches of both inverses.
 
 A coordinate at u = s / L is that of the base plus ``c_0 + c_1 (u - 1/2) + sum_m c_{m+1} sin(m π u)``: a level, a drift
 and eight sine terms. These numbers are used instead of the knots of a curve because a mix of two smooth parents is
 then smooth, while a mix of their knots is jagged. Short sine terms are seldom of use and get a small range. The bases
 are the paths of a deterministic front, or there are none; between two bases the base is their weighted mean. Limits of
 place, slope, rotation and torch angles are kept by clipping. Closed chain and inverses are exact for all genes.
+
+References
+----------
+Hou, Wang, Yue, Jia 2018, §2; the text at hand has lost its operators. Deb, Pratap, Agarwal, Meyarivan 2002 for
+NSGA-II; Blank, Deb 2020 for pymoo.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ the weighted joint rates. The printed functions are reported beside them.
 
 The text of the paper at hand has lost the layout of its formulas. Each function says how the formula was read.
 
-`WeldTargets`: the weld position and torch angles that a plan should have, and how far it may be from them.
+Also here: `WeldTargets`: the weld position and torch angles that a plan should have, and how far it may be from them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """`ParetoSet`: plans to choose from; which vectors of objectives are not dominated, and the volume they dominate.
 
-`PlanningResult`: the plans that a search found, and how much each method contributed.
+Also here: `PlanningResult`: the plans that a search found, and how much each method contributed.
 
-``pareto.json``: the plans to choose from, the front of each method, and the volume that each front dominates.
+And ``pareto.json``: the plans to choose from, the front of each method, and the volume that each front dominates.
 """
 
 from __future__ import annotations

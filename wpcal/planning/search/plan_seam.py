@@ -3,7 +3,7 @@
 The deterministic search gives a front by itself. The published genetic algorithm can run after it and starts from that
 front. The hypervolumes of both fronts show what it adds.
 
-The deterministic front: ladders at the best places, then least squares for one set of weights after another.
+Also here: the deterministic front: ladders at the best places, then least squares for one set of weights after another.
 """
 
 from __future__ import annotations

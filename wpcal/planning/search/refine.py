@@ -5,7 +5,7 @@ points share a residual (the joint steps), so the normal equations are banded an
 about as much as the inverse kinematics of the path. Limits and clearance enter as squares of the excess over
 them. Which limits count is decided again in every step, by the state after it. The loop is `wpcal.optim.banded`.
 
-The least-squares problem around a path: residuals, excess over its limits, and all derivatives.
+Also here: the least-squares problem around a path: residuals, excess over its limits, and all derivatives.
 
 Angles are in degrees and lengths in millimetres here, so that one unit of each has a similar effect.
 """

@@ -4,7 +4,7 @@ Ways are searched forwards from every place where one is needed, and backwards f
 they overlap. Every part of a way is a way too. Among all cuts of these ways the one is taken that welds the most
 length, then in the fewest pieces, then with the longest shortest piece.
 
-Why a stretch of a seam cannot be welded: the torch, the reach, a limit of a joint, a configuration, or a body.
+Also here: why a stretch of a seam cannot be welded: torch, reach, a limit of a joint, a configuration, or a body.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Straight moves in the axes, proved free between the checked states too.
 
 Two bodies that are D apart at both ends of a step cannot touch on it if they approach each other by less than 2 D on
-it; `motion_bound` bounds this approach. So a step is proved when the bound is at most the sum of the free distances at
-its ends, for the bodies of every two carriers. Otherwise it is halved, and its middle is measured. Each two carriers
+it; `motion_per_axis` bounds this. So a step is proved when the bound is at most the sum of the free distances at its
+ends, for the bodies of every two carriers. Otherwise it is halved, and its middle is measured. Each two carriers
 have their own bound: a part near the frame of its positioner asks for small steps of the positioner, not of the robot.
 
-How far bodies can move towards each other per unit of each axis, from the lengths of the links alone.
+Also here: how far bodies can move towards each other per unit of each axis, from the lengths of the links alone.
 
 A point turns about an axis with its distance from the axis. That distance is at most the distance of the next axis'
 origin from the axis, plus the lengths of the links after it, plus the distance of the point from the last of these

@@ -1,6 +1,6 @@
 """Plan a sequence: ways for every seam, cuts where a seam has none, the order, and the moves through the air.
 
-What must be right before planning starts: the part above the floor, and home free of collision.
+Also here: what must be right before planning starts: the part above the floor, and home free of collision.
 """
 
 from __future__ import annotations

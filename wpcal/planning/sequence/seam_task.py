@@ -1,6 +1,6 @@
 """The seams of a sequence, in the frame `part`: points close enough that a controller's linear moves are as planned.
 
-`Candidate`: one way to weld one stretch of a seam.
+Also here: `Candidate`: one way to weld one stretch of a seam.
 """
 
 from __future__ import annotations

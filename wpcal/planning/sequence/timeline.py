@@ -1,11 +1,11 @@
 """A sequence as one row of states with times: what the table, the page and the trajectories show.
 
-States between those of a weld, so that straight moves in the joints keep the wire on lines in the part.
+Also here: states between those of a weld, so that straight moves in the joints keep the wire on lines in the part.
 
 A seam is sampled coarsely, and a controller moves the wire on lines and arcs. A trajectory in the joints leaves these
 lines between two states, most where the torch turns quickly. There it gets more states, solved by Newton's method.
 
-The records of a sequence: ``plan.json`` with all numbers, ``plan.csv`` with one row per state.
+And the records of a sequence: ``plan.json`` with all numbers, ``plan.csv`` with one row per state.
 """
 
 from __future__ import annotations

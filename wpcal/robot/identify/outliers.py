@@ -9,11 +9,11 @@ The rows of one pose form a block (several reflectors, or position and turn). Wi
 with the m rows of the block, the sum of squares S and f degrees of freedom. The worst block is deleted and the others
 are fitted and tested again, so that one outlier does not hide another.
 
+Also here: which measured poses are fitted and which are kept back for the test.
+
 References
 ----------
 Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
-
-Which measured poses are fitted and which are kept back for the test.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 All poses are computed at once. A frame is kept as its three axes and its origin, each of shape (3, ...): every step of
 a link is then a few sums over long contiguous rows, which NumPy does far faster than products of small matrices.
 
-`MDHChain`: the links of a serial arm as Denavit-Hartenberg parameters with Hayati's fifth.
+Also here: `MDHChain`: the links of a serial arm as Denavit-Hartenberg parameters with Hayati's fifth.
 """
 
 from __future__ import annotations

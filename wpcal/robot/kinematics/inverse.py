@@ -1,6 +1,6 @@
 """Inverse kinematics of an `Arm`: closed form, Newton steps where the arm is an identified one, limits, whole turns.
 
-Joint angles along a path in one branch of the inverse kinematics: continuous, and within the limits.
+Also here: joint angles along a path in one branch of the inverse kinematics: continuous, and within the limits.
 
 A linear move cannot change the branch: the arm would have to pass a singularity. Whole turns of an axis with more than
 one turn are counted on along the path.
