@@ -1,6 +1,7 @@
 """Pose errors in numbers that people compare, and the verdict whether an identification made them smaller.
 
-Also here: slips in a file of poses that a fit would absorb: a wrong unit, quaternions in another order, transposed rotations.
+Also here: slips in a file of poses that a fit would absorb: wrong units, quaternions in another order, transposed
+rotations.
 
 A nominal arm is off by millimetres and tenths of a degree. Once base and tool are placed as well as possible, larger
 residuals therefore mean that the file is not what it claims to be. If one usual slip explains them, it is named.

@@ -1,6 +1,6 @@
 """Which parameters the measurements determine, and which of them cannot be told apart.
 
-Also here: simulated measurements of an arm whose real parameters are known: the paper's experiment, and tests of our own.
+Also here: simulated measurements of an arm whose real parameters are known, for the paper's experiment and for tests.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """`identification.json`: everything an identification found, as plain values.
 
-Also here: charts of an identification, like figures 4 to 6 of Xiong, Yang, Wang 2015; they need matplotlib (extra `plots`).
+Also here: charts of an identification, like figures 4 to 6 of Xiong, Yang, Wang 2015; they need matplotlib (`plots`).
 """
 
 from __future__ import annotations
