@@ -87,11 +87,11 @@ def homes_of_names() -> dict[str, list[Path]]:
     """Return public functions and classes that several files define.
 
     A command, and a method of the machine interface, has the name of what it calls; every process has its `main`; and
-    the workbench is a program of its own, in another Python.
+    the workbench is a program of its own, in another Python. The type of a record is called as what it describes.
     """
     found = defaultdict(list)
     for path, tree in trees("wpcal", "cad").items():
-        if path.is_relative_to(ROOT / "cad" / "freecad") or path.parent.name in ("cli", "rpc"):
+        if path.is_relative_to(ROOT / "cad" / "freecad") or path.parent.name in ("cli", "rpc", "records"):
             continue
         for node in tree.body:
             is_named = isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name not in ("main", "run")
