@@ -9,7 +9,11 @@ from tests.running import kernel_work_here
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
-OURS = ("tee/tee", "lap/lap", "frame/frame", "saddle/saddle")
+OURS = (
+    "frame/frame",
+    "saddle/saddle",
+    *(pytest.param(name, marks=pytest.mark.deep) for name in ("tee/tee", "lap/lap", "uprights/uprights")),
+)
 SHARED_PARTS = (
     "step/box_sides.STEP",
     "step/as1-oc-214.stp",
