@@ -17,7 +17,6 @@ OURS = (
 SHARED_PARTS = (
     "step/box_sides.STEP",
     "step/as1-oc-214.stp",
-    "step/s1-c5-214.stp",
     "step/featuretype.STEP",
     "blind/wb_bench.step",
     "blind/afpm_boom_vane.step",
