@@ -24,10 +24,8 @@ ATAN_OVER = (-8.750608600031904122785e-1, -1.615753718733365076637e1, -7.5008557
 ATAN_UNDER = (1.0, 2.485846490142306297962e1, 1.650270098316988542046e2, 4.328810604912902668951e2,
               4.853903996359136964868e2, 1.945506571482613964425e2)  # fmt: skip
 """Coefficients of the arc tangent up to 0.66, numerator and denominator (Cephes, `atan.c`)."""
-ATAN_SPLIT = 0.66
-"""Above this tangent, the arc tangent is found from π/4."""
-QUARTER_REST = 3.061616997868383e-17
-"""What π/4 has beyond its nearest number."""
+ATAN_SPLIT = 0.66  #: Above this tangent, the arc tangent is found from π/4.
+QUARTER_REST = 3.061616997868383e-17  #: What π/4 has beyond its nearest number.
 RANK_BITS = 30
 """Costs are compared after rounding to this many bits, nine digits: round-off is far below, and a real gain above."""
 
@@ -49,15 +47,13 @@ def length(v: ArrayLike) -> float:
 def solve(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Solve many small systems by elimination with pivots from the largest of a column.
 
+    Returns `x`: ndarray, shape (n, k, m). Infinite or NaN where a system is singular.
+    Returns `det`: ndarray, shape (n,). Absolute values of the determinants.
+
     Parameters
     ----------
     A : ndarray, shape (n, k, k)
     b : ndarray, shape (n, k, m)
-
-    Returns
-    -------
-    x : ndarray, shape (n, k, m). Infinite or NaN where a system is singular.
-    det : ndarray, shape (n,). Absolute values of the determinants.
     """
     n, k = len(A), A.shape[1]
     M = np.concatenate([A, b], axis=2)

@@ -15,10 +15,8 @@ def cheapest_way(own: Sequence[FloatArray], step: Callable[[int, IntArray, IntAr
 
     Of ways whose costs differ by round-off alone, the one through the first states is taken.
 
-    Parameters
-    ----------
-    own : Cost of each state of every rung, shape (m_i,) each; infinite where the state cannot be used.
-    step : Costs from states of rung i - 1 to states of rung i, shape (now, before): of i and the rows of both.
+    `own`: Cost of each state of every rung, shape (m_i,) each; infinite where the state cannot be used.
+    `step`: Costs from states of rung i - 1 to states of rung i, shape (now, before): of i and the rows of both.
     """
     cost, back = own[0], list[IntArray]()
     for i in range(1, len(own)):

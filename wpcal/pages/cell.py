@@ -18,8 +18,7 @@ BODY = """
 <main id="page"></main>
 <noscript>This page needs JavaScript to draw the plan; its numbers are in the files beside it.</noscript>
 """
-WIRE_MM = 26.0
-"""Drawn length of the wire, from its tip back: the usual stick-out, and the part inside the nozzle."""
+WIRE_MM = 26.0  #: Drawn length of the wire, from its tip back: the usual stick-out, and the part inside the nozzle.
 
 
 def build_cell_page(cell: Cell) -> str:

@@ -77,10 +77,8 @@ def part_distances(
     Returns `distance`: ndarray, shape (n,). mm; infinity where nothing is within the bound.
     Returns `triangle`: ndarray of int, shape (n,). The nearest triangle; -1 where there is none.
 
-    Parameters
-    ----------
-    starts, ends : shape (n, 3). In the frame of the triangles, mm.
-    within : shape (n,). Beyond this distance, mm, the answer is infinity.
+    `starts`, `ends`: shape (n, 3). In the frame of the triangles, mm.
+    `within`: shape (n,). Beyond this distance, mm, the answer is infinity.
     """
     grow = within[:, None]
     row, triangle = part.tree.meeting(np.minimum(starts, ends) - grow, np.maximum(starts, ends) + grow)

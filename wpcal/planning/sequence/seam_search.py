@@ -34,7 +34,6 @@ POSES_AT_ONCE = 8192  #: Poses whose joints are solved together: 3 MB of joints.
 TRIED = 6  #: Branches and positions of the external axes that are climbed per batch.
 CLIMBS = 12  #: How often a ladder is climbed again after a state of its way was found to be unusable.
 TILTED_AXES = 24  #: Positions of the external axes that are tried with the torch off its target angles.
-
 STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
 OFF_WEIGHT = 2.0
 """... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""

@@ -25,16 +25,12 @@ from wpcal.robot.identify.registration import register
 from wpcal.robot.kinematics.forward import MDHChain
 
 LEAST_TEST_POSES = 7  #: Below seven poses even a gain in every one of them has a chance of 2⁻⁶ or more to be luck.
-
 CHANCE = 0.01  #: A gain on the test poses counts when luck alone would show it once in a hundred times or less.
-
 LARGEST_LEFT_DEG = 2.0
 """The same for orientations: identified arms leave hundredths of a degree, and a probe that slipped leaves degrees."""
-
 LARGEST_CHANGE_MM, LARGEST_CHANGE_RAD = 50.0, float(np.deg2rad(15.0))
 """No link of an arm that moves is this far off its nominal value: larger changes come from measurements in another unit
 or convention, or of another robot. A joint zero lost in a crash stays below."""
-
 LARGEST_LEFT_MM = 5.0
 """Identified arms leave tenths of a millimetre. More than this (root mean square) on the test poses means that the
 measurements are not of these joint angles, even where a bent model comes nearer to them than the nominal one."""
@@ -152,12 +148,9 @@ def _change_reasons(changes: Mapping[str, tuple[float, bool]]) -> list[str]:
 
 LARGEST_NOMINAL_MM = 20.0
 """Root mean square of the position errors of a nominal arm in its best base and tool; industrial arms stay below 5."""
-
 LARGEST_NOMINAL_DEG = 10.0
 """The same for orientations; a joint zero may be off by some degrees after a crash, and the others are not."""
-
 EXPLAINS = 0.2  #: A slip is named when correcting it leaves less than this share of the residual.
-
 LENGTH_UNITS = {"metres": 1000.0, "inches": 25.4, "centimetres": 10.0}
 """Units that positions come in by mistake, and how many mm they have."""
 

@@ -23,10 +23,8 @@ from wpcal.robot.kinematics.forward import LINK_SYMBOLS, start_frames, walk
 ANGLE_LENGTH_MM = 1000.0
 """Ours: an error of 1 rad weighs as much as one of this length, about the reach of the arms at hand. Both halves of a
 pose error then have one size, since an angle off at a joint moves the flange by the angle times the distance."""
-
 EXPECTED_MM, EXPECTED_RAD = 2.0, float(np.deg2rad(0.2))
 """Expected errors of a length and an angle: the largest of the paper's Table 2."""
-
 BOUND_FACTOR = 3.0  #: Bounds are this multiple of the expected error (§2.1).
 
 

@@ -20,7 +20,6 @@ from wpcal.robot.kinematics.arm import Arm
 DEPENDENT_PART = 1e-6
 """A column of the Jacobian counts as a combination of others when less than this fraction of it remains: exact
 dependence of a nominal model leaves 1e-13, the weakest parameter of a well-posed case more than 1e-3."""
-
 NAMED_PART = 0.1
 """The message about an unseen parameter names the parameters with at least this share in its combination."""
 

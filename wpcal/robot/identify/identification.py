@@ -41,10 +41,7 @@ from wpcal.robot.kinematics.arm import Arm
 
 REACH_FACTOR = 1.05
 """A measured position may be farther away than the sum of the arm's lengths by this factor: real lengths differ."""
-
-
 TOOL_LENGTH_MM = 300.0  #: A welding torch from the flange to the wire's tip: the lever of an angle of the last link.
-
 NOMINAL_NOISE = Noise(sigma_mm=1.0, sigma_rad=float(np.deg2rad(0.25)))
 """Rough error of a nominal arm in one coordinate: weights for fitting its base and tool, so that the errors before
 identification are not overstated."""

@@ -21,11 +21,8 @@ from wpcal.robot.kinematics.forward import LINK_SYMBOLS
 STRONG_CORRELATION = 0.95
 """Pairs of parameters above this are reported by name: their sum or difference is known three times worse than the
 other combination at 0.8 and six times at 0.95."""
-
 NOISE_ROUNDS = 6  #: Rounds of fit and noise estimate; the ratio of the two settles within three or four.
-
 ABSORBED_DRAWS = 64  #: Draws of the errors of unseen parameters: their spread is then known to a tenth.
-
 NOISE_SETTLED = 0.02
 """A change of the ratio of the two noises by less than 2 % moves no parameter by a visible part of its spread."""
 

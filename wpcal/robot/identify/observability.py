@@ -22,20 +22,14 @@ from wpcal.robot.identify.parameters import KinematicModel, Parameter
 from wpcal.robot.kinematics.arm import Arm
 
 POSE_PLAN_SCHEMA = "wpcal/pose-plan/1"
-
 Z_95 = 1.96  #: Half width of the 95 % interval of a Gaussian, in standard deviations.
-
 CANDIDATES = 1500
 """Random poses to choose from: with more of them the index of the chosen set grows by less than a percent."""
-
 LIMIT_MARGIN_RAD = np.deg2rad(5.0)
 """Candidates keep this far off the joint limits, where a controller already slows down or refuses."""
-
 EXCHANGES = 200
 """Most exchanges of a chosen pose for a better one; the set settles after about as many as it has poses."""
-
 EXCHANGE_GAIN = 1e-6  #: An exchange that raises the logarithm of the determinant by less is round-off.
-
 RIDGE = 1e-8  #: Added to the information of the first few poses, which alone do not see every parameter.
 
 

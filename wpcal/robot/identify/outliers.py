@@ -31,10 +31,8 @@ from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.pose_residuals import evaluate
 
 FALSE_ALARM = 0.01  #: Share of clean files in which a pose is named: the tests of all poses together (Bonferroni).
-
 LARGEST_SHARE = 0.1
 """At most this share of the poses is named; more of them are not outliers but another kind of noise."""
-
 HUBER = 1.5
 """A named pose keeps its direction of pull but only the force of a residual of this many standard deviations: 95 % of
 the efficiency of least squares under normal noise, at a bounded influence (Huber 1964)."""

@@ -17,7 +17,6 @@ from wpcal.robot.kinematics.forward import LINK_SYMBOLS, Frames, LinkMotion, MDH
 
 POSE_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 """Six numbers of a base or tool: shift of its origin (mm), then turn about its origin (rad)."""
-
 LENGTH_SYMBOLS = frozenset({"d", "a", "x", "y", "z"})  #: Symbols measured in mm; all others are angles in rad.
 
 

@@ -15,16 +15,12 @@ from wpcal.robot.identify.parameters import KinematicModel, Parameter
 
 MAX_STEPS = 40
 """Steps of Levenberg-Marquardt: four to six are usual; measurements that belong to other poses use them up."""
-
 STILL_SIGMAS = 1e-6
 """The last step moves the poses by less than this part of their noise (root mean square), and as steps shrink
 quadratically the next one would be round-off. Below 1e-7 the sum of squares no longer shows whether a step helps ..."""
-
 ROUND_OFF_MM = 1e-11
 """... or by less than the round-off of positions metres away, where simulated noise is smaller than any real one."""
-
 FIRST_DAMPING = 1e-6  #: Nominal parameters are so near the true ones that nearly undamped steps converge.
-
 LEAST_MM, LEAST_RAD = 1e-6, 1e-9
 """Noise is never taken as smaller: no instrument is better, and simulated poses without noise have none to estimate."""
 

@@ -23,12 +23,9 @@ from wpcal.robot.tool_point import TOOL_SCHEMA
 
 POSITION_COLUMNS = ("x_mm", "y_mm", "z_mm")
 SETS = ("train", "test")
-
 RADIANS_BELOW = 2.0 * np.pi
 """Angles that all stay below this number look like radians: no joint of a set of poses moves by six degrees only."""
-
 LEAST_TURN_DEG = 1e-3  #: Rows with all joints closer than this are one pose: joint sensors resolve about as much.
-
 LIMIT_SLACK_DEG = 1.0
 """A joint shown this far beyond its limit is the data sheet's rounding; further off, sign or zero are wrong."""
 

@@ -18,7 +18,6 @@ from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics
 
 ALTERNATIONS = 100
 """Rounds of base and offset in turns: only a start is wanted, and each round takes well under a millisecond."""
-
 ALTERNATION_MM = 1e-3
 """The rounds stop when no offset moves by more: far inside the reach of the least squares that follow."""
 

@@ -18,7 +18,6 @@ from wpcal.robot.kinematics.forward import MDHChain
 from wpcal.robot.kinematics.urdf import read_urdf
 
 ARM_SCHEMA = "wpcal/arm/1"
-
 T = TypeVar("T")
 
 

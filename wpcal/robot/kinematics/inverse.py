@@ -29,19 +29,14 @@ from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics, geometr
 from wpcal.robot.kinematics.opw import OPWGeometry, solve_opw
 
 TURN = 2.0 * np.pi
-
 NEWTON_STEPS = 12
 """An identified arm is off its nominal one by millimetres: three steps reach round-off, next to a straight wrist a few
 more; beyond twelve a pose is at a singularity and does not get there."""
-
 NEWTON_MM = 1e-9  #: A pose is met when its origin is this close (three orders above the round-off of a metre) ...
-
 NEWTON_RAD = 1e-12  #: ... and its axes are: at arm's length the same distance.
-
 START_BEND = 0.2
 """Sine of the elbow angle below which Newton steps start from this bend: an arm of a metre that is really some
 millimetres longer than nominal reaches poses which the nominal one does not, and a stretched start leads nowhere."""
-
 DAMPING = 1e-9
 """Added to the squared, length-scaled Jacobian. It bounds the step at an exact singularity and has no visible effect
 elsewhere."""

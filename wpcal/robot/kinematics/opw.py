@@ -29,11 +29,9 @@ from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics, start_f
 FAMILY_ATOL = 1e-9
 """Axes that are off being parallel, normal or meeting by more than this (rad, or parts of the reach) are another
 family; numbers of a data file are exact, rounding of degrees leaves 1e-15."""
-
 REACH_SLACK = 1e-12
 """Squared sines and distances below zero by this part are round-off of a pose at the very edge of the reach; taking
 them as zero moves the flange by less than 1e-9 mm."""
-
 BRANCHES = 8  #: Shoulder front or back, elbow one way or the other, wrist straight or flipped.
 
 

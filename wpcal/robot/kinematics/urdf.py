@@ -32,10 +32,8 @@ LARGEST_M = 1e6  #: The largest coordinate of wpcal, in the unit of a URDF.
 LARGEST_RAD = 1e6
 """Limits of a joint, rad and rad/s. Files of joints that turn for ever state 1e16 at times; these are refused, since no
 robot arm has such a limit."""
-
 NEARLY_PARALLEL_SIN = 0.1
 """Axes closer than about 6° take Hayati's link: their common normal may lie metres away and move with every digit."""
-
 MEETING_MM = 1e-6  #: Axes nearer than this meet; the digits of a URDF are coarser.
 
 
