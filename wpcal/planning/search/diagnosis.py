@@ -24,7 +24,7 @@ from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, all_joints, flange_poses
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, reach_shortage
-from wpcal.planning.search.objectives import target_coordinates
+from wpcal.planning.search.objectives import WeldTargets, target_coordinates
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.robot.kinematics.inverse import TURN
 
@@ -113,8 +113,10 @@ def too_near(between: tuple[str, str], s_mm: float, best_mm: float, asked_mm: fl
 
 LEANS = (0.0, -1.0, -0.5, 0.5, 1.0)
 """Work and travel angles that are tried, as parts of their range; the targets first."""
-YAWS, SPINS, ROTATIONS = 12, 8, (0.0, -50.0, -25.0, 25.0, 50.0)
-"""Directions of travel, spins of the torch, and rotations of the joint off the target (deg): those of the ladders."""
+YAWS, SPINS = 12, 8
+"""Directions of travel and spins of the torch. The steps are coarse; the least squares of the search remove them."""
+ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
+"""Rotations of the joint relative to the target, the target first. A part that cannot turn enough needs the others."""
 SINGULAR = ("the wrist is nearly straight", "the elbow is nearly stretched", "the wrist is nearly above axis 1")
 """The three measures of `wpcal.planning.cell.workplace`, in words."""
 STAGES = tuple(Constraint)
@@ -133,7 +135,8 @@ def obstacle_at(
 
     `place`: shape (3,). Of the weld point, in `middle`, mm.
     """
-    coordinates, leaning = _leaning_attitudes(problem, place, leans)
+    coordinates, targets = attitudes_at(problem, place, leans), problem.targets
+    leaning = (coordinates[:, WORK] != targets.work_rad) | (coordinates[:, TRAVEL] != targets.travel_rad)
     path = problem.path.select(np.full(len(coordinates), point))
     s_mm = float(problem.path.s_mm[point])
     tables = all_joints(problem.cell, path, coordinates)
@@ -201,23 +204,29 @@ def clearance_advice(problem: PlanningProblem, between: tuple[str, str], best_mm
     return f"a {key} of {allowed:g} mm would do at this place; {other}" if allowed > 0 else other
 
 
-def _leaning_attitudes(
-    problem: PlanningProblem, place: FloatArray, leans: Sequence[float]
-) -> tuple[FloatArray, BoolArray]:
-    """Return attitudes at one place, shape (N, 9), and which of them lean the torch off its target."""
+def allowed_rotations(targets: WeldTargets, offsets_rad: Sequence[float]) -> FloatArray:
+    """Return the target rotation plus each offset, without those outside the range; shape (k,), rad."""
+    rotations = targets.rotation_rad + np.array(offsets_rad)
+    return np.asarray(rotations[np.abs(rotations) <= targets.rotation_range_rad], dtype=np.float64)
+
+
+def attitudes_at(problem: PlanningProblem, place: FloatArray, leans: Sequence[float] = (0.0,)) -> FloatArray:
+    """Return the attitudes that are tried at one place, shape (N, 9).
+
+    `place`: shape (3,). In `middle`, mm.
+    `leans`: Work and travel angles, as parts of their range.
+    """
     targets = problem.targets
-    rotations = targets.rotation_rad + np.radians(ROTATIONS)
-    rotations = rotations[np.abs(rotations) <= targets.rotation_range_rad]
     work, travel = (
         centre + targets.torch_range_rad * np.array(leans) for centre in (targets.work_rad, targets.travel_rad)
     )
     yaw, spin = TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
-    grid = np.stack([axis.ravel() for axis in np.meshgrid(yaw, spin, rotations, work, travel, indexing="ij")])
+    axes = (yaw, spin, allowed_rotations(targets, ROTATIONS_RAD), work, travel)
+    grid = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
     coordinates = target_coordinates(targets, grid.shape[1])
     coordinates[:, PLACE] = place
     coordinates[:, [YAW, SPIN, ROTATION, WORK, TRAVEL]] = grid.T
-    leaning = (coordinates[:, WORK] != targets.work_rad) | (coordinates[:, TRAVEL] != targets.travel_rad)
-    return coordinates, leaning
+    return coordinates
 
 
 def _out_of_reach(problem: PlanningProblem, flanges: tuple[FloatArray, FloatArray], s_mm: float) -> Obstacle:

@@ -16,21 +16,18 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.optim.ladder import cheapest_way
-from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, joints_along
+from wpcal.planning.cell.closed_chain import SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.search.diagnosis import LEANS, Constraint, Obstacle, farthest_from_a_plan, obstacle_at
+from wpcal.planning.search.diagnosis import LEANS, Constraint, Obstacle, attitudes_at, farthest_from_a_plan, obstacle_at
 from wpcal.planning.search.objectives import (
     Weights,
     deviation_weights,
     deviations,
     joint_step_weight,
-    target_coordinates,
 )
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.reachable_states import (
-    ROTATIONS_RAD,
     ReachablePlace,
-    allowed_rotations,
     usable_branches,
 )
 from wpcal.robot.kinematics.inverse import TURN
@@ -38,8 +35,6 @@ from wpcal.robot.kinematics.inverse import TURN
 RUNG_MM = 7.0  #: Target distance of rungs; a path between them is a straight line in the coordinates.
 FEWEST_RUNGS, MOST_RUNGS = 8, 40  #: A short seam still has a shape. A long seam need not cost more than a second.
 WORST_POINTS = 3  #: Points of a closed ladder that are tried with a leaning torch: each takes some tenths of a second.
-YAWS, SPINS = 12, 8
-"""Directions of travel and spins of the torch. The steps are coarse; the least squares afterwards remove them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +59,7 @@ def build_ladder(problem: PlanningProblem, reachable: ReachablePlace, *, leaning
     """
     count = int(np.clip(round(problem.path.s_mm[-1] / RUNG_MM) + 1, FEWEST_RUNGS, MOST_RUNGS))
     rungs = np.unique(_nearest(problem.path.s_mm, np.linspace(0.0, problem.path.s_mm[-1], count)))
-    upright = _attitudes(problem, reachable)
+    upright = attitudes_at(problem, reachable.place)
     tables, attitude, joints = [upright], *_states_at(problem, reachable, rungs, upright)
     for work, travel in _leans(problem) if leaning else ():
         empty = [row for row, states in enumerate(joints) if not len(states)]
@@ -106,17 +101,6 @@ def _leans(problem: PlanningProblem) -> list[tuple[float, float]]:
 
 def _nearest(s_mm: FloatArray, target_mm: FloatArray) -> IntArray:
     return np.asarray(np.abs(s_mm[:, None] - target_mm).argmin(axis=0), dtype=np.int64)
-
-
-def _attitudes(problem: PlanningProblem, reachable: ReachablePlace) -> FloatArray:
-    """Return the attitudes of a rung, shape (a, 9)."""
-    rotation = allowed_rotations(problem.targets, ROTATIONS_RAD)
-    yaw, spin = TURN * np.arange(YAWS) / YAWS, TURN * np.arange(SPINS) / SPINS
-    grid = [values.ravel() for values in np.meshgrid(yaw, spin, rotation, indexing="ij")]
-    coordinates = target_coordinates(problem.targets, len(grid[0]))
-    coordinates[:, PLACE] = reachable.place
-    coordinates[:, YAW], coordinates[:, SPIN], coordinates[:, ROTATION] = grid
-    return coordinates
 
 
 def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray, FloatArray]:

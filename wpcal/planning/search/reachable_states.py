@@ -26,15 +26,21 @@ from wpcal.planning.cell.closed_chain import (
     flange_poses,
 )
 from wpcal.planning.cell.workplace import candidate_places, is_regular, is_within_turns, reach_shortage
-from wpcal.planning.search.diagnosis import NoFeasiblePlanError, Obstacle, clearance_advice, obstacle_at, too_near
-from wpcal.planning.search.objectives import WeldTargets, target_coordinates
+from wpcal.planning.search.diagnosis import (
+    ROTATIONS_RAD,
+    NoFeasiblePlanError,
+    Obstacle,
+    allowed_rotations,
+    clearance_advice,
+    obstacle_at,
+    too_near,
+)
+from wpcal.planning.search.objectives import target_coordinates
 from wpcal.planning.search.problem import PlanningProblem
 from wpcal.robot.kinematics.inverse import TURN
 from wpcal.robot.kinematics.opw import BRANCHES
 
 TURNS = 8  #: Number of directions of travel, and number of spins of the torch.
-ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
-"""Rotations of the joint relative to the target, the target first. A part that cannot turn enough needs the others."""
 SCANNED_POINTS = 6  #: Points of the seam, from its first to its last.
 CHECKED_PLACES, CHECKED = 6, 96
 """Clearance is measured at this many best places of each pair of branches, and at this many best of all these. It takes
@@ -48,12 +54,6 @@ class ReachablePlace:
     place: FloatArray  #: shape (3,). In `middle`, mm.
     branches: tuple[int, int]  #: Of robot 1 and robot 2.
     allowed: int  #: Number of allowed states at the scanned point that has fewest.
-
-
-def allowed_rotations(targets: WeldTargets, offsets_rad: Sequence[float]) -> FloatArray:
-    """Return the target rotation plus each offset, without those outside the range; shape (k,), rad."""
-    rotations = targets.rotation_rad + np.array(offsets_rad)
-    return np.asarray(rotations[np.abs(rotations) <= targets.rotation_range_rad], dtype=np.float64)
 
 
 def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: SeamPath) -> tuple[FloatArray, BoolArray]:
