@@ -5,7 +5,7 @@ from __future__ import annotations
 from wpcal.controllers.comau.read import read_pdl2
 from wpcal.controllers.language.grammar import Does, Grammar, rule
 
-_TO = r"^[ \t]*+MOVE(?:FLY)?+[ \t]++{}[ \t]++TO[ \t]++"
+_TO = r"^[ \t]*+MOVE(?:FLY)?[ \t]++{}[ \t]++TO[ \t]++"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+--",
     rules=(
