@@ -135,7 +135,7 @@ def _counts_table(found: Advice) -> Table:
     table.add_column("features")
     table.add_column("swap leaves mm", justify="right")
     for advised in found.by_count:
-        mark = " (advised)" if advised is found.chosen else ""
+        mark = " (advised)" if advised.names == found.chosen.names else ""
         cells = (f"{len(advised.features)}{mark}", f"{advised.error_95_mm:.3f}", advised.seam)
         table.add_row(*cells, " ".join(advised.names), f"{advised.swap_rms_mm:.2f}")
     return table

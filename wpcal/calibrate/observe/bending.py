@@ -30,8 +30,6 @@ MODES = 8
 """Modes of each direction; those left out hold 0.2 % of the variance. With six of them the band covers 1 % less."""
 FREE_BEAM = np.array([4.730040744862704, 7.853204624095838, 10.995607838001671])
 """The first solutions of cos k cosh k = 1; the others are (j + 1/2) π to 1e-6."""
-USUAL_BENDING_MM = 1.0
-"""Of a plate of 1 m: class E of ISO 13920 allows 2 mm on lengths from 1 to 2 m, two standard deviations."""
 LEAST_LONG = 2.0  #: A body that is at least so many times as long as wide bends.
 SQUARE_COS = 0.02  #: Faces within 1 degree of a right angle are taken for the sides of a box.
 NEARLY_SQUARE = 2.0
