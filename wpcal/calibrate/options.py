@@ -9,8 +9,7 @@ from wpcal.calibrate.solver_report import Solver
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.options import opt
 
-TOLERANCE_MM = 0.5
-"""Allowed error, mm: what a fillet weld of common size takes without seam tracking."""
+TOLERANCE_MM = 0.5  #: Allowed error, mm: what a fillet weld of common size takes without seam tracking.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

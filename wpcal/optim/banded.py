@@ -144,11 +144,9 @@ def solve_chain(diagonal: FloatArray, coupling: FloatArray, right: FloatArray) -
 
     Returns ndarray, shape (n, k, m).
 
-    Parameters
-    ----------
-    diagonal : ndarray, shape (n, k, k)
-    coupling : shape (n - 1, k, k). Rows of a block, columns of the next.
-    right : ndarray, shape (n, k, m)
+    `diagonal`: ndarray, shape (n, k, k).
+    `coupling`: shape (n - 1, k, k). Rows of a block, columns of the next.
+    `right`: ndarray, shape (n, k, m).
 
     Notes
     -----

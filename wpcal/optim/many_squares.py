@@ -28,10 +28,8 @@ class ManySquares(Protocol):
         Returns `gradients`: ndarray, shape (m, k). JᵀWr.
         Returns `normal_matrices`: ndarray, shape (m, k, k). JᵀWJ.
 
-        Parameters
-        ----------
-        states : ndarray, shape (m, ...)
-        numbers : shape (m,). The starts from which they come.
+        `states`: ndarray, shape (m, ...).
+        `numbers`: shape (m,). The starts from which they come.
         """
 
     def moved(self, states: FloatArray, steps: FloatArray) -> FloatArray:

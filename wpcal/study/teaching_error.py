@@ -170,10 +170,8 @@ def fit_trials(p: FloatArray, q: FloatArray, criterion: Criterion) -> tuple[Floa
     Returns `R`: ndarray, shape (trials, 3, 3).
     Returns `t`: ndarray, shape (trials, 3). mm.
 
-    Parameters
-    ----------
-    p : shape (n, 3). Model points about their centroid, mm.
-    q : shape (trials, n, 3). Taught points, about where that centroid is, mm.
+    `p`: shape (n, 3). Model points about their centroid, mm.
+    `q`: shape (trials, n, 3). Taught points, about where that centroid is, mm.
     """
     source = np.broadcast_to(p, q.shape)
     R, t = kabsch(source, q, np.full(q.shape[:2], 1.0 / len(p)))

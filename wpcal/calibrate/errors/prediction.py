@@ -239,11 +239,9 @@ def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_f
 
     Returns ndarray, shape (JOINT_SAMPLES,). mm, in ascending order. The seed is fixed.
 
-    Parameters
-    ----------
-    points_base : shape (k, 3). Base frame, mm.
-    covariance : shape (6, 6). Of ξ, about the base's origin.
-    degrees_of_freedom : Infinite if the teaching error is stated.
+    `points_base`: shape (k, 3). Base frame, mm.
+    `covariance`: shape (6, 6). Of ξ, about the base's origin.
+    `degrees_of_freedom`: Infinite if the teaching error is stated.
     """
     points = as_points(points_base, name="points")
     centre = points.mean(axis=0)

@@ -52,11 +52,9 @@ class TouchTargets(Protocol):
 
         Returns ndarray, shape (m,). mm.
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-        points : shape (m, 3). Centres of the balls in `part`, mm.
-        radius_mm : ndarray, shape (m,)
+        `rows`: ndarray of int, shape (m,).
+        `points`: shape (m, 3). Centres of the balls in `part`, mm.
+        `radius_mm`: ndarray, shape (m,).
         """
 
     def overhang(self, rows: IntArray, points: FloatArray) -> FloatArray:

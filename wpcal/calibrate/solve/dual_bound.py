@@ -20,10 +20,8 @@ def raise_bound(p: FloatArray, q: FloatArray, seeds: FloatArray) -> tuple[FloatA
     Returns `weights`: ndarray, shape (n,).
     Returns `bound`: float. mm.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Points about their centroids, mm.
-    seeds : shape (m, n). Weights to start from, rows on the simplex.
+    `p`, `q`: shape (n, 3). Points about their centroids, mm.
+    `seeds`: shape (m, n). Weights to start from, rows on the simplex.
     """
     n = len(p)
     bounds = weighted_rms(p, q, seeds)

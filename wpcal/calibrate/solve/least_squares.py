@@ -39,10 +39,8 @@ def kabsch(p: FloatArray, q: FloatArray, weights: FloatArray) -> tuple[FloatArra
     Returns `R`: ndarray, shape (..., 3, 3).
     Returns `t`: ndarray, shape (..., 3). mm.
 
-    Parameters
-    ----------
-    p, q : shape (..., n, 3). Source and target points, mm.
-    weights : shape (..., n). Not negative, each row summing to one.
+    `p`, `q`: shape (..., n, 3). Source and target points, mm.
+    `weights`: shape (..., n). Not negative, each row summing to one.
     """
     w = weights[..., None, :]
     p_mean, q_mean = w @ p, w @ q  # (..., 1, 3)

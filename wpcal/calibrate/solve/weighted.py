@@ -154,11 +154,9 @@ def refine_once(
     Returns `R, t`: ndarray, shapes (..., 3, 3), (..., 3). The fits after the step.
     Returns `sums`: ndarray, shape (...). Σ r Λ r after the step, as the linear model predicts it.
 
-    Parameters
-    ----------
-    p, q : shape (..., n, 3). mm.
-    information : shape (..., n, 3, 3). Λ, mm⁻².
-    R, t : shapes (..., 3, 3), (..., 3). The fits.
+    `p`, `q`: shape (..., n, 3). mm.
+    `information`: shape (..., n, 3, 3). Λ, mm⁻².
+    `R`, `t`: shapes (..., 3, 3), (..., 3). The fits.
     """
     gradient, hessian, sums, centre = _normal_equations(p, q, information, R, t)
     step = np.einsum("...kl,...l->...k", np.linalg.pinv(hessian, hermitian=True), gradient)

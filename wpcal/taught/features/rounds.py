@@ -86,11 +86,9 @@ def best_rows(group: IntArray, rank: FloatArray, rows: IntArray) -> IntArray:
 
     Returns ndarray of int, shape (k,). One of `rows` per group, in the order of the groups.
 
-    Parameters
-    ----------
-    group : ndarray of int, shape (n,)
-    rank : ndarray, shape (n,)
-    rows : ndarray of int, shape (n,)
+    `group`: ndarray of int, shape (n,).
+    `rank`: ndarray, shape (n,).
+    `rows`: ndarray of int, shape (n,).
     """
     order = np.lexsort((rank, group))
     last = np.flatnonzero(np.diff(group[order], append=-1))

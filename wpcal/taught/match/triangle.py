@@ -88,11 +88,9 @@ def choose_triangle(points: FloatArray, taught: FloatArray, candidates: IntArray
 
     Raises `GeometryError` when no triangle is wide enough for the teaching error.
 
-    Parameters
-    ----------
-    points : shape (N, 3). Of the model, mm.
-    taught : shape (n, 3). mm.
-    candidates : shape (n,). Number of model points that each taught point may be.
+    `points`: shape (N, 3). Of the model, mm.
+    `taught`: shape (n, 3). mm.
+    `candidates`: shape (n,). Number of model points that each taught point may be.
     """
     rows = _far_apart(taught, candidates)
     near = _partners(points, taught[rows], limit) * candidates[rows] / len(points)  # [a, b]: images of b for one of a

@@ -136,10 +136,8 @@ def poses_between(p: FloatArray, R: FloatArray, step_mm: float, step_rad: float)
     Returns `p`: ndarray, shape (n, 3).
     Returns `R`: ndarray, shape (n, 3, 3). The tool turns evenly between two poses.
 
-    Parameters
-    ----------
-    p : ndarray, shape (m, 3)
-    R : ndarray, shape (m, 3, 3)
+    `p`: ndarray, shape (m, 3).
+    `R`: ndarray, shape (m, 3, 3).
     """
     places, turns = [p[:1]], [R[:1]]
     for a, b, Ra, Rb in zip(p[:-1], p[1:], R[:-1], R[1:], strict=True):

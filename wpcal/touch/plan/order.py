@@ -109,10 +109,8 @@ def order_searches(approach: FloatArray, R: FloatArray, air: Air) -> tuple[IntAr
     Returns `order`: ndarray of int, shape (n,).
     Returns `ways`: dict. By pairs of searches that follow each other; a pair without a free way is not there.
 
-    Parameters
-    ----------
-    approach : ndarray, shape (n, 3)
-    R : shape (n, 3, 3). Axes of the tool as columns.
+    `approach`: ndarray, shape (n, 3).
+    `R`: shape (n, 3, 3). Axes of the tool as columns.
     """
     n = len(approach)
     ways: dict[tuple[int, int], FloatArray] = {}

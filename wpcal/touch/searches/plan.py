@@ -19,10 +19,7 @@ SEARCH_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 UNIT_ATOL = 1e-4  #: A normal in a file (four printed digits) may differ this much from a unit vector.
 FINGERPRINT_DIGITS = 6
 """Decimals of mm and degrees that count as the same plan: far below what a controller stores."""
-
-
-MOST_TOUCHES = 60
-"""Far more than anybody makes: the error falls with the root of the number."""
+MOST_TOUCHES = 60  #: Far more than anybody makes: the error falls with the root of the number.
 
 
 class Contact(StrEnum):
