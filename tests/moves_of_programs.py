@@ -1,21 +1,24 @@
-"""What controllers do with written programs: the moves are read from the text and interpolated, without wpcal.
+"""What controllers do with written programs: the moves along one seam are interpolated, without wpcal.
 
-Each function reads the instructions between ARC ON and ARC OFF of a program with one seam, and the poses that they
-name, in the frame of the part. Sources of what the languages do: `wpcal.robot.moves.interpolation`.
+The moves between ARC ON and ARC OFF come from `tests.program_text`. Sources of what controllers do between two poses:
+`wpcal.robot.moves.interpolation`.
 """
 
 from __future__ import annotations
 
-import re
-import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-Pose = tuple[np.ndarray[Any, Any], Rotation]
-NUMBER = r"\s*([-+\d.eE]+)"
-MARK = re.compile(r"^[ \t]*(?:\d+:)?[ \t]*(?:!|;|'|#|//) ?ARC (?:ON|OFF)[ \t;]*\r?$", re.MULTILINE)
+from tests.program_text import READERS as TEXTS
+from tests.program_text import Pose, numbers
+
+__all__ = ["READERS", "circle_through", "followed", "numbers"]
+VIA_TURNS = ("fanuc", "inform", "val3", "as")
+"""Controllers that turn the tool through the pose in the middle of an arc."""
 
 
 class Step(NamedTuple):
@@ -33,146 +36,18 @@ class Weld(NamedTuple):
     uses_via: bool
 
 
-def numbers(text: str) -> np.ndarray[Any, Any]:
-    return np.array([float(value) for value in re.findall(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?", text)])
+def weld_of(name: str, files: dict[str, str]) -> Weld:
+    """The moves of a program with one seam."""
+    found = TEXTS[name](files)
+    kinds = [event.kind for event in found.events]
+    on, off = kinds.index("ARC ON"), kinds.index("ARC OFF")
+    poses = [[found.poses[name] for name in event.names] for event in found.events]
+    steps = [Step(None, *own) if len(own) == 1 else Step(*own) for own in poses[on + 1 : off]]
+    return Weld(poses[on - 1][-1], steps, uses_via=name in VIA_TURNS)
 
 
-def at_marks(text: str) -> tuple[str, str]:
-    """Return what is before the line ARC ON of a program with one seam, and what is from there to ARC OFF."""
-    before, along, _ = MARK.split(text)
-    return before, along
-
-
-def weld_of(order: list[tuple[str, list[Pose]]], start: Pose, *, uses_via: bool) -> Weld:
-    steps = [Step(None, poses[0]) if len(poses) == 1 else Step(poses[0], poses[1]) for _, poses in order]
-    return Weld(start, steps, uses_via)
-
-
-def rapid(files: dict[str, str]) -> Weld:
-    (text,) = files.values()
-    poses = {}
-    for name, values in re.findall(r"CONST robtarget (\w+):=\[(\[.*?\],\[.*?\]),", text):
-        v = numbers(values)
-        poses[name] = v[:3], Rotation.from_quat(v[[4, 5, 6, 3]])
-    procedure = re.search(r"PROC weld_\w+\(\)(.*?)ENDPROC", text, re.DOTALL)[1]
-    assert ("MoveC" in procedure) == (r"CirPathMode\ObjectFrame;" in procedure)  # else the tool turns with the tangent
-    before, along = at_marks(procedure)
-    start = poses[re.findall(r"MoveL (\w+),", before)[-1]]
-    moves = re.findall(r"Move([LC]) (\w+),(?:(\w+),)?vWeld,", along)
-    return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=False)
-
-
-def krl(files: dict[str, str]) -> Weld:
-    source = next(text for name, text in files.items() if name.endswith(".src"))
-    data = next(text for name, text in files.items() if name.endswith(".dat"))
-    poses = {}
-    for name, values in re.findall(r"DECL E6POS (\w+)=\{(.*?)\}", data):
-        v = numbers(re.sub(r"[A-Z]\d? ", "", values))
-        poses[name] = v[:3], Rotation.from_euler("ZYX", v[3:6], degrees=True)
-    assert ("CIRC " in source) == ("$CIRC_TYPE=#BASE" in source)
-    before, along = at_marks(source)
-    start = poses[re.findall(r"^LIN (\w+)", before, re.MULTILINE)[-1]]
-    moves = re.findall(r"^(LIN|CIRC) (\w+)(?:,(\w+))?", along, re.MULTILINE)
-    return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=False)
-
-
-def fanuc(files: dict[str, str]) -> Weld:
-    text = next(text for name, text in files.items() if name != "WPCAL.ls")
-    poses = {}
-    for name, body in re.findall(r"^P\[(\d+)\]\{(.*?)\};", text, re.DOTALL | re.MULTILINE):
-        v = [float(re.search(rf"\b{key} ={NUMBER}", body)[1]) for key in "XYZWPR"]
-        poses[name] = np.array(v[:3]), Rotation.from_euler("ZYX", v[:2:-1], degrees=True)
-    before, along = at_marks(text)
-    start = poses[re.findall(r"\d:L P\[(\d+)\]", before)[-1]]
-    moves = re.findall(r"\d:([LC]) P\[(\d+)\](?:\s*:\s*P\[(\d+)\])? ", along)
-    return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=True)
-
-
-def inform(files: dict[str, str]) -> Weld:
-    text = next(text for name, text in files.items() if name != "WPCAL.jbi")
-    poses = {}
-    for name, values in re.findall(r"^(C\d+)=(.*)$", text, re.MULTILINE):
-        v = numbers(values)
-        poses[name] = v[:3], Rotation.from_euler("ZYX", v[:2:-1], degrees=True)
-    before, along = at_marks(text)
-    at = re.findall(r"^MOVL (C\d+)", before, re.MULTILINE)[-1]
-    start, order, waiting = poses[at], [], []
-    for kind, name in re.findall(r"^(MOV[LC]) (C\d+)", along, re.MULTILINE):
-        if kind == "MOVL":
-            assert not waiting, "a line before the arc has its three points"
-            if name != at:  # a move without length only separates two arcs
-                order.append((kind, [poses[name]]))
-        else:
-            waiting.append(name)
-            assert waiting[0] == at, "an arc begins where the tool is"
-            if len(waiting) == 3:
-                order.append((kind, [poses[n] for n in waiting[1:]]))
-                waiting = []
-            else:
-                continue
-        at = name
-    return weld_of(order, start, uses_via=True)
-
-
-def urscript(files: dict[str, str]) -> Weld:
-    (text,) = files.values()
-
-    def pose(values: str) -> Pose:
-        v = numbers(values)
-        return 1000.0 * v[:3], Rotation.from_rotvec(v[3:])
-
-    before, along = at_marks(text)
-    start = pose(re.findall(r"movel\(pose_trans\(wp_part, p\[(.*?)\]\)", before)[-1])
-    order = []
-    for line in along.splitlines():
-        if "move" in line:
-            assert ("movec(" in line) == ("mode=0" in line)
-            order.append((line, [pose(values) for values in re.findall(r"p\[(.*?)\]", line)]))
-    return weld_of(order, start, uses_via=False)
-
-
-def val3(files: dict[str, str]) -> Weld:
-    data = next(text for name, text in files.items() if name.endswith(".dtx"))
-    poses = {}
-    for element in ET.fromstring(data).iter():
-        if (element.get("type") or "") == "pointRx":
-            for number, value in enumerate(element):
-                v = np.array([float(value.get(key)) for key in ("x", "y", "z", "rx", "ry", "rz")])
-                poses[f"{element.get('name')}[{number}]"] = v[:3], Rotation.from_euler("XYZ", v[3:], degrees=True)
-    before, along = at_marks(files["start.pgx"])
-    start = poses[re.findall(r"movel\((\w+\[\d+\]),", before)[-1]]
-    moves = re.findall(r"move([lc])\((\w+\[\d+\]),(?:(\w+\[\d+\]),)?\w+,mWeld\)", along)
-    return weld_of([(kind, [poses[n] for n in (a, b) if n]) for kind, a, b in moves], start, uses_via=True)
-
-
-def kawasaki(files: dict[str, str]) -> Weld:
-    (text,) = files.values()
-    poses = {}
-    for name, values in re.findall(r"^(\w+) ([-\d. ]+?)\r?$", text.split(".TRANS")[1], re.MULTILINE):
-        v = numbers(values)
-        poses[name] = v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)
-    before, along = at_marks(re.search(r"\.PROGRAM weld_\w+\(\)(.*?)\.END", text, re.DOTALL)[1])
-    assert "  BASE wp_part" in before
-    start, order, via = poses[re.findall(r"LMOVE (\w+)", before)[-1]], [], None
-    for kind, name in re.findall(r"^  (LMOVE|C[12]MOVE) (\w+)", along, re.MULTILINE):
-        if kind == "C1MOVE":
-            assert via is None, "an arc has one point in its middle"
-            via = poses[name]
-            continue
-        assert (via is None) == (kind == "LMOVE")
-        order.append((kind, [poses[name]] if via is None else [via, poses[name]]))
-        via = None
-    return weld_of(order, start, uses_via=True)
-
-
-READERS = {
-    "rapid": rapid,
-    "krl": krl,
-    "fanuc": fanuc,
-    "inform": inform,
-    "urscript": urscript,
-    "val3": val3,
-    "as": kawasaki,
+READERS: dict[str, Callable[[dict[str, str]], Weld]] = {
+    name: partial(weld_of, name) for name in ("rapid", "krl", "fanuc", "inform", "urscript", "val3", "as")
 }
 
 

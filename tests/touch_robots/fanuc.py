@@ -32,8 +32,7 @@ GRAMMAR = Grammar(
 )
 DIGITS = 3
 MOST_LABEL = 32766
-MESSAGE_LENGTH = 24
-"""Characters that MESSAGE shows."""
+MESSAGE_LENGTH = 24  #: Characters that MESSAGE shows.
 
 
 def place_of(values: Any) -> Array:

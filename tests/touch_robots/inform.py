@@ -19,8 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedError, inverse, rigid
 
-MESSAGE_LENGTH = 32
-"""Characters that MSG shows."""
+MESSAGE_LENGTH = 32  #: Characters that MSG shows.
 RANGES = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
 
 

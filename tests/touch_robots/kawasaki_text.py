@@ -16,8 +16,7 @@ from tests.touch_robots.robot import ProgramError, inverse, rigid
 TOKEN = re.compile(
     r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|\$?#?[A-Za-z][\w.]*|==|<>|<=|>=|=<|[-+*/=<>()\[\],:^]'
 )
-MOST_NAME = 15
-"""Characters of a name."""
+MOST_NAME = 15  #: Characters of a name.
 
 
 @dataclass(frozen=True)

@@ -39,17 +39,11 @@ class Controller(Instructions):
 
     Parameters
     ----------
-    files : dict of str to str
-        Modules by file name.
-    robot : Robot
-    signal : str
-        Name of the input that the touch switches, as in the configuration of the controller.
-    tools : dict of str to ndarray
-        Tools that the controller already has, T_flange_tool.
-    on_stop : function of str to bool
-        What the operator does at a stop: True goes on.
-    level : int
-        Of the input at contact.
+    files : Modules by file name.
+    signal : Name of the input that the touch switches, as in the configuration of the controller.
+    tools : Tools that the controller already has, T_flange_tool.
+    on_stop : What the operator does at a stop: True goes on.
+    level : Of the input at contact.
     """
 
     def __init__(

@@ -12,8 +12,7 @@ from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedErr
 
 STOP_LIMIT_MM_S = 100.0
 """`SearchL\\Stop` is only allowed below this speed."""
-LINE_LENGTH, EVENT_LENGTH = 80, 46
-"""Characters that TPWrite and ErrWrite take."""
+LINE_LENGTH, EVENT_LENGTH = 80, 46  #: Characters that TPWrite and ErrWrite take.
 
 
 class RapidError(Exception):

@@ -11,8 +11,7 @@ from tests.touch_robots.rapid_data import GRAMMAR, empty, typed
 from tests.touch_robots.robot import ProgramError
 
 STORAGE = {"CONST", "VAR", "PERS"}
-MOST_NAME = 32
-"""Characters of a name."""
+MOST_NAME = 32  #: Characters of a name.
 OPERATORS = {"AND", "OR", "XOR", "NOT", "DIV", "MOD"}
 
 

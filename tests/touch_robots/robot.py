@@ -16,12 +16,9 @@ from scipy.spatial.transform import Rotation, Slerp
 from tests.touch_robots.solid import NEAR_MM, Array, Solid, distance
 from tests.touch_robots.sweep import way_to_contact
 
-TOUCH_MM = 1e-6
-"""Wire and part closer than this touch."""
-LEAST_STEP_MM = 0.02
-"""Between two looks on the way through the air."""
-LEAVING_MM = 2.0
-"""The wire is free of what it touched after this way."""
+TOUCH_MM = 1e-6  #: Wire and part closer than this touch.
+LEAST_STEP_MM = 0.02  #: Between two looks on the way through the air.
+LEAVING_MM = 2.0  #: The wire is free of what it touched after this way.
 
 
 class ProgramError(AssertionError):

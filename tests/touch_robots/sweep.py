@@ -11,8 +11,7 @@ import numpy as np
 
 from tests.touch_robots.solid import Array
 
-CORNERS = 90
-"""Of a rim; 1 µm less than round at most, at the other places than the first."""
+CORNERS = 90  #: Of a rim; 1 µm less than round at most, at the other places than the first.
 TINY = 1e-12
 
 

@@ -21,12 +21,9 @@ import numpy as np
 from tests.touch_robots.robot import Array, CrashError, Hit, ProgramError, Robot, Run, StoppedError, inverse
 from tests.touch_robots.urscript_text import GRAMMAR, Line, Pose, Task, UrParser, lines_of, matrix, pose_of, printed
 
-CYCLE_S = 0.002
-"""Of the controller."""
-INSTANT_S = 1e-9
-"""Times that differ by less are the same."""
-MOST_OVERSHOOT_MM = 3.0
-"""The wire bends that far; then the robot stops with a protective stop."""
+CYCLE_S = 0.002  #: Of the controller.
+INSTANT_S = 1e-9  #: Times that differ by less are the same.
+MOST_OVERSHOOT_MM = 3.0  #: The wire bends that far; then the robot stops with a protective stop.
 
 
 class _ReturnError(Exception):

@@ -87,38 +87,26 @@ class Controller:
         if planned is not None and planned.follows and planned.is_carried != self.coordinates_arcs:
             where = "the part that the positioner carries" if self.coordinates_arcs else "the base of the robot"
             raise InputError(f"{self.name}: the positioner turns along a seam: positions are expected in {where}")
-        write: Callable[[WeldProgram], Mapping[str, str | bytes]] = self._load(self.writer)
-        return write(program)
+        files: Mapping[str, str | bytes] = self._load(self.writer)(program)
+        return files
 
     def write_sync(self, program: SyncProgram) -> Mapping[str, str]:
-        """Return the files of a program of two robots: names and contents.
-
-        Raises `InputError` when the controller has no such programs, or cannot hold this one.
-        """
-        if self.sync_writer is None:
-            raise InputError(f"{self.name} has no programs of two robots")
-        write: Callable[[SyncProgram], Mapping[str, str]] = self._load(self.sync_writer)
-        return write(program)
+        """Return the files of a program of two robots; `InputError` when the controller cannot hold it."""
+        return self._texts(self.sync_writer, "two robots", program)
 
     def write_coordinated(self, program: CoordinatedProgram) -> Mapping[str, str]:
-        """Return the files of a program of two robots in coordinated motion: names and contents.
-
-        Raises `InputError` when the controller has no such programs, or cannot hold this one.
-        """
-        if self.coordinated_writer is None:
-            raise InputError(f"{self.name} has no programs of two robots in coordinated motion")
-        write: Callable[[CoordinatedProgram], Mapping[str, str]] = self._load(self.coordinated_writer)
-        return write(program)
+        """Return the files of two robots in coordinated motion; `InputError` when the controller cannot hold it."""
+        return self._texts(self.coordinated_writer, "two robots in coordinated motion", program)
 
     def write_touches(self, program: TouchProgram) -> Mapping[str, str]:
-        """Return the files of a program of touches: names and contents.
+        """Return the files of a program of touches; `InputError` when the controller cannot hold it."""
+        return self._texts(self.touch_writer, "touches", program)
 
-        Raises `InputError` when the controller has no such programs, or cannot hold this one.
-        """
-        if self.touch_writer is None:
-            raise InputError(f"{self.name} has no programs of touches")
-        write: Callable[[TouchProgram], Mapping[str, str]] = self._load(self.touch_writer)
-        return write(program)
+    def _texts(self, writer: str | None, kind: str, program: object) -> Mapping[str, str]:
+        if writer is None:
+            raise InputError(f"{self.name} has no programs of {kind}")
+        files: Mapping[str, str] = self._load(writer)(program)
+        return files
 
     def read_touches(self, files: Sequence[ResultsFile], plan: TouchPlan, setup: TouchSetup) -> SearchResults:
         """Return the results of a touch program, from the files of this controller.

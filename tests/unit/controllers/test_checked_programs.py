@@ -25,7 +25,6 @@ from wpcal.results.folder import read_finished
 from wpcal.robot.torch.shape import TorchShape
 
 pytestmark = pytest.mark.many
-
 FIXTURES = Path(__file__).parents[3] / "fixtures"
 PARTS = ("tee", "frame")
 NOZZLE_MM, LENGTH_MM = 11.0, 300.0

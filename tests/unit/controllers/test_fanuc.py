@@ -1,12 +1,9 @@
-"""FANUC TP, read back by a parser that knows the language and nothing of the writer."""
+"""FANUC TP: what the language asks for, and taught points; `test_program_text` reads its programs back."""
 
 import re
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.fanuc.write import write_fanuc
 from wpcal.controllers.program import ControllerSettings, MotionSettings
@@ -14,59 +11,7 @@ from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
 from wpcal.taught.user_frames import ProgramReading
 
-ATOL_MM = 0.9e-3
-"""Three decimals in three coordinates: √3/2 units."""
-ATOL_DEG = 0.9e-3
-"""Three decimals, the third angle carrying what the first leaves: √3/2 units."""
-NUMBER = r"([-+]?\d*\.\d+)"
-
-
-def part_frame(files, main="WPCAL.ls"):
-    """Number, position and axes of the user frame that the remarks ask for."""
-    remarks = " ".join(re.findall(r"^\s*\d+:  !(.*?) ;", files[main].replace("\r", ""), re.MULTILINE))
-    keys = "".join(rf"\s+{k} {NUMBER}" for k in "XYZWPR")
-    number, *frame = re.search(rf"UFRAME (\d+) to the part:{keys}", remarks).groups()
-    return number, *place(frame)
-
-
-def parse(files, main="WPCAL.ls"):
-    """Positions and axes in the base of all programs called, in their order, and the moves with their markers."""
-    number, p_base, R_base = part_frame(files, main)
-    positions, axes, moves = [], [], []
-    for name in re.findall(r"CALL (\w+)", files[main]):
-        text = files[f"{name}.ls"]
-        assert f"UFRAME_NUM={number} ;" in text
-        moves += re.findall(r"\d+:(?:([JL]) P\[(\d+)\] \S+ \S+|  !(ARC O\w+)) ;", text)
-        for body in re.findall(r"P\[\d+\]\{(.*?)\};", text, re.DOTALL):
-            assert re.search(rf"UF : {number},", body)
-            p, R = place([re.search(rf"\b{k} =\s*{NUMBER}\s+(?:mm|deg)", body)[1] for k in "XYZWPR"])
-            positions.append(R_base.apply(p) + p_base)
-            axes.append((R_base * R).as_matrix())
-    return positions, axes, moves
-
-
-def place(values):
-    v = [float(value) for value in values]
-    return np.array(v[:3]), Rotation.from_euler("xyz", v[3:], degrees=True)
-
-
-@given(seed=st.integers(0, 2**32))
-def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
-    program = make_program(seed, names=("W1", "Rib 7/ä"))
-    p, R, _ = parse(write_fanuc(program))
-    assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
-
-
-@given(seed=st.integers(0, 2**32))
-def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
-    program = make_program(seed)
-    p, R = part_frame(write_fanuc(program))[1:]
-    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
-
-
-def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
-    moves = parse(write_fanuc(make_program(n=5)))[2]
-    assert [number or mark for _, number, mark in moves] == ["1", "2", "ARC ON", "3", "4", "ARC OFF", "5"]
+ATOL_MM = 0.9e-3  #: Three decimals in three coordinates: √3/2 units.
 
 
 def test_the_configuration_is_the_users(make_program):

@@ -1,12 +1,9 @@
-"""INFORM, read back by a parser that knows the language and nothing of the writer."""
+"""INFORM: what the language asks for, and taught points; `test_program_text` reads its programs back."""
 
 import re
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.program import ControllerSettings, MotionSettings
 from wpcal.controllers.taught_program import read_taught_program
@@ -14,61 +11,7 @@ from wpcal.controllers.yaskawa.write import write_inform
 from wpcal.core.errors import FormatError, InputError
 from wpcal.taught.user_frames import ProgramReading
 
-ATOL_MM = 0.9e-3
-"""Three decimals in three coordinates: √3/2 units."""
-ATOL_DEG = 0.9e-4
-"""Four decimals: √3/2 units."""
-
-
-def part_frame(files, main="WPCAL.jbi"):
-    """Number, position and axes of the user frame that the comments ask for."""
-    comments = " ".join(re.findall(r"^'(.*)", files[main].replace("\r", ""), re.MULTILINE))
-    keys = "".join(rf"\s+{k} (\S+)" for k in ("X", "Y", "Z", "Rx", "Ry", "Rz"))
-    number, *frame = re.search(rf"USER (\d+) to the part:{keys}", comments).groups()
-    return number, *place(frame)
-
-
-def parse(files, main="WPCAL.jbi"):
-    """Positions and axes in the base of all jobs called, in their order, and the moves with their markers."""
-    number, p_base, R_base = part_frame(files, main)
-    positions, axes, moves = [], [], []
-    for name in re.findall(r"CALL JOB:(\S+)", files[main]):
-        head, instructions = files[f"{name}.jbi"].replace("\r", "").split("//INST")
-        assert f"///USER {number}\n" in head
-        assert "///POSTYPE USER\n///RECTAN\n" in head
-        rows = re.findall(r"^C\d{5}=(.*)$", head, re.MULTILINE)
-        assert int(re.search(r"///NPOS (\d+),0,0,0,0,0", head)[1]) == len(rows)
-        for row in rows:
-            p, R = place(row.split(","))
-            positions.append(R_base.apply(p) + p_base)
-            axes.append((R_base * R).as_matrix())
-        moves += re.findall(r"^(?:MOV[JL] (C\d{5}) |'(ARC \w+))", instructions, re.MULTILINE)
-    return positions, axes, moves
-
-
-def place(values):
-    v = [float(value) for value in values]
-    return np.array(v[:3]), Rotation.from_euler("xyz", v[3:], degrees=True)
-
-
-@given(seed=st.integers(0, 2**32))
-def test_what_is_written_is_read_back(make_program, assert_same_poses, seed):
-    program = make_program(seed, names=("W1", "Rib 7/ä"))
-    p, R, _ = parse(write_inform(program))
-    assert_same_poses(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
-
-
-@given(seed=st.integers(0, 2**32))
-def test_the_frame_is_the_part(make_program, assert_is_the_part, seed):
-    program = make_program(seed)
-    p, R = part_frame(write_inform(program))[1:]
-    assert_is_the_part(p, R, program, atol_mm=ATOL_MM, atol_deg=ATOL_DEG)
-
-
-def test_moves_come_in_order_with_the_arc_along_the_seam(make_program):
-    moves = parse(write_inform(make_program(n=5)))[2]
-    expected = ["C00000", "C00001", "ARC ON", "C00002", "C00003", "ARC OFF", "C00004"]
-    assert [number or mark for number, mark in moves] == expected
+ATOL_MM = 0.9e-3  #: Three decimals in three coordinates: √3/2 units.
 
 
 def test_the_configuration_is_the_users(make_program):

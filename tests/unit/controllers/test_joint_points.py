@@ -12,8 +12,7 @@ from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.taught.table import taught_csv
 from wpcal.taught.user_frames import ProgramReading
 
-SAME_MM = 1e-9
-"""The same products of rotations in another order."""
+SAME_MM = 1e-9  #: The same products of rotations in another order.
 TOOL = [20.0, 0.0, 350.0]
 ANGLES = "10,20,-30,40,50,60"
 PULSES_PER_DEG = 1000.0

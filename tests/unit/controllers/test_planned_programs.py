@@ -36,8 +36,7 @@ pytest.importorskip("fcl", reason="python-fcl is not installed")
 pytest.importorskip("ompl", reason="ompl is not installed")
 
 NUMBER = r"[-+0-9.eE]+"
-WRITTEN_MM = 2e-3
-"""Angles with five decimals move a point at 2 m by less."""
+WRITTEN_MM = 2e-3  #: Angles with five decimals move a point at 2 m by less.
 LANGUAGES = ("rapid", "krl", "inform", "fanuc")
 STATED = {"job": 3, "current_a": 200.0, "voltage_v": 24.0, "speed_mm_s": 7.0}
 

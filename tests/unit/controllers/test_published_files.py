@@ -22,7 +22,6 @@ PLACES = {
     ".mod": re.compile(rf"robtarget\s+\w+\s*:=\s*\[\[{NUMBER},{NUMBER},{NUMBER}\]"),
 }
 """The three coordinates of every position, in file order, and nothing else of the language."""
-
 pytestmark = pytest.mark.skipif(
     not PROGRAMS.is_dir(), reason="published controller files are not beside the repository"
 )

@@ -4,10 +4,8 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.rounding import rounded, rounded_frame, zyx_degrees
 
-HALF_UNITS = np.sqrt(3) / 2
-"""The bound of `zyx_degrees`, in units of the last digit."""
-SLACK = 1e-3
-"""Of a unit: second order in the rounding errors, and round-off."""
+HALF_UNITS = np.sqrt(3) / 2  #: The bound of `zyx_degrees`, in units of the last digit.
+SLACK = 1e-3  #: Of a unit: second order in the rounding errors, and round-off.
 
 
 @pytest.mark.parametrize("decimals", [1, 3, 6])

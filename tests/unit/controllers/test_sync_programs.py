@@ -15,12 +15,9 @@ from wpcal.controllers.yaskawa.two_robots import SYNC_NUMBERS, joint_percents, w
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm_file import find_arm
 
-HALF_RAPID_DEG = 0.5e-5 + 1e-12
-"""Half of the fifth decimal, and round-off."""
-HALF_INFORM_DEG = 0.5e-4 + 1e-12
-"""Half of the fourth decimal, and round-off."""
-HALF_SECOND = 0.5e-4 + 1e-12
-"""Half of the fourth decimal of a time."""
+HALF_RAPID_DEG = 0.5e-5 + 1e-12  #: Half of the fifth decimal, and round-off.
+HALF_INFORM_DEG = 0.5e-4 + 1e-12  #: Half of the fourth decimal, and round-off.
+HALF_SECOND = 0.5e-4 + 1e-12  #: Half of the fourth decimal of a time.
 
 
 def program_of(seed, n=9, **changes):
