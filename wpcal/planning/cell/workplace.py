@@ -122,6 +122,16 @@ def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
     return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:-1])) & np.isfinite(q).all(axis=-1)
 
 
+def least_shortage(cell: Cell, flanges: tuple[FloatArray, FloatArray]) -> tuple[int, float]:
+    """Return the robot (0 or 1) that is out of reach where both robots are so by the least, and by how much, mm.
+
+    `flanges`: shape (N, 4, 4) each. In the base of each robot, mm.
+    """
+    short = np.stack([reach_shortage(arm, T) for arm, T in zip((cell.arm, cell.arm2), flanges, strict=True)])
+    best = short[:, np.argmin(short.max(axis=0))]
+    return int(np.argmax(best)), float(best.max())
+
+
 def back_along_wire(cell: Cell, joints: FloatArray, distance_mm: float) -> FloatArray:
     """Return joints at steps of `AIR_STEP_MM` away from a pose, against the wire, as far as they are reached; (a, 6).
 

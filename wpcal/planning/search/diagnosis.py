@@ -23,9 +23,9 @@ from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, all_joints, flange_poses
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.workplace import LEAST_REGULARITY, reach_shortage
+from wpcal.planning.cell.workplace import LEAST_REGULARITY, least_shortage
 from wpcal.planning.search.objectives import WeldTargets, target_coordinates
-from wpcal.planning.search.problem import PlanningProblem
+from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.robot.kinematics.inverse import TURN
 
 
@@ -119,6 +119,7 @@ ROTATIONS_RAD = tuple(np.radians((0.0, -50.0, -25.0, 25.0, 50.0)))
 """Rotations of the joint relative to the target, the target first. A part that cannot turn enough needs the others."""
 SINGULAR = ("the wrist is nearly straight", "the elbow is nearly stretched", "the wrist is nearly above axis 1")
 """The three measures of `wpcal.planning.cell.workplace`, in words."""
+NEARER = "move the bases nearer, or hold the part differently"  #: Advice where a robot does not reach.
 STAGES = tuple(Constraint)
 """Reach, joint limits, singular poses, clearance, torch angles: a later obstacle is nearer to a plan."""
 
@@ -229,18 +230,25 @@ def attitudes_at(problem: PlanningProblem, place: FloatArray, leans: Sequence[fl
     return coordinates
 
 
+def left_reach(problem: PlanningProblem, path: CandidatePath, before: str = "") -> Obstacle:
+    """Return the first point of a path that a robot does not reach; `before` is said in front."""
+    missing = ~np.isfinite(path.joints)
+    row = int(np.argmax(missing.any(axis=1)))
+    robot, s_mm = 1 if missing[row, :JOINTS].any() else 2, float(problem.path.s_mm[row])
+    says = f"{before}robot {robot} leaves its reach at s = {s_mm:.1f} mm"
+    return Obstacle(constraint=Constraint.REACH, says=says, advice=NEARER, s_mm=s_mm, robot=robot)
+
+
 def _out_of_reach(problem: PlanningProblem, flanges: tuple[FloatArray, FloatArray], s_mm: float) -> Obstacle:
-    arms = (problem.cell.arm, problem.cell.arm2)
-    short = np.stack([reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
-    best = short[:, np.argmin(short.max(axis=0))]
-    robot = int(np.argmax(best))
+    robot, short_mm = least_shortage(problem.cell, flanges)
+    name = (problem.cell.arm, problem.cell.arm2)[robot].name
     return Obstacle(
         constraint=Constraint.REACH,
-        says=f"out of reach of robot {robot + 1} ({arms[robot].name}) by {best[robot]:.0f} mm at s = {s_mm:.1f} mm",
-        advice="move the bases nearer, or hold the part differently",
+        says=f"out of reach of robot {robot + 1} ({name}) by {short_mm:.0f} mm at s = {s_mm:.1f} mm",
+        advice=NEARER,
         s_mm=s_mm,
         robot=robot + 1,
-        best=float(best[robot]),
+        best=short_mm,
         asked=0.0,
         unit="mm",
     )

@@ -18,7 +18,14 @@ from wpcal.core.same_bits import product
 from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.closed_chain import SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.search.diagnosis import LEANS, Constraint, Obstacle, attitudes_at, farthest_from_a_plan, obstacle_at
+from wpcal.planning.search.diagnosis import (
+    LEANS,
+    Obstacle,
+    attitudes_at,
+    farthest_from_a_plan,
+    left_reach,
+    obstacle_at,
+)
 from wpcal.planning.search.objectives import (
     Weights,
     deviation_weights,
@@ -129,7 +136,10 @@ def ladder_obstacle(problem: PlanningProblem, ladder: Ladder, weights: Weights) 
     place, branches = ladder.reachable.place, ladder.reachable.branches
     empty = [int(rung) for rung, joints in zip(ladder.rungs, ladder.joints, strict=True) if not len(joints)]
     if not empty:
-        return _gap_obstacle(problem, _cheapest_way(problem, ladder, weights))
+        path = _cheapest_way(problem, ladder, weights)
+        return left_reach(
+            problem, path, "every place that was tried along the seam is reached, but on the way between them "
+        )
     # the worst point may be between two rungs
     near = [point for rung in empty for point in range(*_around(ladder.rungs, rung))]
     upright = {point: obstacle_at(problem, place, branches, point, leans=(0.0,)) for point in near}
@@ -150,24 +160,6 @@ def _around(rungs: IntArray, rung: int) -> tuple[int, int]:
     first = int(rungs[row - 1]) + 1 if row > 0 else int(rungs[0])
     end = int(rungs[row + 1]) if row + 1 < len(rungs) else int(rungs[-1]) + 1
     return first, end
-
-
-def _gap_obstacle(problem: PlanningProblem, path: CandidatePath) -> Obstacle | None:
-    """Return the first point between rungs that a robot does not reach on the way from rung to rung."""
-    missing = ~np.isfinite(path.joints)
-    if not missing.any():
-        return None
-    row = int(np.argmax(missing.any(axis=1)))
-    robot = 1 if missing[row, :JOINTS].any() else 2
-    s_mm = float(problem.path.s_mm[row])
-    return Obstacle(
-        constraint=Constraint.REACH,
-        says=f"every place that was tried along the seam is reached, but on the way between them robot {robot} leaves "
-        f"its reach at s = {s_mm:.1f} mm",
-        advice="move the bases nearer, or hold the part differently",
-        s_mm=s_mm,
-        robot=robot,
-    )
 
 
 def _cheapest_way(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> CandidatePath:

@@ -22,6 +22,7 @@ from wpcal.planning.search.diagnosis import (
     Obstacle,
     clearance_advice,
     joint_limit_obstacle,
+    left_reach,
     obstacle_at,
     singular_obstacle,
     too_near,
@@ -53,7 +54,7 @@ def path_obstacle(problem: PlanningProblem, paths: Sequence[CandidatePath], cons
     broken = [(problem.excesses(path).get(constraint.value, 0.0), path) for path in paths]
     path = min((one for one in broken if one[0] > ALLOWED_EXCESS), key=lambda one: one[0])[1]
     if constraint is Constraint.REACH:
-        return _reach(problem, path)
+        return left_reach(problem, path)
     if constraint is Constraint.JOINT_LIMITS:
         low, high = problem.cell.limits
         excess = np.maximum(path.joints - high, low - path.joints)
@@ -96,20 +97,6 @@ def _between(problem: PlanningProblem, refused: Sequence[PathCheck]) -> Obstacle
                 f"the capsules of {name} do not hold its hull, so the search sees more room than there is; {advice}"
             )
     return too_near(between, s_mm, distance, distance - margin, advice)
-
-
-def _reach(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
-    missing = ~np.isfinite(path.joints)
-    row = int(np.argmax(missing.any(axis=1)))
-    robot = 1 if missing[row, :JOINTS].any() else 2
-    s_mm = float(problem.path.s_mm[row])
-    return Obstacle(
-        constraint=Constraint.REACH,
-        says=f"robot {robot} leaves its reach at s = {s_mm:.1f} mm",
-        advice="move the bases nearer, or hold the part differently",
-        s_mm=s_mm,
-        robot=robot,
-    )
 
 
 def _speed(problem: PlanningProblem, path: CandidatePath) -> Obstacle:

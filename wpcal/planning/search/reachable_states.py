@@ -25,7 +25,7 @@ from wpcal.planning.cell.closed_chain import (
     all_joints,
     flange_poses,
 )
-from wpcal.planning.cell.workplace import candidate_places, is_regular, is_within_turns, reach_shortage
+from wpcal.planning.cell.workplace import candidate_places, is_regular, is_within_turns, least_shortage
 from wpcal.planning.search.diagnosis import (
     ROTATIONS_RAD,
     NoFeasiblePlanError,
@@ -212,13 +212,11 @@ def _require_reach(problem: PlanningProblem, scan: _Scan, places: FloatArray, jo
     coordinates = np.repeat(scan.coordinates[scan.point == point], len(places), axis=0)
     coordinates[:, PLACE] = np.tile(places, (int((scan.point == point).sum()), 1))
     flanges = flange_poses(problem.cell, problem.path.select(np.full(len(coordinates), point)), coordinates)
-    arms = (problem.cell.arm, problem.cell.arm2)
-    short = np.stack([reach_shortage(arm, T) for arm, T in zip(arms, flanges, strict=True)])
-    best = short[:, np.argmin(short.max(axis=0))]
-    robot = int(np.argmax(best))
+    robot, short_mm = least_shortage(problem.cell, flanges)
+    name = (problem.cell.arm, problem.cell.arm2)[robot].name
     raise GeometryError(
         f"seam {problem.path.name}, point {point + 1} (s = {problem.path.s_mm[point]:.1f} mm): out of reach of robot "
-        f"{robot + 1} ({arms[robot].name}) by {best[robot]:.0f} mm at the best place between the robots"
+        f"{robot + 1} ({name}) by {short_mm:.0f} mm at the best place between the robots"
     )
 
 
