@@ -10,6 +10,7 @@ Hou, Wang, Yue, Jia 2018, eq. (6): a state is clear when the least distance is l
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +28,10 @@ STATES = 1024  #: States per batch: the axes of all capsules of a cell (some MB)
 BLOCK = 16_384  #: Distances per batch: each temporary array (128 kB) stays in the cache of a core.
 
 
+LeastMargins = Callable[[tuple[Frames, ...]], tuple[FloatArray, IntArray]]
+"""From the frames of some states to the least margin of each, mm, and the row of its pair."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Clearance:
     """Clearances of n states."""
@@ -37,6 +42,15 @@ class Clearance:
     distance_mm: FloatArray
     pair: IntArray  #: shape (n,). The pair with the least margin, a row of `pairs`; -1 in a cell without pairs.
     pairs: BodyPairs
+
+    @classmethod
+    def of_states(cls, cell: Cell, state: CellState, pairs: BodyPairs, measure: LeastMargins) -> Clearance:
+        """Measure n states in batches."""
+        margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
+        for start in range(0, len(state) if len(pairs) else 0, STATES):
+            some = slice(start, start + STATES)
+            margin[some], row[some] = measure(cell.frames(state.both[some]))
+        return cls(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
 
     @property
     def is_clear(self) -> BoolArray:
@@ -61,12 +75,7 @@ def capsule_clearance(cell: Cell, state: CellState) -> Clearance:
     """
     pairs = body_pairs(cell)
     table = _CapsuleTable.of_pairs(pairs)
-    margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
-    for start in range(0, len(state) if len(pairs) else 0, STATES):
-        some = slice(start, start + STATES)
-        frames = cell.frames(state.both[some])
-        margin[some], row[some] = _least_margins(capsule_axes(pairs, frames), table)
-    return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
+    return Clearance.of_states(cell, state, pairs, lambda frames: _least_margins(capsule_axes(pairs, frames), table))
 
 
 def require_bases_apart(cell: Cell) -> None:

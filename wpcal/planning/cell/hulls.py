@@ -21,7 +21,7 @@ from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import length, product
 from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_pairs
 from wpcal.planning.cell.cell import Cell, CellState
-from wpcal.planning.cell.clearance import STATES, Clearance, pair_margins
+from wpcal.planning.cell.clearance import Clearance, pair_margins
 from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.forward import Frames
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
@@ -39,14 +39,7 @@ def hull_clearance(cell: Cell, state: CellState) -> Clearance:
     Raises `InputError` when a body has a hull and `python-fcl` is not installed.
     """
     pairs = body_pairs(cell)
-    margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
-    if len(pairs):
-        measure = HullMeasure.of_pairs(pairs)
-        for start in range(0, len(state), STATES):
-            some = slice(start, start + STATES)
-            frames = cell.frames(state.both[some])
-            margin[some], row[some] = measure.least_margins(frames)
-    return Clearance(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
+    return Clearance.of_states(cell, state, pairs, HullMeasure.of_pairs(pairs).least_margins)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +58,7 @@ class HullMeasure:
     @classmethod
     def of_pairs(cls, pairs: BodyPairs) -> HullMeasure:
         """Make FCL's objects of the bodies of some pairs."""
-        hulled = np.array([len(body.shape.hull) > 0 for body in pairs.bodies])
+        hulled = np.array([len(body.shape.hull) > 0 for body in pairs.bodies], dtype=np.bool_)
         has_hull = np.asarray(hulled[pairs.first] | hulled[pairs.second])
         met = np.unique(np.concatenate([pairs.first[has_hull], pairs.second[has_hull]]))
         objects = {int(row): fcl_objects(pairs.bodies[row].shape) for row in met}
