@@ -41,6 +41,10 @@ MOVES_AT_ONCE = 100  #: Of which all places are in one array: a file with absurd
 ALL_SWITCHES = 4  #: Beginning and end of a seam, start and end of the arc: with all of them a program can be judged.
 
 
+Poses = tuple[FloatArray, FloatArray]
+"""Positions (n, 3), mm, and axes (n, 3, 3) in `base`."""
+
+
 class WrittenWrongError(WpcalError):
     """A program that was written holds other poses than it should: a fault of wpcal."""
 
@@ -199,15 +203,18 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
         asked_R.append(program.safe_point.R_base)
     asked = np.concatenate(asked_p), np.concatenate(asked_R)
     found = np.array([pose.p_base for pose in read]), np.array([pose.R_base for pose in read])
+    require_same(asked, found, name)
+    return len(read)
+
+
+def require_same(asked: Poses, found: Poses, name: str) -> None:
+    """Refuse a program whose poses, read back, are not those that were asked for; `name` is that of the format."""
     for these, others, what in ((asked, found, "is missing in"), (found, asked, "was not asked for, but is in")):
-        row = first_without_match(*these, *others)
+        row = first_without_match(*these, *others) if len(others[0]) else 0
         if row is not None:
             x, y, z = these[0][row]
-            raise WrittenWrongError(
-                f"{name}: the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm {what} the written program, read back; nothing "
-                "is written"
-            )
-    return len(read)
+            place = f"{name}: the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm"
+            raise WrittenWrongError(f"{place} {what} the written program, read back; nothing is written")
 
 
 def _refuse_wrong_arcs(files: Mapping[str, str | bytes], program: WeldProgram, name: str) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, first_without_match, pose_faults
+from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, pose_faults, require_same
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
@@ -100,14 +100,7 @@ def _check(files: Mapping[str, str], program: TouchProgram, name: str) -> int:
         raise InputError(f"{name}: {fault.field}: {fault.message}; nothing is written")
     asked = _asked(program)
     read = np.array([pose.p_base for pose in found]).reshape(-1, 3), np.array([pose.R_base for pose in found])
-    for these, others, what in ((asked, read, "is missing in"), (read, asked, "was not asked for, but is in")):
-        row = first_without_match(*these, *others) if len(others[0]) else 0
-        if row is not None:
-            x, y, z = these[0][row]
-            raise WrittenWrongError(
-                f"{name}: the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm {what} the written program, read back; nothing "
-                "is written"
-            )
+    require_same(asked, read, name)
     return len(found)
 
 
