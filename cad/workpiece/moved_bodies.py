@@ -175,7 +175,9 @@ def fit_weldment(
     solid_of = _solids_of_rows(taught, workpiece)
     body = bodies_of(touches, part.face_body, solid_of)
     shared = on_two_bodies(touches, part, solid_of)
-    rigid = replace(rigid, issues=(*rigid.issues, *shared))
+    # a motion of bodies may pass for a wrong tool in the rigid fit: only a stated error of the tool counts here
+    stated = replace(rigid.teaching, tcp_bias_mm=max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm))
+    rigid = replace(rigid, issues=(*rigid.issues, *shared), teaching=stated, tool=None)
     sigma = _sigma(rigid, touches, options)
     gap_limit_mm = options.seams.gap_for(workpiece.graph)
     contacts, sigma_mm = None, choice.contact_sigma_mm or gap_limit_mm * USUAL_CONTACT_SHARE

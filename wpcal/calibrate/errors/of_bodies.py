@@ -122,7 +122,8 @@ def joint_error(J: FloatArray, covariance: FloatArray) -> float:
     covariance : shape (m, m). Of the unknowns.
     """
     values, vectors = np.linalg.eigh(covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    # the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
     drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
     off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
     return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
