@@ -23,9 +23,9 @@ from starlette.routing import Route
 from cad.batch.job_list import read_jobs, words_of
 from cad.batch.job_record import JobInputs, is_made_of, read_job_record
 from cad.batch.jobs import option_columns
+from cad.batch.request import read_pose
 from cad.batch.summary import JSONL, NUMBERS, seconds_of
 from cad.batch.summary_check import check_summary, read_summary
-from cad.cli.options import read_pose
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
 from cad.pick.draft import Keyed

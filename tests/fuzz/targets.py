@@ -26,7 +26,8 @@ from tests.fuzz.target import FIXTURES, Target, of_path, seed
 from tests.fuzz.touch_results import touch_results_targets
 from wpcal.brep.graph_file import read_graph
 from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.controllers.language.grammar import ENCODING, require_program
+from wpcal.controllers.language.grammar import ENCODING
+from wpcal.controllers.taught_program import require_program
 from wpcal.core.errors import InputError
 from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
