@@ -21,9 +21,9 @@ from playwright.sync_api import sync_playwright
 
 from cad.pick.opening import find_table, start_table
 from cad.pick.page import build_pick_page
-from cad.pick.part import read_pick_part
 from cad.pick.server import PickServer
-from cad.pick.session import PickSession
+from cad.session.part import read_pick_part
+from cad.session.session import PickSession
 from cad.workpiece.calibrate import calibrate_files
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.seams import SeamChoice

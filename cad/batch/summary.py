@@ -29,11 +29,12 @@ FAILED = "ERROR"
 NUMBERS = (
     "worst_residual_mm", "worst_point", "objective_mm", "bound_mm", "worst_seam_error_mm", "worst_seam",
 )  # fmt: skip
-CSV_COLUMNS = (
-    "job", "verdict", *NUMBERS, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg",
-    "seconds", "error", "part", "taught", "when",
-)  # fmt: skip
-"""R = Rz(c) Ry(b) Rx(a), as for ``--nominal``."""
+PLACE = {
+    "x_mm": ("xyz_mm", 0), "y_mm": ("xyz_mm", 1), "z_mm": ("xyz_mm", 2),
+    "a_deg": ("rpy_deg", 0), "b_deg": ("rpy_deg", 1), "c_deg": ("rpy_deg", 2),
+}  # fmt: skip
+"""By the name of a column: where the pose of a line has it. R = Rz(c) Ry(b) Rx(a), as for ``--nominal``."""
+CSV_COLUMNS = ("job", "verdict", *NUMBERS, *PLACE, "seconds", "error", "part", "taught", "when")
 
 
 def summary_line(job: Job, result: Mapping[str, Any] | None, *, seconds: float | None, error: str = "") -> str:
@@ -68,8 +69,7 @@ def summary_line(job: Job, result: Mapping[str, Any] | None, *, seconds: float |
 def csv_row(line: Mapping[str, Any]) -> list[object]:
     """Return a line as a row of ``summary.csv``."""
     pose = line["pose"] or {"xyz_mm": (None,) * 3, "rpy_deg": (None,) * 3}
-    places = dict(zip(CSV_COLUMNS[8:14], (*pose["xyz_mm"], *pose["rpy_deg"]), strict=True))
-    return [places[name] if name in places else line[name] for name in CSV_COLUMNS]
+    return [pose[PLACE[name][0]][PLACE[name][1]] if name in PLACE else line[name] for name in CSV_COLUMNS]
 
 
 class Summary:

@@ -5,9 +5,8 @@ What is known of the part already (`cad.workpiece.answer_cache`) needs no kernel
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from contextvars import ContextVar
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -25,25 +24,6 @@ FROM_STDIN = "stdin.step"
 """Name of a part that comes from standard input, and so of its results."""
 STARTING = "starting the CAD kernel"
 """What is done until the first message of the kernel's process."""
-
-
-_HERE: ContextVar[AnswerCache | None] = ContextVar("here", default=None)
-
-
-@contextmanager
-def kernel_in_this_process(cache: AnswerCache) -> Iterator[None]:
-    """Let commands that run inside work with the kernel here: this process is a child of another one already.
-
-    Parameters
-    ----------
-    cache : AnswerCache
-        Where their answers are kept.
-    """
-    before = _HERE.set(cache)
-    try:
-        yield
-    finally:
-        _HERE.reset(before)
 
 
 def run_on_part(
@@ -87,6 +67,7 @@ def run_on_part(
         As the function raised it.
     """
     from cad.step.open_text import require_step_file
+    from cad.workpiece.answer_cache import HERE
 
     if str(part_step) == STDIN:
         with TemporaryDirectory() as folder:
@@ -94,7 +75,7 @@ def run_on_part(
             copy.write_bytes(read_bytes(part_step, most_mb=MOST_STEP_MB))
             return run_on_part(target, copy, arguments, what=what, use_cache=use_cache, needs=needs)
     require_step_file(part_step)
-    here = _HERE.get()
+    here = HERE.get()
     if here is not None:
         with shown_progress(f"opening {part_step.name}") as progress:
             return _function(target)(step=part_step, **arguments, cache=here, progress=progress)

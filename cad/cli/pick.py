@@ -21,10 +21,10 @@ from wpcal.cli.option_groups import command, option_names, takes
 if TYPE_CHECKING:
     from cad.batch.bodies_asked import BodiesAsked
     from cad.batch.request import NominalAsked, SeamsAsked
-    from cad.pick.part import PickPart
     from cad.pick.server import PickServer
-    from cad.pick.session import PickSession
     from cad.pick.shared_seams import SharedSeams
+    from cad.session.part import PickPart
+    from cad.session.session import PickSession
     from cad.workpiece.fit_taught import CalibrateOptions
     from wpcal.controllers.points_asked import PointsAsked
     from wpcal.seam.options import Judging
@@ -107,8 +107,8 @@ def pick(
     from cad.pick.opening import find_table, start_table
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
-    from cad.pick.session import PickSession
     from cad.pick.shared_seams import joined, said_in, seams_file_of, start_seams
+    from cad.session.session import PickSession
     from cad.step.open_text import require_step_file
     from wpcal.core.input_file import STDIN, read_bytes
 
@@ -165,7 +165,7 @@ def _read_part(part_step: Path, options: CalibrateOptions, judging: Judging, *, 
     asked = {"options": replace(options.seams, judging=judging), "choice": replace(options.choice, edits=())}
     what, needs = f"reading {part_step}", (PART, MESH)
     part: PickPart = run_on_part(
-        "cad.pick.part:read_pick_part", part_step, asked, what=what, use_cache=use_cache, needs=needs
+        "cad.session.part:read_pick_part", part_step, asked, what=what, use_cache=use_cache, needs=needs
     )
     return part
 

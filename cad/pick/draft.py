@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cad.pick.rows import Rows
+from cad.session.rows import Rows
 from cad.workpiece.moving import MovingChoice
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes

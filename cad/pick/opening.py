@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cad.pick.draft import Draft, Keyed, bytes_of, draft_of, read_draft, set_aside
-from cad.pick.part import PickPart
-from cad.pick.rows import Rows, read_rows
 from cad.pick.shared_table import SharedTable
+from cad.session.part import PickPart
+from cad.session.rows import Rows, read_rows
 from cad.workpiece.moving import MovingChoice
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import sha256_of

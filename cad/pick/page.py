@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from cad.pick.part import PickPart
 from cad.pick.shared_seams import seams_of, solids_record
+from cad.session.part import PickPart
 from cad.workpiece.fit_taught import CalibrateOptions
 from wpcal.pages.html import build_page, json_blob
 from wpcal.taught.columns import USES

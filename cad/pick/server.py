@@ -37,10 +37,10 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from cad.pick.address import LOCAL, listen
 from cad.pick.draft import Keyed
 from cad.pick.patience import ImpatientProtocol
-from cad.pick.rows import Rows
-from cad.pick.session import PickSession, fault_record
 from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import FileChangedError, SharedTable
+from cad.session.rows import Rows
+from cad.session.session import PickSession, fault_record
 from cad.workpiece.moving import MovingChoice
 from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
@@ -173,7 +173,7 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
     ``fit``, ``suggest``, ``promise``, ``touch`` and ``read`` are answered by the session. ``table``, ``keep``,
     ``save``, ``open`` and ``moving`` concern the table that all windows share, ``seams``, ``decide`` and ``solid``
     their decisions about seams and solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of
-    `cad.pick.session.fault_record`.
+    `cad.session.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:

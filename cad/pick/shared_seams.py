@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from cad.pick.draft import backup_of, bytes_of
-from cad.pick.part import PickPart
-from cad.pick.session import PickSession
+from cad.session.decisions import read_decisions
+from cad.session.part import PickPart
+from cad.session.session import PickSession
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.records import read_json, to_json, write_file
 from wpcal.pages.report import seam_columns
-from wpcal.seam.edit import PlacedEdit, apply_edits, candidate_from_record, edit_from_record, read_edits
+from wpcal.seam.edit import PlacedEdit, apply_edits, read_edits
 from wpcal.seam.options import Judging
 from wpcal.seam.record import SEAMS_SCHEMA, seams_record
 
@@ -40,7 +41,6 @@ SHOWN = (
     "edit",
 )
 """What the page shows of a seam and needs for decisions about it."""
-MOST_DECISIONS = 10_000  #: More are no work of a person.
 
 
 def seams_file_of(part_step: Path, out: Path) -> Path:
@@ -163,23 +163,6 @@ class SharedSeams:
         except InputError as error:
             return str(error)
         return ""
-
-
-def read_decisions(decisions: Any, *, path: str) -> tuple[PlacedEdit, ...]:
-    """Return the decisions that a page or another program sends.
-
-    Raises `InputError` when a decision has a wrong form.
-    """
-    if not isinstance(decisions, list) or len(decisions) > MOST_DECISIONS:
-        raise InputError(f"expected a list of at most {MOST_DECISIONS} decisions about seams")
-    edits = []
-    for decision in decisions:
-        if not isinstance(decision, dict) or not isinstance(decision.get("candidate"), dict):
-            raise InputError("expected a candidate and an edit for every decision about a seam")
-        label = str(decision["candidate"].get("name", "?"))
-        candidate = candidate_from_record(decision["candidate"], label, path=path)
-        edits.append(PlacedEdit(candidate, edit_from_record(decision.get("edit"), label, path=path), path))
-    return tuple(edits)
 
 
 def seams_of(part: PickPart) -> dict[str, Any]:

@@ -25,8 +25,8 @@ from cad.pick.draft import (
     read_draft,
     set_aside,
 )
-from cad.pick.part import PickPart
-from cad.pick.rows import Rows, is_shown, read_rows
+from cad.session.part import PickPart
+from cad.session.rows import Rows, is_shown, read_rows
 from cad.workpiece.moving import MovingChoice
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.input_file import sha256_of

@@ -12,9 +12,9 @@ from typing import Any
 
 import click
 
-from cad.pick.shared_seams import read_decisions
 from cad.rpc.options import command_named, describe_options, name_of, usage_told, words_of
 from cad.rpc.protocol import method_names
+from cad.session.decisions import read_decisions
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.wording import shown

@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from cad.pick.rows import Rows
-from cad.pick.session import fault_record
 from cad.rpc.messages import Id, error_line
+from cad.session.rows import Rows
+from cad.session.session import fault_record
 from wpcal.cli.hints import HINTS
 from wpcal.core.errors import FormatError, InputError, OutOfMemoryError, WpcalError
 

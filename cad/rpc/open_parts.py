@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TypeAlias
 
 from cad.batch.bodies_asked import BodiesAsked
-from cad.pick.part import PickPart
-from cad.pick.session import PickSession
 from cad.rpc.warm_answers import WarmAnswers
+from cad.session.part import PickPart
+from cad.session.session import PickSession
 from cad.workpiece.answer_cache import key_of, user_cache
 from cad.workpiece.features import judge_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions

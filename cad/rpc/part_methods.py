@@ -12,11 +12,11 @@ import numpy as np
 
 from cad.batch.recorded import recording
 from cad.batch.request import Request, SeamsAsked, TouchesAsked, run_arguments
-from cad.pick.rows import Rows, read_rows
-from cad.pick.session import place_points
-from cad.pick.shared_seams import read_decisions
 from cad.rpc.open_parts import OpenPart
 from cad.rpc.options import OptionSet, words_of
+from cad.session.decisions import read_decisions
+from cad.session.rows import Rows, read_rows
+from cad.session.session import place_points
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.means import Means

@@ -134,11 +134,10 @@ class Worker:
         return line
 
     def _do(self, message: dict[str, Any], parts: Any) -> dict[str, Any]:
-        from cad.cli.kernel_work import kernel_in_this_process
         from cad.kernel.system_libraries import libgl_explained
         from cad.rpc import command_methods, part_methods
         from cad.rpc.warm_answers import WarmAnswers
-        from cad.workpiece.answer_cache import user_cache
+        from cad.workpiece.answer_cache import kernel_in_this_process, user_cache
         from wpcal.cli.progress import progress_told_to
 
         method, params, progress = message["method"], message["params"], self._progress(message["id"])

@@ -17,8 +17,9 @@ import stat
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -217,3 +218,23 @@ def _remove_oldest(folder: Path, most_bytes: float) -> None:
         with suppress(OSError):
             os.unlink(path)
         total -= size
+
+
+HERE: ContextVar[AnswerCache | None] = ContextVar("here", default=None)
+"""Where answers are kept if commands work with the kernel in this process."""
+
+
+@contextmanager
+def kernel_in_this_process(cache: AnswerCache) -> Iterator[None]:
+    """Let commands that run inside work with the kernel here: this process is a child of another one already.
+
+    Parameters
+    ----------
+    cache : AnswerCache
+        Where their answers are kept.
+    """
+    before = HERE.set(cache)
+    try:
+        yield
+    finally:
+        HERE.reset(before)

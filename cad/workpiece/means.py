@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cad.workpiece.moved_file import write_moved
 from cad.workpiece.seams import find_seams
@@ -14,11 +13,8 @@ from wpcal.calibrate import CalibrationResult
 from wpcal.core.issue import Issue
 from wpcal.seam import Seam
 
-if TYPE_CHECKING:
-    from cad.workpiece.calibrate import WorkpieceCalibration
 
-
-def _not_sealed(_: WorkpieceCalibration, __: Path) -> None:
+def _not_sealed(_: object, __: Path) -> None:
     return
 
 
@@ -30,7 +26,7 @@ class Means:
     write_moved: Callable[..., tuple[Issue, ...]] = write_moved  #: As `cad.workpiece.moved_file.write_moved`.
     wants_page: Callable[[CalibrationResult], bool] = lambda _: True  #: Tells of a result whether its page is written.
     #: Gets the calibration and the folder with all its files before the folder appears, and may add a file.
-    seal: Callable[[WorkpieceCalibration, Path], None] = _not_sealed
+    seal: Callable[..., None] = _not_sealed
 
 
 USUAL_MEANS = Means()  #: Those of one calibration.

@@ -20,11 +20,11 @@ from rich.table import Table
 
 from cad.pick.draft import Keyed
 from cad.pick.page import build_pick_page
-from cad.pick.part import PickPart, read_pick_part
-from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.server import PickServer
-from cad.pick.session import PickSession
 from cad.pick.shared_table import SharedTable
+from cad.session.part import PickPart, read_pick_part
+from cad.session.rows import NEW_COLUMNS, Rows
+from cad.session.session import PickSession
 from cad.step.new_file import new_step_text
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.timing import least_seconds

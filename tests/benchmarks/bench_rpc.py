@@ -18,8 +18,8 @@ from typing import Any
 
 from rich.table import Table
 
-from cad.pick.part import read_pick_part
-from cad.pick.rows import Rows
+from cad.session.part import read_pick_part
+from cad.session.rows import Rows
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit

@@ -12,7 +12,7 @@ import pytest
 from tests.running import kernel_work_here
 
 if TYPE_CHECKING:
-    from cad.pick.part import PickPart
+    from cad.session.part import PickPart
     from cad.workpiece.workpiece import Workpiece
     from tests.cad.batch_faults import Reference
 
@@ -49,7 +49,7 @@ def sample_part() -> Callable[[str], Workpiece]:
 @pytest.fixture(scope="session")
 def tee_for_the_picker() -> PickPart:
     """The T-joint as the picker reads it, once."""
-    from cad.pick.part import read_pick_part
+    from cad.session.part import read_pick_part
     from cad.workpiece.seams import SeamChoice
     from wpcal.seam import SeamOptions
 

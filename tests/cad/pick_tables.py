@@ -8,9 +8,9 @@ from typing import Any, cast
 
 from cad.pick.draft import Keyed
 from cad.pick.opening import find_table, start_table
-from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS, Rows
 from cad.pick.shared_table import SharedTable
+from cad.session.part import PickPart
+from cad.session.rows import NEW_COLUMNS, Rows
 
 PART = cast(PickPart, SimpleNamespace(file_name="tee.step", sha256="a" * 64))
 

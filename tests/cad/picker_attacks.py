@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from cad.pick.rows import NEW_COLUMNS
+from cad.session.rows import NEW_COLUMNS
 
 CLOSED = 0  #: No answer at all: the connection was closed.
 

@@ -17,11 +17,11 @@ import uvicorn
 
 from cad.pick import patience
 from cad.pick.draft import Keyed
-from cad.pick.part import PickPart
-from cad.pick.rows import Rows
 from cad.pick.server import PickServer
-from cad.pick.session import PickSession
 from cad.pick.shared_table import SharedTable
+from cad.session.part import PickPart
+from cad.session.rows import Rows
+from cad.session.session import PickSession
 
 JSON = "application/json"
 PAGE = "<!DOCTYPE html>the page"

@@ -29,8 +29,8 @@ from picker_attacks import (
 )
 from picker_server import PAGE, Running, serving
 
-from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS
+from cad.session.part import PickPart
+from cad.session.rows import NEW_COLUMNS
 
 EMPTY = {"columns": list(NEW_COLUMNS), "rows": []}
 ACTIONS = ("fit", "suggest", "read", "table", "keep", "save", "open", "seams", "decide", "promise", "touch")

@@ -10,8 +10,8 @@ import pytest
 
 from cad.pick.draft import Draft, Keyed, read_draft
 from cad.pick.opening import find_table, start_table
-from cad.pick.part import PickPart, read_pick_part
-from cad.pick.session import ERROR_DIGITS, PickSession
+from cad.session.part import PickPart, read_pick_part
+from cad.session.session import ERROR_DIGITS, PickSession
 from cad.workpiece.bodies import BodiesOptions, read_bodies
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions

@@ -16,9 +16,9 @@ from pick_tables import FOUR, PART, kept, names, notes_of, opened, saved, table_
 
 from cad.pick.draft import draft_of
 from cad.pick.opening import find_table, start_table
-from cad.pick.part import PickPart
-from cad.pick.rows import read_rows
 from cad.pick.shared_table import FileChangedError
+from cad.session.part import PickPart
+from cad.session.rows import read_rows
 from wpcal.core.errors import InputError
 
 KILLS = 4
@@ -189,7 +189,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from cad.pick.draft import Keyed
 from cad.pick.opening import find_table, start_table
-from cad.pick.rows import NEW_COLUMNS, Rows
+from cad.session.rows import NEW_COLUMNS, Rows
 part = SimpleNamespace(file_name="tee.step", sha256="a" * 64)
 table, _ = start_table(find_table(Path(sys.argv[1])), part, part_step=Path("none.step"))
 for count in range(1, 1_000_000):

@@ -11,9 +11,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from cad.pick.part import PickPart, read_pick_part
-from cad.pick.session import PickSession
 from cad.pick.shared_seams import SharedSeams, said_in, start_seams
+from cad.session.part import PickPart, read_pick_part
+from cad.session.session import PickSession
 from cad.workpiece.seams import SeamChoice
 from tests.running import run_here
 from wpcal.core.errors import InputError

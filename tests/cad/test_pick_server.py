@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from picker_server import JSON, WHOLE_REQUEST_S, Running, serving
 
-from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS
 from cad.pick.server import LARGEST_BYTES, PickServer
+from cad.session.part import PickPart
+from cad.session.rows import NEW_COLUMNS
 from wpcal.core.errors import InputError
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS, Rows
-from cad.pick.session import ERROR_DIGITS, PickSession, fault_record
+from cad.session.part import PickPart
+from cad.session.rows import NEW_COLUMNS, Rows
+from cad.session.session import ERROR_DIGITS, PickSession, fault_record
 from cad.workpiece.calibrate import calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.moving import MovingChoice

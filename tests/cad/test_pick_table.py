@@ -13,9 +13,9 @@ from pick_tables import FOUR, kept, names, opened, saved, table_of
 
 import cad.pick.shared_table as module
 from cad.pick.draft import Draft, Keyed, draft_of, read_draft
-from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
 from cad.pick.shared_table import ConflictError, FileChangedError
+from cad.session.part import PickPart
+from cad.session.rows import NEW_COLUMNS, Rows, read_rows
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.touch.advice import advise, template_csv

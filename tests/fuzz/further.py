@@ -29,12 +29,12 @@ from cad.batch.summary_check import check_summary, read_summary
 from cad.kernel.plain_data import pack, unpack
 from cad.kernel.plain_types import PlainDataError
 from cad.pick.draft import Keyed
-from cad.pick.part import PickPart
-from cad.pick.rows import NEW_COLUMNS
 from cad.pick.server import INTERNAL, build_app
-from cad.pick.session import PickSession
 from cad.pick.shared_seams import SharedSeams
 from cad.pick.shared_table import SharedTable
+from cad.session.part import PickPart
+from cad.session.rows import NEW_COLUMNS
+from cad.session.session import PickSession
 from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
 from wpcal.brep.graph_file import read_graph

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cad.pick.draft import read_draft
-from cad.pick.rows import Rows, read_rows
+from cad.session.rows import Rows, read_rows
 from cad.step.append import append_placement, with_entities
 from cad.step.bake import bake_text
 from cad.step.open_text import read_step_text

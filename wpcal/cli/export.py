@@ -15,7 +15,6 @@ from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wpcal.controllers.earlier_jobs import EarlierJobs
     from wpcal.controllers.program.weld_program import WeldProgram
 
 
@@ -75,11 +74,11 @@ def export(
     Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
     """
     from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
+    from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.audit.programs import check_written, unjudged_parts
-    from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.core.errors import InputError
-    from wpcal.core.records import check_writable, new_directory
+    from wpcal.core.records import check_writable
     from wpcal.formats.registry import exporter_named
 
     if "list" in formats:
@@ -105,13 +104,8 @@ def export(
         for done, (name, files) in enumerate(contents.items(), 1):
             progress(f"reading {name} back and checking it: {done} of {len(contents)}")
             check_written(files, forms[name], name=name)
-    earlier = {name: find_earlier_jobs(targets[name], tuple(files)) for name, files in contents.items()}
-    for name, files in contents.items():
-        with new_directory(targets[name], overwrite=force, leave_out=earlier[name].ours) as temporary:
-            for file, data in files.items():
-                (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
+    write_programs(contents, targets, overwrite=force)
     unjudged = {each for name, files in contents.items() for each in unjudged_parts(files, forms[name], name=name)}
-    tell_earlier(earlier, targets)
     _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
     program = forms[exporters[0].name]
     if program.calibration.get("verdict") == "PASS":
@@ -188,16 +182,6 @@ def _show(
         what = f"{len(form.paths)} seams, {poses} poses{away}"
         click.echo(f"{name}: {what}: {', '.join(sorted(files))} in {targets[name]}")
     click.echo(f"wpcal: {'; '.join((*program.checked, not_checked))}", err=True)
-
-
-def tell_earlier(earlier: Mapping[str, EarlierJobs], targets: Mapping[str, Path]) -> None:
-    """Say on stderr which jobs of an earlier export were removed, and which files were kept."""
-    for name, jobs in earlier.items():
-        if jobs.ours:
-            click.echo(f"wpcal: {targets[name]}: removed jobs of an earlier export: {', '.join(jobs.ours)}", err=True)
-        if jobs.others:
-            what = f"kept, and not part of this export: {', '.join(jobs.others)}; do not load them by mistake"
-            click.echo(f"wpcal: {targets[name]}: {what}", err=True)
 
 
 def _moves(form: WeldProgram) -> list[dict[str, object]]:

@@ -112,11 +112,10 @@ def export_touches(
     int
         The exit code.
     """
-    from wpcal.cli.export import tell_earlier
+    from wpcal.cli.outputs import write_programs
     from wpcal.controllers.audit.touches import check_touches_written
-    from wpcal.controllers.earlier_jobs import find_earlier_jobs
     from wpcal.controllers.program.touch_program import TouchProgram
-    from wpcal.core.records import check_writable, new_directory
+    from wpcal.core.records import check_writable
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 
     plan = read_touch_plan(file)
@@ -129,12 +128,7 @@ def export_touches(
     contents = {each.name: each.write_touches(program) for each in controllers}
     for name, files in contents.items():
         check_touches_written(files, program, name=name)
-    earlier = {name: find_earlier_jobs(targets[name], tuple(files)) for name, files in contents.items()}
-    for name, files in contents.items():
-        with new_directory(targets[name], overwrite=force, leave_out=earlier[name].ours) as temporary:
-            for each, text in files.items():
-                (temporary / each).write_bytes(text.encode("utf-8"))
-    tell_earlier(earlier, targets)
+    write_programs(contents, targets, overwrite=force)
     _show(program, contents, targets, setup_file=setup_file, as_json=as_json)
     return 0
 

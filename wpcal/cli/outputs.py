@@ -1,10 +1,13 @@
-"""What a command checks about the files it will write, before any work is done."""
+"""What a command checks about the files it will write, and how programs are written."""
 
 from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Mapping
 from pathlib import Path
+
+import click
 
 
 def require_new(path: Path, *, overwrite: bool) -> None:
@@ -24,3 +27,23 @@ def require_new(path: Path, *, overwrite: bool) -> None:
         reason = os.strerror(errno.ENOTDIR if path.parent.exists() else errno.ENOENT).lower()
         raise InputError(f"{path}: cannot be written: {reason}")
     require_place(path)
+
+
+def write_programs(
+    contents: Mapping[str, Mapping[str, str | bytes]], targets: Mapping[str, Path], *, overwrite: bool
+) -> None:
+    """Write the files of every format into its folder, and say on stderr which jobs of an earlier export were there."""
+    from wpcal.controllers.earlier_jobs import find_earlier_jobs
+    from wpcal.core.records import new_directory
+
+    earlier = {name: find_earlier_jobs(targets[name], tuple(files)) for name, files in contents.items()}
+    for name, files in contents.items():
+        with new_directory(targets[name], overwrite=overwrite, leave_out=earlier[name].ours) as temporary:
+            for file, data in files.items():
+                (temporary / file).write_bytes(data.encode("utf-8") if isinstance(data, str) else data)
+    for name, jobs in earlier.items():
+        if jobs.ours:
+            click.echo(f"wpcal: {targets[name]}: removed jobs of an earlier export: {', '.join(jobs.ours)}", err=True)
+        if jobs.others:
+            what = f"kept, and not part of this export: {', '.join(jobs.others)}; do not load them by mistake"
+            click.echo(f"wpcal: {targets[name]}: {what}", err=True)

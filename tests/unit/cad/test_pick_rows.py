@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad.pick.rows import NEW_COLUMNS, Rows, read_rows
-from cad.pick.session import fault_record
+from cad.session.rows import NEW_COLUMNS, Rows, read_rows
+from cad.session.session import fault_record
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.tables import parse_table
 from wpcal.taught.table import TaughtPoints, read_taught, taught_from_table

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.pick.part import PickPart
-from cad.pick.rows import Rows
+from cad.session.part import PickPart
+from cad.session.rows import Rows
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.calibrate.errors.of_touches import propagate_covariance
 from wpcal.calibrate.errors.prediction import error_95

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cad.pick.part import PickPart
-from cad.pick.rows import Rows
-from cad.pick.touches import planned_touches
+from cad.session.part import PickPart
+from cad.session.rows import Rows
+from cad.session.touches import planned_touches
 from cad.workpiece.advise_bodies import advise_bodies
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.workpiece import Workpiece

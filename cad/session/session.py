@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from cad.pick.next_touches import next_for_bodies
-from cad.pick.part import PickPart
-from cad.pick.rows import Rows, read_rows
-from cad.pick.touches import predict_touches, touch_on_face
+from cad.session.next_touches import next_for_bodies
+from cad.session.part import PickPart
+from cad.session.rows import Rows, read_rows
+from cad.session.touches import predict_touches, touch_on_face
 from cad.workpiece.bodies import BodyGroup, find_bodies
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
 from cad.workpiece.moved_bodies import fit_weldment
@@ -192,14 +192,14 @@ class PickSession:
         }
 
     def touch(self, point: FloatArray, normal: FloatArray) -> dict[str, Any]:
-        """Return what a click on the part touches; see `cad.pick.touches.touch_on_face`.
+        """Return what a click on the part touches; see `cad.session.touches.touch_on_face`.
 
         `point`, `normal`: shape (3,). In `part`, mm.
         """
         return touch_on_face(self.part, point, normal)
 
     def promise(self, rows: Rows) -> dict[str, Any]:
-        """Predict what planned touches promise for the seams; see `cad.pick.touches.predict_touches`.
+        """Predict what planned touches promise for the seams; see `cad.session.touches.predict_touches`.
 
         If bodies may have moved, no error is predicted: that of the part as one piece is too small.
         """
