@@ -85,7 +85,7 @@ def kernel_here() -> Iterator[None]:
     Starting that process and loading the kernel costs more than most commands.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         yield
 
 

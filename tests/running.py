@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import pytest
 
-from cad.kernel.plain_data import pack, unpack
+from cad.work.plain_data import pack, unpack
 from tests.record_checks import check_output
 from wpcal.cli.main import run
 
@@ -64,7 +64,7 @@ def _checked(done: AnyEnded, arguments: Sequence[Path | str], *, cwd: Path | Non
 
 
 def kernel_work_here(target: str, arguments: Mapping[str, Any], *, progress: Any = None, **_: Any) -> Any:
-    """Do the work of `cad.kernel.child.run_in_child` in this process, where the kernel is loaded once for all tests.
+    """Do the work of `cad.work.child.run_in_child` in this process, where the kernel is loaded once for all tests.
 
     What goes to the kernel's process and comes back is copied as on the way there.
     """

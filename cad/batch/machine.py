@@ -21,11 +21,11 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from cad.batch.group import GroupRequest
-from cad.batch.host import Failure, Host, ServerEndedError
 from cad.batch.job_record import original
 from cad.batch.run import MOST_TRIES, WORK_MARK, Jobs, Task
 from cad.batch.sent_files import Copies, SentFile
+from cad.work.group import GroupRequest
+from cad.work.host import Failure, Host, ServerEndedError
 from wpcal.core.errors import WpcalError
 
 KEPT_OPEN = 2

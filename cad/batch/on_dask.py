@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cad.batch.group import GroupRequest
-from cad.batch.host import Failure
 from cad.batch.job_record import put_job_in_place
 from cad.batch.machine import SentJob, end_batch, run_sent_job
 from cad.batch.run import Task, require_room
 from cad.batch.sent_files import FilesOfOptions, Reader, SentFile
+from cad.work.group import GroupRequest
+from cad.work.host import Failure
 from wpcal.core.errors import InputError
 from wpcal.core.whole_folder import flushed_later
 from wpcal.study.dask.cluster import Call, CallFailed, Cluster

@@ -14,8 +14,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from cad.batch.group import GroupRequest
-from cad.batch.host import Event, EventKind, Failure, Host
+from cad.work.group import GroupRequest
+from cad.work.host import Event, EventKind, Failure, Host
 from wpcal.core.errors import InputError
 from wpcal.core.records import check_writable
 from wpcal.core.whole_folder import FolderLock, lock_taken

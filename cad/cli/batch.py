@@ -23,11 +23,11 @@ from wpcal.core.options import group, opt
 if TYPE_CHECKING:
     from collections import Counter
 
-    from cad.batch.host import Host
     from cad.batch.job_list import Job
     from cad.batch.run import Task
     from cad.batch.summary import Summary
-    from cad.kernel.child import Limits
+    from cad.work.child import Limits
+    from cad.work.host import Host
     from wpcal.study.dask.cluster import Cluster
 
 MOST_AT_ONCE = 256
@@ -64,7 +64,7 @@ class BatchAsked:
         "--report",
         choices=("all", "fail", "none"),
     )
-    limits: Limits = group("cad.kernel.child:Limits")
+    limits: Limits = group("cad.work.child:Limits")
     as_json: bool = opt(False, f"{JSON_HELP}: the summary.", "--json")
 
 
@@ -144,9 +144,9 @@ class _Batch:
             progress(f"connecting to {self._flags.dask}", 0, len(tasks))
             self._run_on_dask(self._flags.dask, tasks, requests, done, running)
             return
-        from cad.batch.host import Host
         from cad.batch.jobs import PRELOADED
         from cad.batch.run import run_tasks
+        from cad.work.host import Host
 
         progress("starting the CAD kernel", 0, len(tasks))
         self._began = time.monotonic()
@@ -174,10 +174,10 @@ class _Batch:
 
     def _tasks(self, summary: Summary, progress: Any) -> tuple[list[Task], dict[Any, Any]]:
         """Return the jobs to run, and how their parts are opened; jobs that cannot be run get their line here."""
-        from cad.batch.group import GroupRequest
         from cad.batch.job_list import words_of
         from cad.batch.jobs import option_columns
         from cad.batch.run import Task
+        from cad.work.group import GroupRequest
         from wpcal.core.errors import InputError
 
         columns, hashes = option_columns(), _Hashes(self._folder)
@@ -215,7 +215,7 @@ class _Batch:
         return tasks, requests
 
     def _done(self, summary: Summary, progress: Any, task: Task, value: Any) -> None:
-        from cad.batch.host import Failure
+        from cad.work.host import Failure
 
         job = self.jobs[task.number]
         if isinstance(value, Failure):

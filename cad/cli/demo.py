@@ -29,7 +29,7 @@ def demo(*, out: Path, force: bool, as_json: bool) -> int:
     """Make a sample part with taught points and calibrate it; writes both and the results into one folder."""
     from cad.cli.calibrate import show_written
     from cad.cli.kernel_work import STARTING
-    from cad.kernel.child import run_in_child
+    from cad.work.child import run_in_child
     from wpcal.cli.progress import shown_progress
     from wpcal.core.records import check_writable, to_json
 

@@ -5,10 +5,9 @@ What is known of the part already (`cad.workpiece.answer_cache`) needs no kernel
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -67,6 +66,7 @@ def run_on_part(
         As the function raised it.
     """
     from cad.step.open_text import require_step_file
+    from cad.work.own_process import function_named
     from cad.workpiece.answer_cache import HERE
 
     if str(part_step) == STDIN:
@@ -78,26 +78,20 @@ def run_on_part(
     here = HERE.get()
     if here is not None:
         with shown_progress(f"opening {part_step.name}") as progress:
-            return _function(target)(step=part_step, **arguments, cache=here, progress=progress)
-    from cad.kernel.child import Limits, run_in_child
+            return function_named(target)(step=part_step, **arguments, cache=here, progress=progress)
+    from cad.work.child import Limits, run_in_child
     from cad.workpiece.answer_cache import NO_CACHE, KernelNeededError, user_cache
 
     cache, limits = user_cache() if use_cache else NO_CACHE, Limits.from_environment()
     with shown_progress(f"opening {part_step.name}") as progress:
         if _holds(part_step, cache, needs):
             with suppress(KernelNeededError):
-                return _function(target)(
+                return function_named(target)(
                     step=part_step, **arguments, cache=replace(cache, kernel=False), progress=progress
                 )
         progress(STARTING)
         given = {"step": part_step, **arguments, "cache": cache}
         return run_in_child(target, given, what=what, limits=limits, progress=progress)
-
-
-def _function(target: str) -> Callable[..., Any]:
-    module, _, name = target.partition(":")
-    found: Callable[..., Any] = getattr(import_module(module), name)
-    return found
 
 
 def _holds(part_step: Path, cache: AnswerCache, needs: Sequence[str]) -> bool:

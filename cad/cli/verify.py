@@ -277,10 +277,10 @@ def _check_batch(out: Path, inputs: InputsNow, work: Path, at_once: int | None, 
 def _add_task(
     number: int, claim: Claim, tasks: list[Task], requests: dict[Any, Any], work: Path, *, use_cache: bool
 ) -> None:
-    from cad.batch.group import GroupRequest
     from cad.batch.jobs import option_columns
     from cad.batch.run import Task
-    from cad.kernel.child import DEFAULT_MEMORY_GB, DEFAULT_TIMEOUT_S
+    from cad.work.child import DEFAULT_MEMORY_GB, DEFAULT_TIMEOUT_S
+    from cad.work.group import GroupRequest
 
     of_part = {column.flag for column in option_columns().values() if column.shapes_part}
     shaping = tuple(word for word in claim.now.words if word.partition("=")[0] in of_part)
@@ -309,9 +309,9 @@ def _run(
     import os
     from dataclasses import replace
 
-    from cad.batch.host import Failure, Host
     from cad.batch.jobs import PRELOADED
     from cad.batch.run import locked_output, run_tasks
+    from cad.work.host import Failure, Host
 
     if not tasks:
         return

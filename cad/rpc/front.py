@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from cad.kernel.child import Limits, too_late
 from cad.rpc.client_lines import MOST_BYTES, LongLine, read_lines
 from cad.rpc.messages import PROTOCOL, Id, MessageFaultError, Request, error_line, read_request, result_line
 from cad.rpc.protocol import HANDLE, check_request, method_names, takes_handle
 from cad.rpc.worker_process import WorkerProcess
+from cad.work.child import Limits, too_late
 from wpcal.core.version import __version__
 
 MOST_WAITING = 1000

@@ -23,7 +23,7 @@ from queue import SimpleQueue
 from types import FrameType
 from typing import IO, Any
 
-from cad.kernel.child_main import end_at_end_of, end_with_parent, has_death_signal, limit_memory
+from cad.work.own_process import end_at_end_of, end_with_parent, has_death_signal, limit_memory, private_output
 
 BEGUN, PROGRESS, ANSWER, KNOWN = b"B", b"P", b"A", b"K"
 """First bytes of the lines of a worker."""
@@ -134,9 +134,9 @@ class Worker:
         return line
 
     def _do(self, message: dict[str, Any], parts: Any) -> dict[str, Any]:
-        from cad.kernel.system_libraries import libgl_explained
         from cad.rpc import command_methods, part_methods
         from cad.rpc.warm_answers import WarmAnswers
+        from cad.work.system_libraries import libgl_explained
         from cad.workpiece.answer_cache import kernel_in_this_process, user_cache
         from wpcal.cli.progress import progress_told_to
 
@@ -190,9 +190,8 @@ def main() -> None:
     requests = os.dup(0)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
-    channel = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # libraries print with C++ streams: only the descriptor counts
-    from cad.kernel.child import Limits
+    channel = private_output()
+    from cad.work.child import Limits
     from wpcal.core.collector import collect_rarely
 
     limit_memory(Limits.from_environment().memory_gb)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from cad.kernel.child import Limits, cause_of_death, child_environment
+from cad.work.child import MEMORY_VARIABLE, Limits, cause_of_death, start_python
 
 Heard = Callable[["WorkerProcess", bytes], None]
 """Gets every line of a worker, and an empty one at its end."""
@@ -31,13 +30,13 @@ class WorkerProcess:
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  # closed by `end`
         lifeline, self._life = os.pipe()
         passed = (lifeline,) if os.name == "posix" else ()
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cad.rpc.worker", str(os.getpid()), str(lifeline if passed else -1)],
-            env={**child_environment(), "WPCAL_KERNEL_MEMORY_GB": repr(limits.memory_gb)},
+        self._process = start_python(
+            "cad.rpc.worker",
+            lifeline if passed else -1,
+            environment={MEMORY_VARIABLE: repr(limits.memory_gb)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=None if os.environ.get("WPCAL_DEBUG") else self._noise,
-            start_new_session=True,  # Ctrl-C reaches the front only, which ends the worker
             pass_fds=passed,
         )
         os.close(lifeline)

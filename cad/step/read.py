@@ -125,7 +125,7 @@ def read_step(path: Path | str, *, data: bytes | None = None) -> StepPart:
     Notes
     -----
     The kernel needs 0.1 to 0.2 s per megabyte. A fault of the kernel can crash the interpreter. A program that reads
-    files of others therefore calls this through `cad.kernel.child.run_in_child`.
+    files of others therefore calls this through `cad.work.child.run_in_child`.
     """
     path = Path(path)
     file = read_step_text(path, data=data)

@@ -2,7 +2,7 @@
 
 An answer is looked up by a hash of everything that it depends on (`AnswerCache.answer`). There is thus no answer that
 is out of date: whatever changes, another answer is looked up. A file that is damaged, incomplete or of another user is
-ignored, and replaced. Files are read as plain data (`cad.kernel.plain_data`): no code runs while they are read.
+ignored, and replaced. Files are read as plain data (`cad.work.plain_data`): no code runs while they are read.
 
 Several processes may use one folder. A file is written beside its place and renamed, so nobody reads half of one. When
 the files exceed the limit, those that were not used for the longest time are removed.
@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from cad.kernel.plain_data import pack, unpack
-from cad.kernel.plain_types import PlainDataError
+from cad.work.plain_data import pack, unpack
+from cad.work.plain_types import PlainDataError
 from cad.workpiece.versions import versions
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of

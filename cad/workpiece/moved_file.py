@@ -35,7 +35,7 @@ def write_moved(
         return write_moved_step(
             file.hand_over_step(), T_base_part, path, bake=bake, seams=seams, T_part_moved=T_part_moved
         )
-    from cad.kernel.child import run_in_child
+    from cad.work.child import run_in_child
 
     arguments = {"name": file.file_name, "data": file.data, "T_base_part": T_base_part, "path": path}
     issues: tuple[Issue, ...] = run_in_child(

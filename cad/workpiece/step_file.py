@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from cad.kernel.system_libraries import libgl_explained
+from cad.work.system_libraries import libgl_explained
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache, KernelNeededError, file_identity
 from wpcal.brep import BrepGraph
 from wpcal.core.errors import InputError, blamed_on

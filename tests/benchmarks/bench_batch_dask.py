@@ -34,7 +34,7 @@ def processor_s(processes: DaskProcesses, home: Path) -> float:
     ours = [processes.scheduler.pid, *(worker.pid for worker in processes.workers)]
     for place in Path("/proc").glob("[0-9]*"):
         try:
-            if str(home).encode() in (line := (place / "cmdline").read_bytes()) and b"cad.batch.server" in line:
+            if str(home).encode() in (line := (place / "cmdline").read_bytes()) and b"cad.work.server" in line:
                 ours.append(int(place.name))
         except OSError:
             continue

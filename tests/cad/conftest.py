@@ -79,7 +79,7 @@ def wpcal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
     """
     from wpcal.cli.main import run
 
-    monkeypatch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
 
     def call(*arguments: Path | str) -> Done:
         capsys.readouterr()

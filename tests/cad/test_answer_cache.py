@@ -57,7 +57,7 @@ def answers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     work.mkdir()
     monkeypatch.chdir(work)
     monkeypatch.setenv("WPCAL_CACHE", str(tmp_path / "answers"))
-    monkeypatch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
     return tmp_path / "answers"
 
 
@@ -80,7 +80,7 @@ def refuse_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     def unread(*_: Any, **__: Any) -> None:
         raise AssertionError("the kernel reads a part that is known")
 
-    monkeypatch.setattr("cad.kernel.child.run_in_child", only_writing)
+    monkeypatch.setattr("cad.work.child.run_in_child", only_writing)
     monkeypatch.setattr("cad.step.read.read_step", unread)
 
 

@@ -18,11 +18,11 @@ from typing import Any
 
 import pytest
 
-from cad.batch.group import GroupRequest
 from cad.batch.job_record import JobInputs
 from cad.batch.on_dask import run_on_dask
 from cad.batch.run import Task
 from cad.batch.sent_files import Copies, Reader
+from cad.work.group import GroupRequest
 from tests.cad.batch_faults import FIXTURES, WPCAL, contents, heed_signals, told, write_jobs
 from tests.cad.dask_processes import DaskProcesses, dask_processes
 from tests.running import FINISHED, TIMEOUT_S, needs_proc, run_here
@@ -95,7 +95,7 @@ def servers_in(folder: Path) -> list[int]:
     found = []
     for each in Path("/proc").glob("[0-9]*/cmdline"):
         try:
-            if b"cad.batch.server" in (text := each.read_bytes()) and str(folder).encode() in text:
+            if b"cad.work.server" in (text := each.read_bytes()) and str(folder).encode() in text:
                 found.append(int(each.parent.name))
         except OSError:
             continue

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from cad.batch.group import GroupRequest
-from cad.batch.host import Failure, Host, ServerEndedError
 from cad.batch.run import Task, locked_output, run_tasks
+from cad.work.group import GroupRequest
+from cad.work.host import Failure, Host, ServerEndedError
 from tests.running import needs_proc
 from wpcal.core.errors import InputError
 

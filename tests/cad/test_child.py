@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.kernel.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limits, run_in_child
-from cad.kernel.plain_data import pack, unpack
-from cad.kernel.plain_types import PlainDataError
+from cad.work.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limits, run_in_child
+from cad.work.plain_data import pack, unpack
+from cad.work.plain_types import PlainDataError
 from tests.running import needs_proc
 from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
 from wpcal.core.issue import Issue
@@ -31,7 +31,7 @@ def test_a_result_comes_back(probe: str) -> None:
 
 
 def test_the_parent_does_not_load_the_kernel() -> None:
-    script = "import sys, cad.kernel.child; sys.exit('OCP' in sys.modules)"
+    script = "import sys, cad.work.child; sys.exit('OCP' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
 
 
@@ -106,7 +106,7 @@ def test_a_crash_says_at_which_step(probe: str) -> None:
 def hanging_parent(probe: str, function: str, *, death_signal: bool = True) -> tuple[subprocess.Popen[str], int]:
     """Start a process that waits for its child, and return both."""
     script = (
-        "import signal, subprocess; from cad.kernel import child\n"
+        "import signal, subprocess; from cad.work import child\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background job ignores interrupts
         "start = subprocess.Popen\n"
         f"other = {None if death_signal else 'no_death_signal'!r}\n"

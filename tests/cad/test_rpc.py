@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     shutil.copy(TEE / "tee.step", folder)
     shutil.copy(TEE / "taught.csv", folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         yield folder
 
 

@@ -16,7 +16,7 @@ WELD = (
 
 
 def test_the_edge_at_a_weld_of_the_file_is_the_only_seam(tmp_path, monkeypatch):
-    monkeypatch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
     file = tmp_path / "welds.xml"
     file.write_text(WELD.format(y=56.5))
     ended = run_here("seams", TEE, "--xmcf", file, "--json", "--no-cache")

@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         shutil.copy(TEE / name, folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         for out in ("out", "again"):
             run_here("calibrate", "tee.step", "taught.csv", "-o", out, "--tolerance-mm", "0.6")
         yield folder

@@ -45,7 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         (home / name).write_text(text)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(home)
-        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         yield folder
 
 

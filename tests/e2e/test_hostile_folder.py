@@ -32,7 +32,7 @@ SERVES = "pick"
 DRIVER = """
 import json, os, sys
 from wpcal.cli.main import run
-import cad.kernel.child
+import cad.work.child
 from importlib import import_module
 
 def here(target, arguments=None, *, progress=None, **_):
@@ -40,7 +40,7 @@ def here(target, arguments=None, *, progress=None, **_):
     more = {} if progress is None else {"progress": progress}
     return getattr(import_module(module), function)(**(arguments or {}), **more)
 
-cad.kernel.child.run_in_child = here
+cad.work.child.run_in_child = here
 places, ended = list(sys.path), {}
 for name, line in json.loads(sys.argv[1]).items():
     try:

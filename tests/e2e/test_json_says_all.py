@@ -57,7 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setenv("COLUMNS", WIDE)
-        patch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+        patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         write_inputs(folder)
         _write_odd_input(folder)
         for out in ("out", "other"):

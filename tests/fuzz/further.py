@@ -26,8 +26,6 @@ from cad.batch.jobs import option_columns
 from cad.batch.request import read_pose
 from cad.batch.summary import JSONL, NUMBERS, seconds_of
 from cad.batch.summary_check import check_summary, read_summary
-from cad.kernel.plain_data import pack, unpack
-from cad.kernel.plain_types import PlainDataError
 from cad.pick.draft import Keyed
 from cad.pick.server import INTERNAL, build_app
 from cad.pick.shared_seams import SharedSeams
@@ -35,6 +33,8 @@ from cad.pick.shared_table import SharedTable
 from cad.session.part import PickPart
 from cad.session.rows import NEW_COLUMNS
 from cad.session.session import PickSession
+from cad.work.plain_data import pack, unpack
+from cad.work.plain_types import PlainDataError
 from cad.workpiece.workpiece import Workpiece
 from tests.fuzz.target import FIXTURES, Target, of_path
 from wpcal.brep.graph_file import read_graph

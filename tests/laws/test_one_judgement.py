@@ -33,7 +33,7 @@ TWO_HOMES = {
 
 @pytest.fixture(autouse=True)
 def kernel_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cad.kernel.child.run_in_child", kernel_work_here)
+    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
 
 
 @pytest.mark.parametrize("name", OURS)

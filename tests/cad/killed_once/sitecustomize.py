@@ -42,6 +42,6 @@ def _victim() -> int:
 if _moment:
     if "KILL_COMMAND" not in os.environ:
         os.environ["KILL_COMMAND"] = str(os.getpid())
-    elif "cad.batch.server" in sys.orig_argv:
+    elif "cad.work.server" in sys.orig_argv:
         os.environ["KILL_SERVER"] = str(os.getpid())
     sys.addaudithook(_kill)

@@ -5,10 +5,10 @@ import sys
 from importlib.metadata import entry_points
 
 IN_THE_PARENT = (
-    "cad.batch.host",
+    "cad.work.host",
     "cad.batch.jobs",
     "cad.batch.recorded",
-    "cad.kernel.child",
+    "cad.work.child",
     "cad.pick.server",
     "cad.sheet",
     "cad.workpiece.advise",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cad.kernel.system_libraries import libgl_explained
+from cad.work.system_libraries import libgl_explained
 from wpcal.core.errors import InputError
 
 

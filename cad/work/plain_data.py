@@ -7,7 +7,7 @@ except in columns.
 
 A packet is the length of the JSON text (8 bytes), the text, and then the arrays and bytes one after another. In the
 text a container or an object is an object with one key: its kind (`_READERS`). A tuple of many objects of one dataclass
-is sent as columns (`cad.kernel.plain_columns`).
+is sent as columns (`cad.work.plain_columns`).
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.kernel.plain_columns import are_rows, column_of, values_of
-from cad.kernel.plain_types import (
+from cad.work.plain_columns import are_rows, column_of, values_of
+from cad.work.plain_types import (
     BARE,
     PLAIN_ARRAYS,
     PlainDataError,

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cad.kernel.plain_types import (
+from cad.work.plain_types import (
     BARE,
     PLAIN_ARRAYS,
     PlainDataError,

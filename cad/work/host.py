@@ -9,7 +9,6 @@ import select
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,20 +16,17 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import Any
 
-from cad.batch.channel import Channel
-from cad.batch.group import GroupRequest
-from cad.batch.server import ENDED, GROUP
-from cad.kernel.child import CRASH_SIGNALS, child_environment
-from cad.kernel.frames import read_packet, write_packet
-from cad.kernel.plain_data import pack, unpack
-from cad.kernel.plain_types import PlainDataError
+from cad.work.child import CRASH_SIGNALS, last_line, start_python
+from cad.work.frames import Channel, read_packet, write_packet
+from cad.work.group import GroupRequest
+from cad.work.plain_data import pack, unpack
+from cad.work.plain_types import PlainDataError
+from cad.work.server import ENDED, GROUP
 from wpcal.core.errors import InputError, KernelError
 from wpcal.core.threads import ONE_THREAD
 
 END_S = 10.0
 """The server needs less than a second to end its processes and to remove what they began."""
-LAST_BYTES = 10_000
-"""Of what processes print: enough to find the last line."""
 LATE, NO_MEMORY = "--job-seconds", "--job-gb"
 """The options that change the limits, for messages."""
 
@@ -110,14 +106,14 @@ class Host:
         self._requests: dict[int, GroupRequest] = {}
         self._all_ended, held = os.pipe()  # all processes hold the other end: it can be read when the last has ended
         with theirs:
-            self._server = subprocess.Popen(
-                [sys.executable, "-P", "-m", "cad.batch.server", *map(str, (os.getpid(), lock, work)), *modules],
-                env={**child_environment(), **ONE_THREAD},
+            self._server = start_python(
+                "cad.work.server",
+                *(lock, work, *modules),
+                environment=ONE_THREAD,
                 stdin=theirs.fileno(),
                 stdout=self._noise,
                 stderr=self._noise,
                 pass_fds=(lock, held),
-                start_new_session=True,  # Ctrl-C reaches the command only, which ends the server
             )
         os.close(held)
         try:
@@ -248,7 +244,7 @@ class Host:
         """Say how a process ended that did not say so itself."""
         code = os.waitstatus_to_exitcode(status)
         if code >= 0:
-            return Failure(f"its process ended with code {code}: {self._last_line()}")
+            return Failure(f"its process ended with code {code}: {last_line(self._noise)}")
         name = signal.Signals(-code).name
         if name == "SIGALRM":
             limit = self._requests[group].time_s
@@ -262,13 +258,7 @@ class Host:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._server.wait(END_S)
         code = self._server.poll()
-        how = f"with code {code}: {self._last_line()}"
+        how = f"with code {code}: {last_line(self._noise)}"
         if code is not None and code < 0:
             how = f"by {signal.Signals(-code).name}"
         return ServerEndedError(f"the process that starts the jobs was ended {how}")
-
-    def _last_line(self) -> str:
-        size = os.fstat(self._noise.fileno()).st_size  # the processes share the place where the next byte goes
-        last = os.pread(self._noise.fileno(), LAST_BYTES, max(0, size - LAST_BYTES))
-        lines = last.decode("utf-8", errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "no message")

@@ -1,6 +1,6 @@
 """The process of a group of jobs that share a part: it prepares what they share, and forks processes that run the jobs.
 
-Requests and answers are frames of plain data (`cad.kernel.frames`) on a socket. The first request says which function
+Requests and answers are frames of plain data (`cad.work.frames`) on a socket. The first request says which function
 opens the group and which runs a job. A process runs one job after another, at most `JOBS_OF_A_PROCESS`. If it dies,
 only the job that it ran is lost. What a job began to write and did not finish is removed. If this process ends, the
 system ends those of its jobs.
@@ -14,9 +14,7 @@ import select
 import shutil
 import signal
 import socket
-import sys
 import tempfile
-import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -25,11 +23,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cad.batch.channel import Channel
-from cad.kernel.child_main import end_with_parent
-from cad.kernel.frames import Writes, read_packet, write_frame, write_packet
-from cad.kernel.plain_data import unpack
-from wpcal.core.errors import KernelError, OutOfMemoryError, WpcalError
+from cad.work.frames import Channel, Writes, read_packet, write_frame, write_packet
+from cad.work.own_process import end_with_parent, function_named, limited, outcome_of, told_fault
+from cad.work.plain_data import unpack
 
 JOBS_OF_A_PROCESS = 16
 """A new process costs as much as a quarter of a small job, most of it for memory that it begins to use."""
@@ -86,32 +82,13 @@ def answer_jobs(channel: socket.socket, server: int) -> None:
     os.chdir(request.folder)
     tempfile.tempdir = str(request.work)  # removed also if this process is killed
     with limited(request.time_s, request.memory_gb):
-        opened = _told(stream, lambda: _function(request.open_target)(**request.arguments))
+        opened = _told(stream, lambda: function_named(request.open_target)(**request.arguments))
         if opened is None:
             return
     gc.collect()
     gc.freeze()
     write_frame(stream, "opened", None)
     _Jobs(stream, request, opened).run()
-
-
-class limited:  # noqa: N801 - a context manager reads as a verb
-    """Hold this process to limits: of memory for good, of time until the end of the block. Exceeding it ends it."""
-
-    def __init__(self, time_s: float, memory_gb: float) -> None:
-        self._time_s = time_s
-        if sys.platform == "linux":
-            import resource
-
-            _, most = resource.getrlimit(resource.RLIMIT_DATA)
-            asked = int(memory_gb * 1e9)
-            resource.setrlimit(resource.RLIMIT_DATA, (asked if most < 0 else min(asked, most), most))
-
-    def __enter__(self) -> None:
-        signal.setitimer(signal.ITIMER_REAL, self._time_s)
-
-    def __exit__(self, *_: object) -> None:
-        signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 @dataclass(slots=True)
@@ -173,7 +150,7 @@ class _Jobs:
         code = 1
         try:
             request = self._request
-            run = _function(request.run_target)
+            run = function_named(request.run_target)
             while (packet := read_packet(channel)) is not None:
                 number, arguments = unpack(packet)
                 with limited(request.time_s, request.memory_gb):
@@ -200,21 +177,17 @@ class _Jobs:
 
 def _told(stream: Writes, work: Callable[[], Any]) -> Any:
     """Return what a function returns; send what it raises as a frame, and return None."""
-    try:
-        return work()
-    except (MemoryError, OutOfMemoryError):
-        write_frame(stream, "no memory", None)
-    except WpcalError as error:
-        write_frame(stream, "error", (str(error), _errno_behind(error)))
-    except OSError as error:
-        where = error.filename or tempfile.gettempdir()  # a write that fails names no file: jobs write only there
-        write_frame(stream, "error", (f"{where}: {(error.strerror or str(error)).lower()}", error.errno or 0))
-    except Exception as error:  # the outermost handler of this process: the other side must learn of every exception
-        if type(error).__module__.startswith("OCP."):
-            what = f"the CAD kernel failed ({type(error).__name__}: {error}); the file may be damaged"
-            write_frame(stream, "error", (str(KernelError(what)), 0))
-        else:
-            write_frame(stream, "fault", (f"{type(error).__name__}: {error}", traceback.format_exc()))
+    kind, value = outcome_of(work)
+    if kind == "result":
+        return value
+    if kind == "error":
+        value = (str(value), _errno_behind(value))
+    elif isinstance(value, OSError):
+        where = value.filename or tempfile.gettempdir()  # a write that fails names no file: jobs write only there
+        kind, value = "error", (f"{where}: {(value.strerror or str(value)).lower()}", value.errno or 0)
+    elif kind == "fault":
+        value = told_fault(value)
+    write_frame(stream, kind, value)
     return None
 
 
@@ -222,9 +195,3 @@ def _errno_behind(error: BaseException) -> int:
     """Return the number of the system's error from which an error was made; 0 if there is none."""
     cause = error.__cause__ or error.__context__
     return (cause.errno or 0) if isinstance(cause, OSError) else 0
-
-
-def _function(target: str) -> Callable[..., Any]:
-    module, _, name = target.partition(":")
-    function: Callable[..., Any] = getattr(import_module(module), name)
-    return function

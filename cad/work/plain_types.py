@@ -1,4 +1,4 @@
-"""Which types are plain data, by their names in a packet (`cad.kernel.plain_data`)."""
+"""Which types are plain data, by their names in a packet (`cad.work.plain_data`)."""
 
 from __future__ import annotations
 

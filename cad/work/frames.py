@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import socket
 import struct
 from collections.abc import Iterator
 from typing import Any, Protocol
 
-from cad.kernel.plain_data import pack, unpack
-from cad.kernel.plain_types import PlainDataError
+from cad.work.plain_data import pack, unpack
+from cad.work.plain_types import PlainDataError
 
 LAST_FRAMES = ("result", "error", "fault", "no memory")
 """Kinds of frames after which none follows: what the function returned or raised, a defect, or no memory left."""
@@ -62,3 +63,51 @@ def read_frames(pipe: Reads | None) -> Iterator[tuple[str, Any]]:
         if not (isinstance(frame, tuple) and len(frame) == 2 and isinstance(frame[0], str)):
             raise PlainDataError("a frame without a kind")
         yield frame[0], frame[1]
+
+
+class Channel:
+    """One end of a pair of sockets as a stream of bytes; it reads no byte ahead.
+
+    Parameters
+    ----------
+    end : socket
+        Of the type ``SOCK_STREAM``.
+    """
+
+    def __init__(self, end: socket.socket) -> None:
+        self._end = end
+
+    def fileno(self) -> int:
+        """Return the descriptor, for `select`."""
+        return self._end.fileno()
+
+    def read(self, size: int) -> bytes:
+        """Return so many bytes; fewer only if the other side closed its end."""
+        parts, missing = [], size
+        while missing:
+            try:
+                part = self._end.recv(missing)
+            except ConnectionResetError:
+                break
+            if not part:
+                break
+            parts.append(part)
+            missing -= len(part)
+        return b"".join(parts)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes.
+
+        Raises
+        ------
+        OSError
+            When the other side closed its end.
+        """
+        self._end.sendall(data)
+
+    def flush(self) -> None:
+        """Do nothing: nothing waits here."""
+
+    def close(self) -> None:
+        """Close this end."""
+        self._end.close()

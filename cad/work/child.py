@@ -2,10 +2,10 @@
 
 The kernel can crash, hang or run out of memory on a file. In a child process such a fault is one line (`KernelError`),
 and the parent starts without loading the kernel. The child sends its results as frames over a pipe of its own, as plain
-data (`cad.kernel.plain_data`). Whatever the kernel prints on standard output goes to the child's standard error, which
-the parent does not show. `cad.kernel.child_main` is the child's side.
+data (`cad.work.plain_data`). Whatever the kernel prints on standard output goes to the child's standard error, which
+the parent does not show. `cad.work.child_main` is the child's side.
 
-The child is started as ``python -P -m cad.kernel.child_main``. Without ``-P``, Python would look for modules in the
+The child is started as ``python -P -m cad.work.child_main``. Without ``-P``, Python would look for modules in the
 current folder first, and run a ``numpy.py`` that lies beside a customer's STEP file. ``-I`` would also do that, but the
 child would then not find a wpcal in the user's own site-packages or on PYTHONPATH.
 """
@@ -24,9 +24,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, Any
 
-from cad.kernel.frames import LAST_FRAMES, read_frames, write_packet
-from cad.kernel.plain_data import pack
-from cad.kernel.plain_types import PlainDataError
+from cad.work.frames import LAST_FRAMES, read_frames, write_packet
+from cad.work.plain_data import pack
+from cad.work.plain_types import PlainDataError
 from wpcal.core.errors import InputError, KernelError
 from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
@@ -39,6 +39,8 @@ READING = "reading "  #: Progress messages begin with it while a file is read.
 GRACE_S = 1.0
 """After an interrupt the child may remove its temporary folder for as long as this. In the kernel it cannot."""
 
+LAST_BYTES = 10_000
+"""Of what processes print: enough to find the last line."""
 CRASH_SIGNALS = frozenset({"SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL"})
 """Signals that end a process after a fault in compiled code."""
 
@@ -116,14 +118,7 @@ def run_in_child(
     limits = limits or Limits.from_environment()
     request = pack((target, dict(arguments or {}), progress is not None, limits.time_s, limits.memory_gb))
     with tempfile.TemporaryFile() as noise:
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cad.kernel.child_main", str(os.getpid())],
-            env=child_environment(),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=noise,
-            start_new_session=True,  # Ctrl-C reaches the parent only, which ends the child
-        )
+        process = start_python("cad.work.child_main", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=noise)
         child = _Child(process, noise, what, limits)
         clock = threading.Timer(limits.time_s, child.end_late)
         clock.daemon = True
@@ -136,6 +131,21 @@ def run_in_child(
         finally:
             clock.cancel()
             child.close()
+
+
+def start_python(
+    module: str, *words: object, environment: Mapping[str, str] | None = None, **streams: Any
+) -> subprocess.Popen[bytes]:
+    """Start a module as a process of its own, with the number of this process and words as its arguments.
+
+    Ctrl-C reaches this process only, which ends the other one.
+    """
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", module, str(os.getpid()), *map(str, words)],
+        env={**child_environment(), **(environment or {})},
+        start_new_session=True,
+        **streams,
+    )
 
 
 def child_environment() -> dict[str, str]:
@@ -230,7 +240,7 @@ def cause_of_death(code: int, *, step: str, noise: IO[bytes]) -> str:
     `noise`: Its standard error.
     """
     if code >= 0:
-        return f"the process of the CAD kernel ended with code {code}: {_last_line(noise)}"
+        return f"the process of the CAD kernel ended with code {code}: {last_line(noise)}"
     name = signal.Signals(-code).name
     if name in CRASH_SIGNALS:
         if not step or step.startswith(READING):
@@ -240,7 +250,13 @@ def cause_of_death(code: int, *, step: str, noise: IO[bytes]) -> str:
     return f"the process of the CAD kernel was ended by {name}{hint}"
 
 
-def _last_line(noise: IO[bytes]) -> str:
-    noise.seek(0)
-    lines = noise.read().decode("utf-8", errors="replace").split("\n")
+def last_line(noise: IO[bytes]) -> str:
+    """Return the last line that a process printed; processes may share the place where the next byte goes."""
+    size = os.fstat(noise.fileno()).st_size
+    if hasattr(os, "pread"):
+        last = os.pread(noise.fileno(), LAST_BYTES, max(0, size - LAST_BYTES))
+    else:
+        noise.seek(max(0, size - LAST_BYTES))
+        last = noise.read()
+    lines = last.decode("utf-8", errors="replace").split("\n")
     return next((line.strip() for line in reversed(lines) if line.strip()), "no message")

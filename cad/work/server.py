@@ -1,8 +1,8 @@
 """The process from which those of a batch are forked; not meant to be run by hand.
 
-``python -P -m cad.batch.server PARENT LOCK WORK MODULE…`` loads the modules once, and never works itself, so that it
+``python -P -m cad.work.server PARENT LOCK WORK MODULE…`` loads the modules once, and never works itself, so that it
 cannot crash. Its standard input is a socket. The command sends a number and a socket for every group of jobs. A forked
-process answers that socket (`cad.batch.group`). When it ends, the server sends the number and how it ended.
+process answers that socket (`cad.work.group`). When it ends, the server sends the number and how it ended.
 
 When the command ends, in whatever way, the server ends all processes, removes the folder WORK with everything that was
 not finished, and releases the lock of the output folder.
@@ -35,7 +35,7 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of the command ends this process, not a signal to both
     with _given_up_with(parent, work):
-        from cad.batch.group import preload
+        from cad.work.group import preload
 
         preload(modules)
     gc.collect()
@@ -53,7 +53,7 @@ def main() -> None:
 @contextmanager
 def _given_up_with(parent: int, work: str) -> Iterator[None]:
     """End this process when the command ends while it still loads modules: nothing has begun then."""
-    from cad.kernel.child_main import adopt_orphans, end_with_parent
+    from cad.work.own_process import adopt_orphans, end_with_parent
 
     def give_up(*_: object) -> None:
         shutil.rmtree(work, ignore_errors=True)
@@ -125,7 +125,7 @@ def _report(command: socket.socket, groups: dict[int, int]) -> bool:
 
 
 def _become_group(descriptor: int, server: int) -> None:
-    from cad.batch.group import answer_jobs
+    from cad.work.group import answer_jobs
 
     code = 1
     try:
