@@ -18,18 +18,7 @@ REPORT = "report.html"
 
 
 def usual_inputs(folder: Path) -> JobInputs | None:
-    """Return the inputs that ``calibration.json`` names, with the tolerance and the criterion that it states.
-
-    Parameters
-    ----------
-    folder : Path
-        Results without ``job.json``.
-
-    Returns
-    -------
-    JobInputs or None
-        None if the record cannot be read or has no hash of an input: points of a script have no file.
-    """
+    """Return the inputs that ``calibration.json`` names, with the tolerance and the criterion that it states."""
     try:
         record = read_record(folder, CALIBRATION_FILE)
     except WpcalError:
@@ -42,13 +31,7 @@ def usual_inputs(folder: Path) -> JobInputs | None:
 
 
 def disagreements(folder: Path) -> Iterator[Difference]:
-    """Yield where the files of a folder do not agree with one another.
-
-    Parameters
-    ----------
-    folder : Path
-        With the records, the moved STEP file and the triangles (by their hashes), the table and the page.
-    """
+    """Yield where the files of a folder do not agree with one another."""
     try:
         found = read_result_folder(folder)
     except WpcalError as error:

@@ -70,10 +70,7 @@ class BodiesAsked:
     def to_options(self) -> BodiesOptions | None:
         """Check and return them as the calibration takes them; None without --bodies.
 
-        Raises
-        ------
-        InputError
-            When a value is not positive, is given without --bodies, or the file cannot be read.
+        Raises `InputError` when a value is not positive, is given without --bodies, or the file cannot be read.
         """
         from cad.workpiece.bodies import BodiesSource
 

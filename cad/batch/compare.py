@@ -30,8 +30,6 @@ def compare_claim(claimed: Path, made: Path, record: Mapping[str, Any]) -> list[
 
     Parameters
     ----------
-    claimed, made : Path
-        The folder, and what was made now.
     record : mapping
         ``job.json`` of the folder. If another version of wpcal wrote it, the folder is compared with its own hashes,
         and its poses, residuals, bound and seam frames within `OTHER_VERSION_MM`.

@@ -23,46 +23,28 @@ CURRENT = "/0/1/2/3/4/5/6/7"
 
 @dataclass(frozen=True, slots=True)
 class FoundInputs:
-    """Where all inputs of a folder are now.
-
-    Parameters
-    ----------
-    words : tuple of str
-        The options. Files that they name are absolute.
-    """
+    """Where all inputs of a folder are now."""
 
     part: Path
     taught: Path
-    words: tuple[str, ...]
+    words: tuple[str, ...]  #: The options. Files that they name are absolute.
 
 
 @dataclass(frozen=True, slots=True)
 class InputsNow:
-    """Finds inputs.
+    """Finds inputs."""
 
-    Parameters
-    ----------
-    given : sequence of Path
-        Files, or folders with them, that the user names.
-    folders : sequence of Path
-        Where names are looked up otherwise.
-    copies : Path
-        A folder for copies: of files that have another name now, because results hold the names; and of files of
-        options, in folders as they were, because one may name another one.
-    """
-
-    given: Sequence[Path]
-    folders: Sequence[Path]
+    given: Sequence[Path]  #: Files, or folders with them, that the user names.
+    folders: Sequence[Path]  #: Where names are looked up otherwise.
+    #: A folder for copies: of files that have another name now, because results hold the names; and of files of
+    #: options, in folders as they were, because one may name another one.
     copies: Path
     known: dict[Path, str] = field(default_factory=dict)
 
     def find(self, inputs: JobInputs, *, name_of_stdin: str) -> FoundInputs:
         """Return where the inputs are.
 
-        Raises
-        ------
-        InputError
-            When one is not found, or only with other contents.
+        Raises `InputError` when one is not found, or only with other contents.
         """
         part = self._named(self._find(inputs.part), inputs.part, name_of_stdin)
         taught = self._named(self._find(inputs.taught, may_be_folder=True), inputs.taught, STDIN)

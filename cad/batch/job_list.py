@@ -39,70 +39,36 @@ BETWEEN = ";"
 
 @dataclass(frozen=True, slots=True)
 class OptionColumn:
-    """An option that a column may hold.
+    """An option that a column may hold."""
 
-    Parameters
-    ----------
-    flag : str
-        As it is typed: ``--sigma-mm``.
-    is_flag : bool
-        It takes no value: the cell is yes or no.
-    is_optional : bool
-        It may be given without its value: the cell may also be yes.
-    is_multiple : bool
-        It may be given more than once: the cell may hold values between semicolons.
-    is_number : bool
-        Its value is one number: the cell may hold it as people type numbers into a spreadsheet.
-    shapes_part : bool
-        It changes the seams of the part: jobs that differ in it do not share what is found in the part.
-    """
-
-    flag: str
-    is_flag: bool = False
-    is_optional: bool = False
-    is_multiple: bool = False
-    is_number: bool = False
+    flag: str  #: As it is typed: ``--sigma-mm``.
+    is_flag: bool = False  #: It takes no value: the cell is yes or no.
+    is_optional: bool = False  #: It may be given without its value: the cell may also be yes.
+    is_multiple: bool = False  #: It may be given more than once: the cell may hold values between semicolons.
+    is_number: bool = False  #: Its value is one number: the cell may hold it as people type numbers into a spreadsheet.
+    #: It changes the seams of the part: jobs that differ in it do not share what is found in the part.
     shapes_part: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One row of the list.
+    """One row of the list."""
 
-    Parameters
-    ----------
-    number : int
-        Counted from 0.
-    line : int
-        Line in the list, counted from 1.
-    name : str
-        Name of the job and of its folder.
-    part, taught : str
-        Its files as the list names them.
-    when : str
-        When its points were touched, as the list says; empty if it does not.
-    cells : tuple of (str, str)
-        Flags and cells of its options, in the order of the columns, without empty cells.
-    fault : str
-        Why it cannot be run; empty if it can.
-    """
-
-    number: int
-    line: int
-    name: str
+    number: int  #: Counted from 0.
+    line: int  #: Line in the list, counted from 1.
+    name: str  #: Name of the job and of its folder.
+    #: `part`, `taught`: Its files as the list names them.
     part: str
     taught: str
-    when: str = ""
+    when: str = ""  #: When its points were touched, as the list says; empty if it does not.
+    #: Flags and cells of its options, in the order of the columns, without empty cells.
     cells: tuple[tuple[str, str], ...] = ()
-    fault: str = ""
+    fault: str = ""  #: Why it cannot be run; empty if it can.
 
     def require_sound(self) -> None:
         """Refuse a row that cannot be run.
 
-        Raises
-        ------
-        InputError
-            With its fault.
+        Raises `InputError` with its fault.
         """
         if self.fault:
             raise InputError(self.fault)
@@ -117,15 +83,9 @@ def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...
         What columns besides job, part, taught and when may be called: the long flags without the dashes in front, with
         underscores (``sigma_mm``).
 
-    Returns
-    -------
-    tuple of Job
-        In the order of the list. A row with a fault of its own has `Job.fault`; the others can be run.
-
     Raises
     ------
-    InputError
-        When the file cannot be opened.
+    InputError : When the file cannot be opened.
     FormatError
         When it is not a table, has no rows, lacks a column, or has one that is not an option of a calibration.
     """
@@ -152,10 +112,7 @@ def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...
 def words_of(cells: Sequence[tuple[str, str]], options: Mapping[str, OptionColumn]) -> tuple[str, ...]:
     """Return the options of a row as they are typed.
 
-    Raises
-    ------
-    InputError
-        When the cell of an option without a value is neither yes nor no.
+    Raises `InputError` when the cell of an option without a value is neither yes nor no.
     """
     by_flag = {option.flag: option for option in options.values()}
     words: list[str] = []

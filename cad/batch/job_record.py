@@ -26,21 +26,13 @@ REPORT = "report.html"
 
 @dataclass(frozen=True, slots=True)
 class JobInputs:
-    """Everything that the results of a job depend on, besides the version of wpcal.
+    """Everything that the results of a job depend on, besides the version of wpcal."""
 
-    Parameters
-    ----------
-    part, taught : (str, str)
-        The files as the list names them, and their SHA-256.
-    words : tuple of str
-        The options as they are typed.
-    files : tuple of (str, str)
-        The files that options name, and the files that those name, and their SHA-256.
-    """
-
+    #: `part`, `taught`: The files as the list names them, and their SHA-256.
     part: tuple[str, str]
     taught: tuple[str, str]
-    words: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()  #: The options as they are typed.
+    #: The files that options name, and the files that those name, and their SHA-256.
     files: tuple[tuple[str, str], ...] = ()
 
     def to_record(self) -> dict[str, Any]:
@@ -53,13 +45,7 @@ class JobInputs:
         }
 
     def called(self, origins: Mapping[str, str]) -> JobInputs:
-        """Return the same inputs under the names that a list gives them.
-
-        Parameters
-        ----------
-        origins : mapping
-            Folders of copies, and what the list writes instead of each; both with the sign that ends them.
-        """
+        """Return the same inputs under the names that a list gives them."""
         return JobInputs(
             (original(self.part[0], origins), self.part[1]),
             (original(self.taught[0], origins), self.taught[1]),
@@ -89,17 +75,7 @@ def _file_record(file: tuple[str, str]) -> dict[str, str]:
 def sha256_at(name: str, folder: Path) -> str:
     """Return the SHA-256 of a file that a list names; of a folder, that of the names and hashes of its files.
 
-    Parameters
-    ----------
-    name : str
-        As the list names it.
-    folder : Path
-        In which relative names are looked up.
-
-    Raises
-    ------
-    InputError
-        When it cannot be read.
+    Raises `InputError` when it cannot be read.
     """
     path = folder / name
     if not path.is_dir():
@@ -133,15 +109,7 @@ def original(text: str, origins: Mapping[str, str]) -> str:
 
 
 def files_read(noted: Mapping[str, str], taught: str) -> tuple[tuple[str, str], ...]:
-    """Return the files of options, and those that they name, with their SHA-256.
-
-    Parameters
-    ----------
-    noted : mapping
-        From `wpcal.core.input_file.noted_files`, while the options and the taught points were read.
-    taught : str
-        The taught points, a file or a folder with files: they have their own hash.
-    """
+    """Return the files of options, and those that they name, with their SHA-256."""
     own = Path(taught)
     return tuple((name, sha256) for name, sha256 in noted.items() if own not in (Path(name), Path(name).parent))
 
@@ -187,19 +155,7 @@ def is_torn(folder: Path) -> bool:
 
 
 def is_made_of(record: Mapping[str, Any], inputs: JobInputs, folder: Path, *, beside: Path) -> bool:
-    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal.
-
-    Parameters
-    ----------
-    record : mapping
-        From `read_job_record`.
-    inputs : JobInputs
-        The inputs as they are now. The files of options are those of the record.
-    folder : Path
-        The results.
-    beside : Path
-        In which relative names of inputs are looked up.
-    """
+    """Tell whether a folder holds the complete results of these inputs, made by this version of wpcal."""
     made = JobInputs.from_record(record["inputs"])
     if record.get("wpcal") != __version__ or replace(made, files=()) != replace(inputs, files=()):
         return False
@@ -220,10 +176,7 @@ def is_still(name: str, sha256: str, folder: Path) -> bool:
 def put_job_in_place(new: Path, out: Path) -> None:
     """Let a folder with the results of a job appear as a whole. Results of an earlier run are replaced.
 
-    Raises
-    ------
-    InputError
-        When `out` is not the folder of a job, or cannot be written.
+    Raises `InputError` when `out` is not the folder of a job, or cannot be written.
     """
     record = read_job_record(out)
     torn = record is None and is_torn(out)

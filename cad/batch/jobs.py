@@ -105,40 +105,18 @@ class _HeldAnswers(AnswerCache):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpenedPart:
-    """What all jobs on one part with the same options of seams share.
-
-    Parameters
-    ----------
-    sha256 : str
-        Of the bytes of its file.
-    means : Means
-        Which take what was found already.
-    files : tuple of (str, str)
-        Files of the options of seams, and their SHA-256.
-    """
+    """What all jobs on one part with the same options of seams share."""
 
     workpiece: Workpiece
-    sha256: str
-    means: Means
-    files: tuple[tuple[str, str], ...] = ()
+    sha256: str  #: Of the bytes of its file.
+    means: Means  #: Which take what was found already.
+    files: tuple[tuple[str, str], ...] = ()  #: Files of the options of seams, and their SHA-256.
 
 
 def open_part(part: str, words: Sequence[str], *, use_cache: bool) -> OpenedPart:
     """Read a part, find its features and seams, draw it, and prepare writing it moved.
 
-    Parameters
-    ----------
-    part : str
-        The STEP file.
-    words : sequence of str
-        Options of the seams, as they are typed.
-    use_cache : bool
-        Whether to use and to keep answers about the file.
-
-    Raises
-    ------
-    WpcalError
-        When the part or an option cannot be used.
+    Raises `WpcalError` when the part or an option cannot be used.
     """
     from cad.step.open_text import require_step_file
     from cad.step.write import know_part
@@ -182,32 +160,9 @@ def run_job(
     pages: str,
     origins: Mapping[str, str] = NO_ORIGINS,
 ) -> dict[str, Any]:
-    """Calibrate one part, and let the folder with its results appear as a whole.
+    """Calibrate one part, and let the folder with its results appear as a whole. The fields of its line in the summary.
 
-    Parameters
-    ----------
-    folder : Path
-        For unfinished work.
-    name, part, taught : str
-        The job and its files, as the list names them.
-    words : sequence of str
-        Its options, as they are typed.
-    out : Path
-        The folder of the results. If there are results of an earlier run, they are replaced.
-    pages : str
-        A value of `Pages`.
-    origins : mapping
-        If the files are copies: the folders of the copies, and what the list writes instead (`JobInputs.called`).
-
-    Returns
-    -------
-    dict
-        The fields of its line in the summary.
-
-    Raises
-    ------
-    WpcalError
-        When something cannot be used. Nothing is changed then.
+    Raises `WpcalError` when something cannot be used. Nothing is changed then.
     """
     began = time.perf_counter()
     here, new = Path(), folder / name

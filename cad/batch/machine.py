@@ -37,30 +37,14 @@ GONE = "the process that starts the jobs of this worker was ended"
 
 @dataclass(frozen=True, slots=True)
 class SentJob:
-    """A job on its way to another machine.
+    """A job on its way to another machine."""
 
-    Parameters
-    ----------
-    batch : str
-        Identifies the batch.
-    group : int
-        Jobs of the same group share what is found in their part.
-    request : GroupRequest
-        What opens the group. Its folders are those of the machine of the command.
-    arguments : dict
-        Of the function that runs the job, without ``out``.
-    files : tuple of SentFile
-        Those that the request and the arguments name; their contents are sent beside.
-    modules : tuple of str
-        Loaded once by the worker's server.
-    """
-
-    batch: str
-    group: int
-    request: GroupRequest
-    arguments: dict[str, Any]
-    files: tuple[SentFile, ...]
-    modules: tuple[str, ...]
+    batch: str  #: Identifies the batch.
+    group: int  #: Jobs of the same group share what is found in their part.
+    request: GroupRequest  #: What opens the group. Its folders are those of the machine of the command.
+    arguments: dict[str, Any]  #: Of the function that runs the job, without ``out``.
+    files: tuple[SentFile, ...]  #: Those that the request and the arguments name; their contents are sent beside.
+    modules: tuple[str, ...]  #: Loaded once by the worker's server.
 
 
 def run_sent_job(job: SentJob, *contents: bytes) -> tuple[Any, dict[str, bytes]]:
@@ -102,13 +86,7 @@ def _machine(modules: Sequence[str]) -> _Machine:
 
 
 class _Machine:
-    """The processes for jobs on this machine, and the thread that speaks with them.
-
-    Parameters
-    ----------
-    modules : sequence of str
-        Loaded once by the server.
-    """
+    """The processes for jobs on this machine, and the thread that speaks with them."""
 
     def __init__(self, modules: Sequence[str]) -> None:
         from distributed import get_worker
@@ -130,12 +108,8 @@ class _Machine:
     def run(self, job: SentJob, contents: Sequence[bytes]) -> tuple[Any, dict[str, bytes]]:
         """Run a job; return what it returned, or its `Failure`, and the files that it wrote.
 
-        Raises
-        ------
-        ServerEndedError
-            When somebody killed the server.
-        OSError
-            When files cannot be written.
+        Raises `ServerEndedError` when somebody killed the server.
+        Raises `OSError` when files cannot be written.
         """
         of_batch = self._folder / job.batch
         copies = Copies(of_batch, job.files, contents)

@@ -39,23 +39,7 @@ def run_on_dask(
 ) -> None:
     """Run the jobs of a batch on the workers of a scheduler.
 
-    Parameters
-    ----------
-    tasks : sequence of Task
-        Their arguments name a part, taught points and options, and the folder ``out`` of the results.
-    requests : mapping
-        What opens each group.
-    modules : sequence of str
-        Loaded once by each worker's server.
-    files_of_options : callable
-        Finds the files that files of options name.
-    done : callable
-        Gets every job with what it returned, or its `Failure`.
-
-    Raises
-    ------
-    InputError
-        When the scheduler is gone or has no workers, or a disk is full.
+    Raises `InputError` when the scheduler is gone or has no workers, or a disk is full.
     """
     reader = Reader(next(iter(requests.values())).folder, files_of_options)
     run = _Run(tasks, requests, cluster, tuple(modules), reader, done)

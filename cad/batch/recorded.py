@@ -29,19 +29,7 @@ from wpcal.results.folder import JOB_FILE, SEAMS_FILE
 def asked_inputs(
     context: click.Context, part: Path, taught: Path, taught_sha256: str, noted: Mapping[str, str]
 ) -> JobInputs:
-    """Return what a command depends on; the hash of the part is added when the part is read.
-
-    Parameters
-    ----------
-    context : click.Context
-        Of `wpcal calibrate`.
-    part, taught : Path
-        As they were typed.
-    taught_sha256 : str
-        Of the taught points, unless they are a folder.
-    noted : mapping
-        The files that were read with the options (`wpcal.core.input_file.noted_files`).
-    """
+    """Return what a command depends on; the hash of the part is added when the part is read."""
     sha256 = sha256_at(str(taught), Path()) if taught.is_dir() else taught_sha256
     return JobInputs((str(part), ""), (str(taught), sha256), given_words(context), files_read(noted, str(taught)))
 
@@ -61,15 +49,7 @@ def recording(words: Sequence[str], part: Path, taught: Path, taught_sha256: str
 
 
 def calibrate_recorded(*, inputs: JobInputs, accept_unsure: bool, **arguments: Any) -> WrittenCalibration:
-    """Run `calibrate_files`, and write ``job.json`` beside its files.
-
-    Parameters
-    ----------
-    accept_unsure : bool
-        Whether UNSURE ends the command with code 0.
-    **arguments
-        Those of `calibrate_files`, except `means`.
-    """
+    """Run `calibrate_files`, and write ``job.json`` beside its files."""
     seal = partial(_seal, name=None, inputs=inputs, accept_unsure=accept_unsure)
     return calibrate_files(**arguments, means=replace(USUAL_MEANS, seal=seal))
 
@@ -93,22 +73,12 @@ def _decided_sha256(folder: Path) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A folder that says what it was made of, and where these inputs are now.
-
-    Parameters
-    ----------
-    record : dict
-        Its ``job.json``.
-    now : FoundInputs
-        Files with the hashes of the record.
-    is_asked : bool
-        Whether the folder holds the record. Otherwise it is a guess.
-    """
+    """A folder that says what it was made of, and where these inputs are now."""
 
     folder: Path
-    record: dict[str, Any]
-    now: FoundInputs
-    is_asked: bool = True
+    record: dict[str, Any]  #: Its ``job.json``.
+    now: FoundInputs  #: Files with the hashes of the record.
+    is_asked: bool = True  #: Whether the folder holds the record. Otherwise it is a guess.
 
 
 def check_claim(

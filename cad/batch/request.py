@@ -42,8 +42,7 @@ def read_pose(text: str) -> RigidTransform:
 
     Raises
     ------
-    InputError
-        If it is neither. The JSON file holds a 4×4 matrix, by itself or under the key ``T_nominal_part``.
+    InputError : If it is neither. The JSON file holds a 4×4 matrix, by itself or under the key ``T_nominal_part``.
     """
     if text.count(",") == 5:
         try:
@@ -141,10 +140,7 @@ class TouchesAsked:
     def read(self, part: Path, taught: Path, fit: CalibrateOptions, reading: PointsAsked) -> TouchRun | None:
         """Read the plan and the results; None without --touches.
 
-        Raises
-        ------
-        InputError
-            When they cannot be used, or an option does not go with them.
+        Raises `InputError` when they cannot be used, or an option does not go with them.
         """
         if self.touches is None:
             if self.setup is not None:
@@ -171,10 +167,7 @@ class HolderAsked:
     def read(self) -> Holding | None:
         """Read the cell and the joints of robot 2 if both are given.
 
-        Raises
-        ------
-        InputError
-            If only one of them is given, or one cannot be used.
+        Raises `InputError` if only one of them is given, or one cannot be used.
         """
         if (self.cell is None) != (self.holder_joints is None):
             raise InputError("--cell and --holder-joints belong together: where robot 2 is and how it held the part")
@@ -213,15 +206,7 @@ class Request:
     ) -> tuple[CalibrateOptions, RigidTransform | None]:
         """Return the options, and ``T_nominal_part`` if it is known.
 
-        Parameters
-        ----------
-        run : TouchRun or None
-            A run of a touch program: it knows the nominal place, and its criterion is weighted if none is given.
-
-        Raises
-        ------
-        InputError
-            When an option cannot be used, or not with another.
+        Raises `InputError` when an option cannot be used, or not with another.
         """
         found = replace(self.fitting, choice=self.choice.to_choice(), bodies=self.moving.to_options())
         if found.bodies is not None:
@@ -246,10 +231,7 @@ def _refuse_rigid_only(options: CalibrateOptions, *, is_criterion_given: bool) -
 def calibrate_arguments(asked: Request, *, part: Path, taught: Path, out: Path) -> dict[str, Any]:
     """Read what the options name, and return the arguments of `calibrate_files` except `step`.
 
-    Raises
-    ------
-    InputError
-        When an option or one of its files cannot be used, or the results cannot be written to `out`.
+    Raises `InputError` when an option or one of its files cannot be used, or the results cannot be written to `out`.
     """
     run = asked.touching.read(part, taught, asked.fitting, asked.reading)
     options, nominal = asked.options(run, is_criterion_given=is_given("criterion"))
@@ -297,10 +279,7 @@ def request_command() -> click.Command:
 def read_words(words: Sequence[str]) -> Iterator[tuple[Request, click.Context]]:
     """Yield the request of some words, as the command line reads them; files are read while the block runs.
 
-    Raises
-    ------
-    InputError
-        When click refuses one of them.
+    Raises `InputError` when click refuses one of them.
     """
     try:
         with request_command().make_context("calibrate", list(words)) as context:

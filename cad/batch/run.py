@@ -32,19 +32,11 @@ WAIT_FOR_LOCK_S, STEP_S = 3.0, 0.05
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A job as its process gets it.
-
-    Parameters
-    ----------
-    group : hashable
-        Jobs of the same group share what is found in their part.
-    arguments : dict
-        Keyword arguments of the function that runs it, plain data.
-    """
+    """A job as its process gets it."""
 
     number: int
-    group: Hashable
-    arguments: dict[str, Any]
+    group: Hashable  #: Jobs of the same group share what is found in their part.
+    arguments: dict[str, Any]  #: Keyword arguments of the function that runs it, plain data.
 
 
 @dataclass(slots=True, eq=False)
@@ -72,15 +64,7 @@ def locked_output(out: Path, *, overwrite: bool) -> Iterator[tuple[int, Path]]:
 
     The folder for unfinished work does not exist yet.
 
-    Parameters
-    ----------
-    overwrite : bool
-        Whether the folder may hold files.
-
-    Raises
-    ------
-    InputError
-        When the folder cannot be made or written, or holds files, or another batch writes into it.
+    Raises `InputError` when the folder cannot be made or written, or holds files, or another batch writes into it.
     """
     check_writable(out, overwrite=True)
     is_new = not out.exists()
@@ -125,21 +109,8 @@ def run_tasks(
 ) -> None:
     """Run jobs, so many at once, in the order of the list within each group.
 
-    Parameters
-    ----------
-    requests : dict
-        What opens each group.
-    at_once : int
-        How many processes work at the same time.
-    done : callable
-        Gets every job with what it returned, or its `Failure`.
-
-    Raises
-    ------
-    InputError
-        When the disk is full or read-only: no other job could write its results.
-    ServerEndedError
-        When somebody killed the process from which jobs are forked.
+    Raises `InputError` when the disk is full or read-only: no other job could write its results.
+    Raises `ServerEndedError` when somebody killed the process from which jobs are forked.
     """
 
     def ended(task: Task, value: Any) -> None:
@@ -156,27 +127,14 @@ def run_tasks(
 def require_room(value: Any) -> None:
     """Refuse what became of a job if no other job could write its results either.
 
-    Raises
-    ------
-    InputError
-        When the disk is full or read-only.
+    Raises `InputError` when the disk is full or read-only.
     """
     if isinstance(value, Failure) and value.errno in NO_ROOM:
         raise InputError(value.message)
 
 
 class Jobs:
-    """Jobs that are run, so many at once, and what becomes of a process that dies.
-
-    Parameters
-    ----------
-    at_once : int
-        How many processes work at the same time.
-    done : callable
-        Gets every job with what it returned, or its `Failure`.
-    kept_open : int
-        So many groups without jobs stay open, for jobs that are added later.
-    """
+    """Jobs that are run, so many at once, and what becomes of a process that dies."""
 
     def __init__(self, host: Host, *, at_once: int, done: Callable[[Task, Any], None], kept_open: int = 0) -> None:
         self._host, self._at_once, self._done, self._kept_open = host, at_once, done, kept_open

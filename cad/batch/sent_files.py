@@ -24,18 +24,10 @@ from wpcal.core.input_file import MOST_STEP_MB, read_bytes, sha256_of
 
 @dataclass(frozen=True, slots=True)
 class SentFile:
-    """A file or a folder that a job names.
+    """A file or a folder that a job names."""
 
-    Parameters
-    ----------
-    name : str
-        As the list names it.
-    sha256 : str
-        Of `content`.
-    """
-
-    name: str
-    sha256: str
+    name: str  #: As the list names it.
+    sha256: str  #: Of `content`.
 
 
 FilesOfOptions = Callable[[Sequence[str], str, str], Sequence[str]]
@@ -47,8 +39,6 @@ class Reader:
 
     Parameters
     ----------
-    folder : Path
-        In which relative names are looked up.
     files_of_options : callable
         Finds files that files of options name. If they are beside these or in folders below, they are sent with them.
     """
@@ -65,10 +55,7 @@ class Reader:
     def read(self, name: str, arguments: Mapping[str, Any]) -> tuple[SentFile, bytes]:
         """Read a file or a folder that a job names, with what is read together with it.
 
-        Raises
-        ------
-        InputError
-            When it cannot be read.
+        Raises `InputError` when it cannot be read.
         """
         path = self._folder / name
         try:
@@ -98,15 +85,7 @@ class Reader:
 
 
 class Copies:
-    """The copies of files on this machine.
-
-    Parameters
-    ----------
-    folder : Path
-        In which they get folders.
-    contents : sequence of bytes
-        One per file.
-    """
+    """The copies of files on this machine."""
 
     def __init__(self, folder: Path, files: Sequence[SentFile], contents: Sequence[bytes]) -> None:
         self.places: dict[str, str] = {}

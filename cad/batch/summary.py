@@ -38,17 +38,7 @@ CSV_COLUMNS = ("job", "verdict", *NUMBERS, *PLACE, "seconds", "error", "part", "
 
 
 def summary_line(job: Job, result: Mapping[str, Any] | None, *, seconds: float | None, error: str = "") -> str:
-    """Return the line of a job.
-
-    Parameters
-    ----------
-    result : mapping, optional
-        The field ``result`` of ``job.json``; None if the job failed.
-    seconds : float, optional
-        How long it took.
-    error : str
-        Why it failed, in one line.
-    """
+    """Return the line of a job."""
     result = result or {}
     line = {
         "schema": SUMMARY_SCHEMA,
@@ -73,15 +63,7 @@ def csv_row(line: Mapping[str, Any]) -> list[object]:
 
 
 class Summary:
-    """The summary of a batch that runs.
-
-    Parameters
-    ----------
-    out : Path
-        The output folder.
-    work : Path
-        Folder for unfinished work, on the same file system; it need not exist.
-    """
+    """The summary of a batch that runs."""
 
     def __init__(self, out: Path, work: Path) -> None:
         self._out, self._work = out, work
@@ -93,10 +75,7 @@ class Summary:
     def add(self, number: int, verdict: str, line: str) -> None:
         """Add the line of a job.
 
-        Raises
-        ------
-        InputError
-            When it cannot be written.
+        Raises `InputError` when it cannot be written.
         """
         data = line.encode() + b"\n"
         with self._written(JSONL):
@@ -130,10 +109,7 @@ class Summary:
     def finish(self) -> None:
         """Write both files in the order of the list.
 
-        Raises
-        ------
-        InputError
-            When they cannot be written.
+        Raises `InputError` when they cannot be written.
         """
         if self._file is None:
             return

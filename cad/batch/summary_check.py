@@ -26,12 +26,8 @@ FROM_RESULT = ("verdict", *NUMBERS, "pose")
 def read_summary(out: Path) -> list[dict[str, Any]]:
     """Read ``summary.jsonl``.
 
-    Raises
-    ------
-    InputError
-        When it cannot be opened.
-    FormatError
-        When a line is not one of a summary.
+    Raises `InputError` when it cannot be opened.
+    Raises `FormatError` when a line is not one of a summary.
     """
     path, lines = out / JSONL, []
     for number, text in enumerate(read_bytes(path).splitlines(), start=1):
@@ -44,13 +40,7 @@ def read_summary(out: Path) -> list[dict[str, Any]]:
 
 
 def check_summary(out: Path, lines: list[dict[str, Any]]) -> Iterator[Difference]:
-    """Yield what the summary says otherwise than the folders of its jobs, which are checked apart.
-
-    Parameters
-    ----------
-    lines : list of dict
-        From `read_summary`.
-    """
+    """Yield what the summary says otherwise than the folders of its jobs, which are checked apart."""
     yield from _listed_twice(lines)
     for line in lines:
         yield from _check_line(out, line)

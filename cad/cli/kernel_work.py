@@ -38,32 +38,8 @@ def run_on_part(
 
     A file that cannot be a STEP file is refused here, before the child loads the CAD kernel (about 3 s).
 
-    Parameters
-    ----------
-    target : str
-        ``package.module:function``. The file is its argument `step`; it also takes `cache` and `progress`.
-    part_step : Path
-        ``-`` is standard input.
-    arguments : mapping
-        The other keyword arguments.
-    what : str
-        For messages: what is done.
-    use_cache : bool
-        Whether to use and to keep answers about the file.
-    needs : sequence of str
-        Answers without which the function loads the CAD kernel.
-
-    Returns
-    -------
-    object
-        The result of the function.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not a STEP file.
-    WpcalError
-        As the function raised it.
+    Raises `InputError` if the file cannot be read or is not a STEP file.
+    Raises `WpcalError` as the function raised it.
     """
     from cad.step.open_text import require_step_file
     from cad.work.own_process import function_named

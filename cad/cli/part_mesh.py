@@ -15,10 +15,7 @@ if TYPE_CHECKING:
 def step_mesh(path: Path) -> bytes:
     """Return a part as ``part.glb``, from the cache if it is known.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is not a STEP file, or has no solid.
+    Raises `InputError` if the file cannot be read, is not a STEP file, or has no solid.
     """
     from cad.cli.kernel_work import run_on_part
 

@@ -59,12 +59,7 @@ def seams_table(
 ) -> Table:
     """Return one row per accepted seam.
 
-    Parameters
-    ----------
-    u95_mm : sequence of ndarray, shape (frames,), optional
-        The predicted 95 % error at every frame of each seam, mm; its largest value is shown.
-    with_gaps : bool
-        Show the gaps of the model.
+    `u95_mm`: shape (frames,). The predicted 95 % error at every frame of each seam, mm; its largest value is shown.
     """
     table = Table(title=title)
     for heading in ("seam", "joint", "weld"):

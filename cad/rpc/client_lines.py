@@ -18,15 +18,7 @@ LONG = LongLine()
 
 
 def read_lines(descriptor: int, *, most: int = MOST_BYTES) -> Iterator[bytes | LongLine]:
-    """Yield lines without their end. What follows the last end of a line is yielded, too.
-
-    Parameters
-    ----------
-    descriptor : int
-        Of a file or a pipe.
-    most : int
-        Longest line, bytes.
-    """
+    """Yield lines without their end. What follows the last end of a line is yielded, too."""
     parts, size = list[bytes](), 0
     while True:
         try:

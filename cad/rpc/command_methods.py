@@ -31,10 +31,7 @@ CommandMethod = Callable[[Mapping[str, Any]], dict[str, Any]]
 def options_of(method: str) -> list[dict[str, Any]]:
     """Return the options of a method; none if it takes none.
 
-    Raises
-    ------
-    InputError
-        If there is no such method.
+    Raises `InputError` if there is no such method.
     """
     if method not in method_names():
         raise InputError(f"{shown(method)}: no such method; known: {', '.join(method_names())}")

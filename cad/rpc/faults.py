@@ -19,13 +19,7 @@ KERNEL = "KernelError"
 
 
 def fault_line_of(request_id: Id, error: Exception, message: Mapping[str, Any]) -> bytes:
-    """Return the line that says why a request has no result.
-
-    Parameters
-    ----------
-    message : mapping
-        The request: an error about a row of its table names the row.
-    """
+    """Return the line that says why a request has no result."""
     if isinstance(error, MemoryError | OutOfMemoryError):
         what = "the CAD kernel needs more memory than its limit; set WPCAL_KERNEL_MEMORY_GB to allow more"
         return error_line(request_id, KERNEL, what, code="kernel")

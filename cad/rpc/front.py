@@ -41,28 +41,18 @@ class ClientGoneError(Exception):
 
 @dataclass(slots=True)
 class Running:
-    """The request that the worker does.
-
-    Parameters
-    ----------
-    ends_at : float
-        Time limit, on the clock of `time.monotonic`.
-    message : dict
-        What the worker gets.
-    is_cancelled, is_late, has_begun, is_again : bool
-        The last one: a worker died before it began; this is the second one.
-    step : str
-        The last line of progress.
-    """
+    """The request that the worker does."""
 
     request: Request
-    ends_at: float
-    message: dict[str, Any]
+    ends_at: float  #: Time limit, on the clock of `time.monotonic`.
+    message: dict[str, Any]  #: What the worker gets.
+    #: `is_cancelled`, `is_late`, `has_begun`, `is_again`: The last one: a worker died before it began; this is the
+    #: second one.
     is_cancelled: bool = False
     is_late: bool = False
     has_begun: bool = False
     is_again: bool = False
-    step: str = ""
+    step: str = ""  #: The last line of progress.
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,13 +64,7 @@ class Waiting:
 
 
 class Front:
-    """Answers a client on two file descriptors.
-
-    Parameters
-    ----------
-    limits : Limits, optional
-        Of the worker; time counts for every request.
-    """
+    """Answers a client on two file descriptors."""
 
     def __init__(self, requests: int, answers: int, limits: Limits | None = None) -> None:
         self._in, self._out = requests, answers
@@ -174,10 +158,7 @@ class Front:
     def _read_line(self, line: bytes | LongLine) -> tuple[Request, int]:
         """Return the request on a line, and the size of the line.
 
-        Raises
-        ------
-        MessageFaultError
-            If it is none, or cannot be taken now.
+        Raises `MessageFaultError` if it is none, or cannot be taken now.
         """
         if isinstance(line, LongLine):
             what = f"the line has more than {MOST_BYTES // 10**6} MB; write large data to a file and send its path"
@@ -339,10 +320,7 @@ class Front:
 def answer_client() -> int:
     """Run a front on standard input and output. What libraries print goes to standard error.
 
-    Raises
-    ------
-    InputError
-        If the environment states a limit that is not one.
+    Raises `InputError` if the environment states a limit that is not one.
     """
     requests, answers = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)

@@ -32,15 +32,7 @@ class Request:
 
 
 class MessageFaultError(Exception):
-    """A line is not a request.
-
-    Attributes
-    ----------
-    id : int, str or None
-        That of the line, if it has one.
-    kind : str
-        Of the error.
-    """
+    """A line is not a request."""
 
     def __init__(self, what: str, *, id: Id | None = None, kind: str = "ProtocolError") -> None:  # noqa: A002
         super().__init__(what)
@@ -50,10 +42,7 @@ class MessageFaultError(Exception):
 def read_request(line: bytes) -> Request:
     """Return the request on a line.
 
-    Raises
-    ------
-    MessageFaultError
-        If there is none.
+    Raises `MessageFaultError` if there is none.
     """
     value = _parse(line)
     if not isinstance(value, dict):

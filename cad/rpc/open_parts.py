@@ -35,19 +35,11 @@ MOST_PARTS = 4
 
 @dataclass(eq=False)
 class OpenPart:
-    """A part with what is known of it.
+    """A part with what is known of it."""
 
-    Parameters
-    ----------
-    path : Path
-        As the client named it.
-    signature : tuple
-        Size, time and number of the file when it was read.
-    """
-
-    path: Path
+    path: Path  #: As the client named it.
     workpiece: Workpiece
-    signature: tuple[int, ...]
+    signature: tuple[int, ...]  #: Size, time and number of the file when it was read.
     _found: OrderedDict[str, Found] = field(default_factory=OrderedDict)
 
     @property
@@ -103,10 +95,7 @@ class OpenPart:
 def read_part(path: Path, progress: Progress) -> OpenPart:
     """Read a STEP file.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is not a STEP file.
+    Raises `InputError` if it cannot be read, or is not a STEP file.
     """
     from cad.step.open_text import require_step_file
 
@@ -118,10 +107,7 @@ def read_part(path: Path, progress: Progress) -> OpenPart:
 def signature_of(path: Path) -> tuple[int, ...]:
     """Return what changes when a file is replaced.
 
-    Raises
-    ------
-    InputError
-        If the file is gone.
+    Raises `InputError` if the file is gone.
     """
     try:
         found = os.stat(path)
@@ -147,10 +133,7 @@ class OpenParts:
     def get(self, handle: str, path: Path, progress: Progress) -> OpenPart:
         """Return a part; it is read if it is not in memory, or its file changed.
 
-        Raises
-        ------
-        InputError
-            If the file is gone or cannot be read.
+        Raises `InputError` if the file is gone or cannot be read.
         """
         part = self._parts.get(handle)
         if part is None or part.signature != signature_of(path):

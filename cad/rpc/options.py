@@ -40,17 +40,7 @@ def describe_options(options: Iterable[click.Option]) -> list[dict[str, Any]]:
 def words_of(options: Iterable[click.Option], values: Mapping[str, Any]) -> list[str]:
     """Return options as they are typed.
 
-    Parameters
-    ----------
-    options : iterable of click.Option
-        The known ones.
-    values : mapping
-        By name. An option that is null or false is as if it were not given.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown, or a value has another type.
+    Raises `InputError` if a name is unknown, or a value has another type.
     """
     known = {name_of(option): option for option in options}
     words = list[str]()
@@ -107,13 +97,7 @@ def _default_of(option: click.Option) -> Any:
 
 
 class OptionSet:
-    """The options of a group (`wpcal.cli.option_groups`), for a method that has no command of its own.
-
-    Parameters
-    ----------
-    without : sequence of str
-        Names of options that a request cannot have.
-    """
+    """The options of a group (`wpcal.cli.option_groups`), for a method that has no command of its own."""
 
     def __init__(self, group: type[Any], *, without: Sequence[str] = ()) -> None:
         def found(*, value: Any) -> Any:
@@ -131,10 +115,7 @@ class OptionSet:
     def read(self, values: Mapping[str, Any]) -> Any:
         """Return the group with the values of a request.
 
-        Raises
-        ------
-        InputError
-            If a name is unknown, or a value cannot be used.
+        Raises `InputError` if a name is unknown, or a value cannot be used.
         """
         words = words_of(self.options, values)
         with usage_told():

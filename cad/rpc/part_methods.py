@@ -112,18 +112,12 @@ def read_taught(part: OpenPart, params: Mapping[str, Any], _: Progress) -> dict[
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asked:
-    """What a request wants to be calibrated.
-
-    Parameters
-    ----------
-    rows : Rows or None
-        The rows of the request; None if it names a file.
-    """
+    """What a request wants to be calibrated."""
 
     options: CalibrateOptions
     nominal: RigidTransform | None
     taught: TaughtPoints
-    rows: Rows | None
+    rows: Rows | None  #: The rows of the request; None if it names a file.
     run: TouchRun | None
 
     @property

@@ -50,13 +50,7 @@ class RequestCancelledError(BaseException):
 
 
 class Worker:
-    """Answers requests one after another.
-
-    Parameters
-    ----------
-    channel : file
-        Gets the lines.
-    """
+    """Answers requests one after another."""
 
     def __init__(self, requests: int, channel: IO[bytes]) -> None:
         self._requests, self._channel = requests, channel

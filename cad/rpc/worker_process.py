@@ -18,13 +18,7 @@ Heard = Callable[["WorkerProcess", bytes], None]
 
 
 class WorkerProcess:
-    """A running worker. It ends when this process ends.
-
-    Parameters
-    ----------
-    heard : callable
-        Called in a thread of its own.
-    """
+    """A running worker. It ends when this process ends."""
 
     def __init__(self, limits: Limits, heard: Heard) -> None:
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  # closed by `end`
@@ -61,13 +55,7 @@ class WorkerProcess:
         self._process.kill()
 
     def end(self, *, step: str = "") -> str:
-        """Wait for the end of a process that was killed or died, and say how it ended.
-
-        Parameters
-        ----------
-        step : str
-            What it was doing.
-        """
+        """Wait for the end of a process that was killed or died, and say how it ended."""
         self._process.kill()
         code = self._process.wait()
         why = cause_of_death(code, step=step, noise=self._noise)

@@ -91,12 +91,7 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
 
 
 def planned_touches(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches, list[int]] | None:
-    """Return the touches of rows at their model points, as if the part were at the base.
-
-    Returns
-    -------
-    tuple or None. The touches and the index of the row of each; None for a table of features, or without such a row.
-    """
+    """Return the touches of rows at their model points, as if the part were at the base."""
     columns = rows.columns
     if "kind" not in columns:
         return None

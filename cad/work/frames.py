@@ -66,13 +66,7 @@ def read_frames(pipe: Reads | None) -> Iterator[tuple[str, Any]]:
 
 
 class Channel:
-    """One end of a pair of sockets as a stream of bytes; it reads no byte ahead.
-
-    Parameters
-    ----------
-    end : socket
-        Of the type ``SOCK_STREAM``.
-    """
+    """One end of a pair of sockets as a stream of bytes; it reads no byte ahead."""
 
     def __init__(self, end: socket.socket) -> None:
         self._end = end
@@ -98,10 +92,7 @@ class Channel:
     def write(self, data: bytes) -> None:
         """Send bytes.
 
-        Raises
-        ------
-        OSError
-            When the other side closed its end.
+        Raises `OSError` when the other side closed its end.
         """
         self._end.sendall(data)
 

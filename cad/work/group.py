@@ -33,28 +33,16 @@ JOBS_OF_A_PROCESS = 16
 
 @dataclass(frozen=True, slots=True)
 class GroupRequest:
-    """What the process of a group does.
+    """What the process of a group does."""
 
-    Parameters
-    ----------
-    open_target, run_target : str
-        ``package.module:function``. The first takes `arguments` and returns what the jobs share; the second takes that
-        and the arguments of a job, and returns plain data.
-    arguments : dict
-        Keyword arguments, plain data.
-    folder : Path
-        In which both work: relative names are looked up there.
-    work : Path
-        Of unfinished work. A job finds the folder ``work/NUMBER`` for itself.
-    time_s, memory_gb : float
-        Limits of opening, and of each job. Only Linux holds a process to the limit of memory.
-    """
-
+    #: `open_target`, `run_target`: ``package.module:function``. The first takes `arguments` and returns what the jobs
+    #: share; the second takes that and the arguments of a job, and returns plain data.
     open_target: str
     run_target: str
-    arguments: dict[str, Any]
-    folder: Path
-    work: Path
+    arguments: dict[str, Any]  #: Keyword arguments, plain data.
+    folder: Path  #: In which both work: relative names are looked up there.
+    work: Path  #: Of unfinished work. A job finds the folder ``work/NUMBER`` for itself.
+    #: `time_s`, `memory_gb`: Limits of opening, and of each job. Only Linux holds a process to the limit of memory.
     time_s: float
     memory_gb: float
 

@@ -46,24 +46,12 @@ class EventKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Why a job or a group failed.
+    """Why a job or a group failed."""
 
-    Parameters
-    ----------
-    message : str
-        One line.
-    errno : int
-        Number of the system's error behind it; 0 if there is none.
-    killed : bool
-        Whether somebody else killed the process: the same work may well succeed.
-    of_group : bool
-        Whether no job of its group can be run.
-    """
-
-    message: str
-    errno: int = 0
-    killed: bool = False
-    of_group: bool = False
+    message: str  #: One line.
+    errno: int = 0  #: Number of the system's error behind it; 0 if there is none.
+    killed: bool = False  #: Whether somebody else killed the process: the same work may well succeed.
+    of_group: bool = False  #: Whether no job of its group can be run.
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,19 +71,7 @@ class ServerEndedError(KernelError):
 class Host:
     """The processes of one batch on this machine.
 
-    Parameters
-    ----------
-    work : Path
-        Folder for unfinished work, which is made here; the server removes it at the end.
-    lock : int
-        Descriptor of the locked output folder: the server holds it until all processes have ended.
-    modules : sequence of str
-        Loaded once by the server.
-
-    Raises
-    ------
-    InputError
-        When the folder cannot be made.
+    Raises `InputError` when the folder cannot be made.
     """
 
     def __init__(self, work: Path, lock: int, modules: Sequence[str]) -> None:
@@ -125,10 +101,7 @@ class Host:
     def open_group(self, group: int, request: GroupRequest) -> None:
         """Start the process of a group; an event tells when it is ready for jobs.
 
-        Raises
-        ------
-        ServerEndedError
-            When the server does not run any more.
+        Raises `ServerEndedError` when the server does not run any more.
         """
         ours, theirs = socket.socketpair()
         self._channels[group], self._requests[group] = Channel(ours), request
@@ -156,15 +129,7 @@ class Host:
     def wait(self, wake: int | None = None) -> list[Event]:
         """Wait until something happens, and return it.
 
-        Parameters
-        ----------
-        wake : int, optional
-            A descriptor. If something can be read from it, the waiting ends, too.
-
-        Raises
-        ------
-        ServerEndedError
-            When the server does not run any more.
+        Raises `ServerEndedError` when the server does not run any more.
         """
         channels = {channel.fileno(): group for group, channel in self._channels.items()}
         heard: list[Any] = [self._command, *channels, *([] if wake is None else [wake])]

@@ -26,15 +26,7 @@ def show_sentence(record: Mapping[str, Any], console: Console) -> None:
 
 
 def show_bodies(record: Mapping[str, Any], console: Console, *, details: bool = False) -> None:
-    """Print the motions of the bodies, and the error and the gap of every seam between them.
-
-    Parameters
-    ----------
-    record : mapping
-        The field ``bodies`` of ``calibration.json``.
-    details : bool
-        Also print the motions along the axes of the part.
-    """
+    """Print the motions of the bodies, and the error and the gap of every seam between them."""
     if record["seams"]:
         console.print(_seams(record["seams"], record["gap_limit_mm"]))
     console.print(_bodies(record["bodies"]))

@@ -35,19 +35,7 @@ def exit_code(result: CalibrationResult, *, accept_unsure: bool = False) -> int:
 def show_calibration(
     result: CalibrationResult, console: Console, *, details: bool = False, record: Mapping[str, Any] | None = None
 ) -> None:
-    """Print a calibration: one row per point, the pose as pendants show it, the criteria and the warnings.
-
-    Parameters
-    ----------
-    result : CalibrationResult
-        To print.
-    console : Console
-        Printed on.
-    details : bool
-        Also print how the answer was found and proved, and the correction in radians.
-    record : mapping, optional
-        The record of ``calibration.json``, if it says more than the result: of bodies that moved.
-    """
+    """Print a calibration: one row per point, the pose as pendants show it, the criteria and the warnings."""
     console.print(_points(result))
     console.print(_fit(result))
     console.print(_pose(result))

@@ -14,15 +14,7 @@ USAGE, INTERNAL, INTERRUPTED = "usage", "internal", "interrupted"
 
 
 def error_record(error: BaseException, message: str, exit_code: int, arguments: Sequence[str]) -> dict[str, Any]:
-    """Return the record ``wpcal/error/1``.
-
-    Parameters
-    ----------
-    message : str
-        The line on stderr, without the name of the program and without the hint.
-    arguments : sequence of str
-        Of the command line: a message that begins with one of them is about that file.
-    """
+    """Return the record ``wpcal/error/1``."""
     if isinstance(error, FormatError) and error.path:
         place: tuple[Any, ...] = (error.path, error.line, error.column, error.what)
     else:

@@ -40,10 +40,7 @@ class SelectionAsked:
     def require_one(self) -> None:
         """Refuse names together with all.
 
-        Raises
-        ------
-        InputError
-            If both are given.
+        Raises `InputError` if both are given.
         """
         from wpcal.core.errors import InputError
 
@@ -86,10 +83,7 @@ class ArmAsked:
     def read(self) -> ArmAtTool | None:
         """Return the arm with its tool and where it is; None if no arm is given.
 
-        Raises
-        ------
-        InputError
-            When the arm cannot be read, or `near` or `tool` is missing or unreadable.
+        Raises `InputError` when the arm cannot be read, or `near` or `tool` is missing or unreadable.
         """
         import numpy as np
 
@@ -162,16 +156,8 @@ class WeldProgramAsked:
 class WeldPrograms:
     """The program of a calibration in its two forms, each made when it is first asked for.
 
-    Parameters
-    ----------
-    program : WeldProgram
-        With a pose for every frame of the seams, not compared with the part.
-    tolerance : PathTolerance or None
-        Of lines and arcs; None for every point in every format.
-    shape : TorchShape
-        The torch that is compared with the part.
-    felt : TorchShape or None
-        The torch with which reach was felt, if the seams say so.
+    `program`: With a pose for every frame of the seams, not compared with the part.
+    `shape`: The torch that is compared with the part.
     """
 
     def __init__(
@@ -190,13 +176,7 @@ class WeldPrograms:
         self._made: dict[bool, WeldProgram] = {}
 
     def form(self, *, takes_arcs: bool) -> WeldProgram:
-        """Return the program with lines and arcs, or with every point of the seams.
-
-        Parameters
-        ----------
-        takes_arcs : bool
-            Whether the format can state arcs. With ``--every-point`` both forms are the same.
-        """
+        """Return the program with lines and arcs, or with every point of the seams."""
         few = takes_arcs and self._tolerance is not None
         if few not in self._made:
             self._made[few] = self._make(self._tolerance if few else None)

@@ -29,10 +29,7 @@ TAKEN = frozenset(
 def touches_file(folder: Path) -> Path | None:
     """Return the plan of touches that the user means, by its file or its folder; None if there is none.
 
-    Raises
-    ------
-    InputError
-        When the folder holds a calibration, too.
+    Raises `InputError` when the folder holds a calibration, too.
     """
     from wpcal.core.errors import InputError
     from wpcal.results.folder import CALIBRATION_FILE
@@ -54,10 +51,7 @@ def touches_file(folder: Path) -> Path | None:
 def refuse_weld_options(context: click.Context) -> None:
     """Refuse options that only weld programs have.
 
-    Raises
-    ------
-    InputError
-        With the first of them.
+    Raises `InputError` with the first of them.
     """
     from click.core import ParameterSource
 
@@ -94,23 +88,9 @@ def export_touches(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Write the touch programs of a plan.
+    """Write the touch programs of a plan. The exit code.
 
-    Parameters
-    ----------
-    file : Path
-        ``touches.json``.
-    flags : WeldProgramAsked
-        Its names and numbers of the controller, and the arm, are used.
-    setup_file : Path or None
-        The touch setup; None for its defaults.
-    out : Path or None
-        Programs go to OUT/FORMAT; None: beside the plan.
-
-    Returns
-    -------
-    int
-        The exit code.
+    `setup_file`: The touch setup; None for its defaults.
     """
     from wpcal.cli.outputs import write_programs
     from wpcal.controllers.audit.touches import check_touches_written

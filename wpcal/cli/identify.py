@@ -29,10 +29,7 @@ class NoiseAsked:
     def to_noise(self) -> Noise | None:
         """Return it in millimetres and radians.
 
-        Raises
-        ------
-        InputError
-            If only one of the two is given.
+        Raises `InputError` if only one of the two is given.
         """
         from wpcal.core.errors import InputError
         from wpcal.robot.identify.identifiability import Noise

@@ -38,13 +38,9 @@ def takes(
 
     Parameters
     ----------
-    argument : str
-        Name of the command's argument.
     without, only : sequence of str
         Fields that are left at their defaults, or all that are options. Groups may share an option: each gets its
         value.
-    later : bool
-        Whether the command receives a function that returns the group: files that options name are read then.
     """
     asked = _Asked(group, tuple(without), tuple(only))
 
@@ -228,10 +224,7 @@ class _Stated:
     def value(self, values: Mapping[str, Any]) -> Any:
         """Return the field's value of what was typed.
 
-        Raises
-        ------
-        InputError
-            When it cannot be read.
+        Raises `InputError` when it cannot be read.
         """
         if self.option.switches:
             return self._switched(values)

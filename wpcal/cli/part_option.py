@@ -22,10 +22,7 @@ part_option = click.option(
 def read_part_option(path: Path | None) -> bytes | None:
     """Return the triangles of a part as ``part.glb`` has them; None if no part is given.
 
-    Raises
-    ------
-    InputError
-        When the file cannot be read, or nothing that is installed reads files with this suffix.
+    Raises `InputError` when the file cannot be read, or nothing that is installed reads files with this suffix.
     """
     from wpcal.controllers.registry import installed
     from wpcal.core.errors import InputError

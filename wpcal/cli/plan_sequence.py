@@ -49,29 +49,15 @@ class PlanPrograms:
 
 @dataclass(frozen=True, slots=True)
 class SequenceRequest:
-    """What is planned with one robot.
-
-    Parameters
-    ----------
-    result : Path
-        A folder with ``seams.json``, or the file.
-    output : Path
-        The folder.
-    flags : PlanPrograms
-        Seams, languages, tolerance of the path, names in the controller, and the arc.
-    prefer : str
-        Which plan is written as programs.
-    part : Path or None
-        The part, if not ``part.glb`` beside the seams.
-    """
+    """What is planned with one robot."""
 
     cell: Cell
-    result: Path
-    output: Path
+    result: Path  #: A folder with ``seams.json``, or the file.
+    output: Path  #: The folder.
     targets: SequenceTargets
-    flags: PlanPrograms
-    prefer: str
-    part: Path | None
+    flags: PlanPrograms  #: Seams, languages, tolerance of the path, names in the controller, and the arc.
+    prefer: str  #: Which plan is written as programs.
+    part: Path | None  #: The part, if not ``part.glb`` beside the seams.
 
 
 def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
@@ -143,10 +129,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
 def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
     """Return the controllers whose programs are asked for; by default all that can hold a plan.
 
-    Raises
-    ------
-    InputError
-        When a name is unknown, or its controller has no programs of plans.
+    Raises `InputError` when a name is unknown, or its controller has no programs of plans.
     """
     from wpcal.controllers.registry import controller_named, controllers
     from wpcal.core.errors import InputError

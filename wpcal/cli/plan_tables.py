@@ -13,13 +13,7 @@ from wpcal.planning.search.pareto import PlanningResult, Preference
 
 
 def show_plans(result: PlanningResult, preference: Preference, runs: Sequence[CellRun], console: Console) -> None:
-    """Print the front, the volume that each method dominates, and what is known of the chosen plan.
-
-    Parameters
-    ----------
-    runs : sequence of CellRun
-        The plans of the front with approach and retract.
-    """
+    """Print the front, the volume that each method dominates, and what is known of the chosen plan."""
     front = result.front
     chosen = front.chosen(preference)
     run = runs[chosen]

@@ -48,18 +48,7 @@ def progress_told_to(told: Progress) -> Iterator[None]:
 
 @contextmanager
 def shown_progress(start: str) -> Iterator[Progress]:
-    """Yield a function that shows what is being done.
-
-    Parameters
-    ----------
-    start : str
-        What is done until the first message.
-
-    Yields
-    ------
-    callable
-        Takes one message per step.
-    """
+    """Yield a function that shows what is being done."""
     told = _TOLD.get()
     if told is not None:
         told(start)

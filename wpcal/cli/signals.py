@@ -18,13 +18,7 @@ SOON_S = 2.0
 
 
 class Stopped(KeyboardInterrupt):
-    """A signal asked this process to end.
-
-    Attributes
-    ----------
-    number : int
-        Of the signal.
-    """
+    """A signal asked this process to end."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)

@@ -47,13 +47,7 @@ class PrintableText(io.TextIOWrapper):
 
 
 def protect_streams() -> LossyFile | None:
-    """Replace standard output and error by streams that cannot fail.
-
-    Returns
-    -------
-    LossyFile or None
-        Standard output; None if something else than a file descriptor is in its place.
-    """
+    """Replace standard output and error by streams that cannot fail."""
     closed = _open_missing()
     output = _lossy(sys.stdout, _OUTPUT) if sys.stdout is sys.__stdout__ else None
     if output is not None:

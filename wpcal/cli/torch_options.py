@@ -26,10 +26,7 @@ class SpinAsked:
     def spun(self, torch: TorchSettings, shape: TorchShape) -> TorchSettings:
         """Return how the torch is held; the turn of a bent neck is fixed.
 
-        Raises
-        ------
-        InputError
-            If a turn is asked for with a bent neck.
+        Raises `InputError` if a turn is asked for with a bent neck.
         """
         from wpcal.core.errors import InputError
 
@@ -60,15 +57,7 @@ class TorchAsked:
     def to_shape(self, felt: TorchShape | None = None) -> TorchShape:
         """Return the torch that is compared with the part.
 
-        Parameters
-        ----------
-        felt : TorchShape, optional
-            The torch with which reach was felt, of ``seams.json``. The options change the sizes of a straight one.
-
-        Raises
-        ------
-        InputError
-            If options state other sizes than those of a torch with a neck.
+        Raises `InputError` if options state other sizes than those of a torch with a neck.
         """
         from wpcal.core.errors import InputError
         from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape

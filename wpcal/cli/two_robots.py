@@ -26,31 +26,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TwoRobotRequest:
-    """What is planned with two robots.
-
-    Parameters
-    ----------
-    result : Path
-        ``seams.json``, or the folder with it.
-    output : Path
-        The folder.
-    joints : bool
-        Whether programs are joint moves.
-    prefer : str
-        Which plan is written as programs.
-    programs : PlanPrograms
-        Seams, languages, tolerance of the path, names in the controller, and the arc.
-    """
+    """What is planned with two robots."""
 
     cell: Cell
-    result: Path
-    output: Path
-    joints: bool
+    result: Path  #: ``seams.json``, or the folder with it.
+    output: Path  #: The folder.
+    joints: bool  #: Whether programs are joint moves.
     weld: WeldTargets
     speed_mm_s: float
-    prefer: str
+    prefer: str  #: Which plan is written as programs.
     genetic: Nsga2Options | None
-    programs: PlanPrograms
+    programs: PlanPrograms  #: Seams, languages, tolerance of the path, names in the controller, and the arc.
 
     @property
     def seams_json(self) -> Path:
@@ -69,10 +55,7 @@ class TwoRobotRequest:
     def problem(self, seam: str) -> PlanningProblem:
         """Return what is searched for a seam.
 
-        Raises
-        ------
-        InputError
-            When there is no such seam, or a target is out of its range.
+        Raises `InputError` when there is no such seam, or a target is out of its range.
         """
         from wpcal.planning.plan.seam_file import read_seam_path
         from wpcal.planning.search.problem import PlanningProblem
@@ -83,10 +66,7 @@ class TwoRobotRequest:
     def names(self) -> list[str]:
         """Return the seams of ``--only``, else the accepted ones, in the order of the file.
 
-        Raises
-        ------
-        InputError
-            When a name is unknown, or no seam is accepted.
+        Raises `InputError` when a name is unknown, or no seam is accepted.
         """
         from wpcal.core.errors import InputError
         from wpcal.planning.plan.seam_file import read_held_seams
@@ -110,10 +90,7 @@ LONGEST_FOLDER = 60
 def run_seams_of_two_robots(asked: TwoRobotRequest, seam: str | None, *, force: bool, as_json: bool) -> int:
     """Plan one seam, or each of several in a folder of its own; 1 if one of them has no plan that is free.
 
-    Raises
-    ------
-    InputError
-        As `run_two_robots` does; also when several seams shall be one record on stdout.
+    Raises `InputError` as `run_two_robots` does; also when several seams shall be one record on stdout.
     """
     from wpcal.controllers.language.naming import NameRules, safe_names
     from wpcal.core.errors import InputError
@@ -139,10 +116,7 @@ def run_seams_of_two_robots(asked: TwoRobotRequest, seam: str | None, *, force: 
 def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: bool) -> int:
     """Plan, write the folder and print what was found; 1 if there is no feasible plan or its path is not free.
 
-    Raises
-    ------
-    InputError
-        When a file cannot be used, or arc instructions are asked for that cannot be written.
+    Raises `InputError` when a file cannot be used, or arc instructions are asked for that cannot be written.
     """
     from wpcal.cli.progress import counted_progress
     from wpcal.controllers.program.coordinated_program import tacks_left_out
@@ -170,10 +144,7 @@ def run_two_robots(asked: TwoRobotRequest, seam: str, *, force: bool, as_json: b
 def _refuse_options(asked: TwoRobotRequest) -> None:
     """Refuse options that programs of two robots do not have, before the search.
 
-    Raises
-    ------
-    InputError
-        If there is one.
+    Raises `InputError` if there is one.
     """
     from wpcal.controllers.program.two_robots import coordinated_languages, sync_languages
     from wpcal.controllers.registry import controller_named
@@ -203,20 +174,11 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Programs:
-    """The programs of a run.
+    """The programs of a run."""
 
-    Parameters
-    ----------
-    files : dict of str to str
-        Names and contents.
-    refusals : tuple of str
-        Why some languages have none.
-    motions : dict of str to CoordinatedRun
-        By language, the coordinated motion; none in programs of joint moves.
-    """
-
-    files: dict[str, str] = field(default_factory=dict)
-    refusals: tuple[str, ...] = ()
+    files: dict[str, str] = field(default_factory=dict)  #: Names and contents.
+    refusals: tuple[str, ...] = ()  #: Why some languages have none.
+    #: By language, the coordinated motion; none in programs of joint moves.
     motions: dict[str, CoordinatedRun] = field(default_factory=dict)
 
     def languages_of(self) -> list[tuple[str, CoordinatedRun]]:
@@ -228,10 +190,7 @@ class Programs:
 def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld:
     """Return what is welded: the seam in `part`, and its weld data in the position that a plan gives it.
 
-    Raises
-    ------
-    InputError
-        When a file cannot be used, or arc instructions are asked for without weld data.
+    Raises `InputError` when a file cannot be used, or arc instructions are asked for without weld data.
     """
     from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
@@ -290,10 +249,7 @@ def _describe(languages: str, found: CoordinatedRun) -> str:
 def _read_mesh(seams_json: Path) -> bytes | None:
     """Read the part's triangles if `wpcal calibrate` wrote them beside the seams.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not such a mesh.
+    Raises `InputError` if the file cannot be read or is not such a mesh.
     """
     from wpcal.brep.mesh_glb import read_part_glb
     from wpcal.brep.moved_mesh import read_moved_glb

@@ -34,10 +34,7 @@ class WeldRulesAsked:
     def read(self) -> RuleTable:
         """Return the table.
 
-        Raises
-        ------
-        InputError
-            When the file cannot be used.
+        Raises `InputError` when the file cannot be used.
         """
         from wpcal.weld.rules import read_rules, shipped_rules
 
@@ -77,21 +74,8 @@ class ArcAsked:
     ) -> tuple[Mapping[str, SeamWeld] | None, ArcSettings | None]:
         """Return the weld data of the chosen seams, and how the arc is switched; None for what is not asked for.
 
-        Parameters
-        ----------
-        seams : sequence of Seam
-            All seams of the part, with frames in `base`.
-        part_glb : bytes or None
-            The triangles of the part.
-        names : collection of str
-            Of the chosen seams.
-        positions : mapping, optional
-            As in `wpcal.weld.find.find_welds`.
-
-        Raises
-        ------
-        InputError
-            When the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
+        `seams`: All seams of the part, with frames in `base`.
+        Raises `InputError` when the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
         """
         from wpcal.weld.find import find_welds
         from wpcal.weld.record import read_stated_welds
@@ -117,10 +101,7 @@ class ArcAsked:
     def _settings(self) -> ArcSettings | None:
         """Return how the arc is switched; None for a dry run.
 
-        Raises
-        ------
-        InputError
-            When it is asked for without weld data.
+        Raises `InputError` when it is asked for without weld data.
         """
         from wpcal.core.errors import ErrorCode, InputError
 

@@ -46,10 +46,7 @@ class StatingAsked:
     def read(self, output: Path | None, table: RuleTable, finished: FinishedCalibration) -> Stated:
         """Return what is stated: by the file that is written again, by FILE, by options, by an xMCF file.
 
-        Raises
-        ------
-        InputError
-            When a file or an option cannot be used.
+        Raises `InputError` when a file or an option cannot be used.
         """
         from wpcal.weld.find import seam_places
         from wpcal.weld.merge import merge_stated

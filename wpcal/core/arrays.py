@@ -17,13 +17,7 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 def frozen(values: ArrayLike) -> FloatArray:
     """Return a read-only float64 copy.
 
-    Parameters
-    ----------
-    values : array_like, any shape
-
-    Returns
-    -------
-    ndarray, same shape
+    Returns ndarray, same shape.
     """
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
@@ -35,24 +29,10 @@ LARGEST_MM = 1e9
 
 
 def as_points(values: ArrayLike, *, name: str) -> FloatArray:
-    """Check and freeze an array of points.
+    """Check and freeze an array of points, shape (n, 3). A read-only copy.
 
-    Parameters
-    ----------
-    values : array_like, shape (n, 3)
-        Coordinates in one frame, mm.
-    name : str
-        Name of the array in messages.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        A read-only copy.
-
-    Raises
-    ------
-    InputError
-        When the shape is not (n, 3), or a value is NaN, infinite or larger than `LARGEST_MM`.
+    `values`: shape (n, 3). Coordinates in one frame, mm.
+    Raises `InputError` when the shape is not (n, 3), or a value is NaN, infinite or larger than `LARGEST_MM`.
     """
     try:
         points = frozen(values)

@@ -75,15 +75,11 @@ def number_in_cell(cell: str, *, column: str, decimal: str) -> float:
 
     Parameters
     ----------
-    column : str
-        Name of the column; its end is the unit in which the number is expected.
-    decimal : str
-        The decimal sign of the table: ``.`` or ``,``.
+    column : Name of the column; its end is the unit in which the number is expected.
 
     Raises
     ------
-    InputError
-        When the cell is empty, has another unit, has an ambiguous comma or point, or is not a finite number.
+    InputError : When the cell is empty, has another unit, has an ambiguous comma or point, or is not a finite number.
     """
     if not cell.strip():
         raise InputError("the cell is empty, expected a number")

@@ -18,13 +18,7 @@ _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as the text of a CSV file, the header first.
-
-    Parameters
-    ----------
-    rows : iterable of iterable
-        Numbers, or texts; a text that is a number counts as one.
-    """
+    """Return rows as the text of a CSV file, the header first."""
     return "".join(f"{','.join(map(cell_text, row))}\n" for row in rows)
 
 

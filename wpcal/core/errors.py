@@ -83,19 +83,7 @@ LONGEST_MESSAGE = 2000
 class WpcalError(Exception):
     """Anything that wpcal raises on purpose.
 
-    Parameters
-    ----------
-    message : str
-        What is wrong, where, what was expected, and what to do.
-    code : str, optional
-        The cause, for programs: an `ErrorCode`. By default the usual code of the class.
-
-    Attributes
-    ----------
-    code : str
-        The cause, for programs.
-    exit_code : int
-        What the command line ends with.
+    `code`: The cause, for programs: an `ErrorCode`. By default the usual code of the class.
     """
 
     exit_code = 2
@@ -137,26 +125,7 @@ class GeometryError(InputError):
 
 
 class FormatError(InputError):
-    """A file breaks its format; the message begins with the file and, where known, the line and column.
-
-    Parameters
-    ----------
-    message : str
-        What is wrong and what was expected.
-    path : str, optional
-        The file, as the user named it.
-    line : int, optional
-        Line in the file, counted from 1.
-    column : str or int, optional
-        Name of the column, or its place counted from 1.
-    code : str, optional
-        The cause, for programs: an `ErrorCode`.
-
-    Attributes
-    ----------
-    what : str
-        The message without the place.
-    """
+    """A file breaks its format; the message begins with the file and, where known, the line and column."""
 
     code = ErrorCode.FORMAT
 
@@ -184,13 +153,7 @@ class FormatError(InputError):
 
 @contextmanager
 def blamed_on(path: str) -> Iterator[None]:
-    """Put the file's name before the message of a `GeometryError` or `UnitError` raised inside.
-
-    Parameters
-    ----------
-    path : str
-        The file, as the user named it. If it is empty, the error passes unchanged.
-    """
+    """Put the file's name before the message of a `GeometryError` or `UnitError` raised inside."""
     try:
         yield
     except (GeometryError, UnitError) as error:
@@ -200,17 +163,7 @@ def blamed_on(path: str) -> Iterator[None]:
 
 
 class ConvergenceError(WpcalError, RuntimeError):
-    """A solver stopped before it reached its goal.
-
-    Parameters
-    ----------
-    message : str
-        What was not reached.
-    best : object, optional
-        The best answer so far.
-    code : str, optional
-        The cause, for programs: an `ErrorCode`.
-    """
+    """A solver stopped before it reached its goal."""
 
     exit_code = 1
     code = ErrorCode.CONVERGENCE

@@ -50,15 +50,7 @@ def noted_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[dict[str, str
     of wpcal itself are not noted. What is noted of a file holds for all that is made of it: a file that is changed
     between two readings is refused, also if it is changed back later.
 
-    Parameters
-    ----------
-    known : iterable of (str, str)
-        Names, and the SHA-256 that these files must have if they are read.
-
-    Raises
-    ------
-    InputError
-        At the end of the block, when a file had other contents when it was read once more.
+    Raises `InputError` at the end of the block, when a file had other contents when it was read once more.
     """
     noted: dict[str, str] = {}
     expected, changed = {str(Path(name)): sha256 for name, sha256 in known}, set[str]()
@@ -80,17 +72,6 @@ def noted_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[dict[str, str
 
 def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
     """Return the bytes of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file as the user named it; ``-`` is standard input.
-    most_mb : float
-        Largest size, MB; the environment variable `LIMIT_VARIABLE` replaces it.
-    first : int, optional
-        Read only so many bytes. The size limit is checked all the same.
-    expected : str
-        What the file should be, for the message about a folder, pipe or device.
 
     Raises
     ------
@@ -150,10 +131,7 @@ def sha256_of(data: bytes) -> str:
 def require_name(path: Path) -> None:
     """Refuse a path that no file can have, or whose name cannot be written into a record.
 
-    Raises
-    ------
-    InputError
-        When the path is not UTF-8 text, holds a null character, or is too long for the file system.
+    Raises `InputError` when the path is not UTF-8 text, holds a null character, or is too long for the file system.
     """
     shown = os.fsencode(path).decode("utf-8", errors="backslashreplace")
     try:
@@ -170,13 +148,7 @@ def require_name(path: Path) -> None:
 
 
 def holds_file(folder: Path, name: str) -> bool:
-    """Tell whether a folder holds a file whose name was read from another file; False for a name that no file can have.
-
-    Parameters
-    ----------
-    name : str
-        A name with a folder in it is never held: a record must not make wpcal read files elsewhere.
-    """
+    """Tell whether a folder holds a file that another file names; False for a name that no file can have."""
     try:
         return Path(name).name == name and (folder / name).is_file()
     except (OSError, ValueError):  # too long, or not text that a name can be

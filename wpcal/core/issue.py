@@ -8,21 +8,11 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One oddity: a stable code for programs, a sentence for people, and what it concerns.
+    """One oddity: a stable code for programs, a sentence for people, and what it concerns."""
 
-    Parameters
-    ----------
-    code : str
-        Stable, lower case with dashes: ``free-edges``.
-    message : str
-        One sentence: what was found and what was done about it.
-    ids : tuple of str
-        Names of the faces, solids, points or seams that it concerns.
-    """
-
-    code: str
-    message: str
-    ids: tuple[str, ...] = ()
+    code: str  #: Stable, lower case with dashes: ``free-edges``.
+    message: str  #: One sentence: what was found and what was done about it.
+    ids: tuple[str, ...] = ()  #: Names of the faces, solids, points or seams that it concerns.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""

@@ -8,15 +8,7 @@ from typing import Any
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the functions ``__getattr__`` and ``__dir__`` of a package.
-
-    Parameters
-    ----------
-    package : str
-        Its ``__name__``.
-    homes : mapping of str to str
-        For each public name, where it is: ``"module:name"``.
-    """
+    """Return the functions ``__getattr__`` and ``__dir__`` of a package."""
 
     def get(name: str) -> Any:
         if name not in homes:

@@ -22,15 +22,7 @@ _NOT_FINITE = ("nan", "inf", "infinity")
 def parse_number(text: str, *, most: float = LARGEST_MM) -> float:
     """Return the number that a text is; blanks around it are ignored.
 
-    Parameters
-    ----------
-    most : float
-        Largest magnitude.
-
-    Raises
-    ------
-    InputError
-        When the text is empty, is not a number, or the number is not finite or too large.
+    Raises `InputError` when the text is empty, is not a number, or the number is not finite or too large.
 
     Examples
     --------
@@ -54,10 +46,7 @@ def parse_number(text: str, *, most: float = LARGEST_MM) -> float:
 def parse_numbers(text: str, *, most: float = LARGEST_MM) -> list[float]:
     """Return numbers separated by commas, as options take them.
 
-    Raises
-    ------
-    InputError
-        When one of them is not a number; see `parse_number`.
+    Raises `InputError` when one of them is not a number; see `parse_number`.
     """
     return [parse_number(cell, most=most) for cell in text.split(",")]
 
@@ -65,10 +54,7 @@ def parse_numbers(text: str, *, most: float = LARGEST_MM) -> list[float]:
 def parse_whole_number(text: str, *, most: int = 10**9) -> int:
     """Return the whole number that a text is.
 
-    Raises
-    ------
-    InputError
-        When the text is not a whole number of at most `most`.
+    Raises `InputError` when the text is not a whole number of at most `most`.
     """
     plain = text.strip()
     if not _WHOLE.fullmatch(plain) or len(plain) > len(str(most)) + 1 or abs(int(plain)) > most:

@@ -21,46 +21,26 @@ OPTION, GROUP = "option", "group"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """What a field says as an option.
-
-    Parameters
-    ----------
-    flags : tuple of str
-        As typed. If empty: the field's name with dashes.
-    least, above, most : float, optional
-        Closed lower, open lower and closed upper bound, in the unit of the flag.
-    many : bool
-        Whether the option may be repeated.
-    choices : tuple, optional
-        Members of the field's enumeration, or words, that may be chosen; by default all members.
-    switches : mapping
-        For an enumeration without a flag of its own: flags, each with the member that it chooses and its help.
-    read : callable or str, optional
-        Makes the field's value of what was typed; ``"module:function"`` is imported when it is needed.
-    show : callable, optional
-        The inverse of `read` for the default.
-    type : type, optional
-        What is typed, where `read` takes something other than a text.
-    if_alone : str, optional
-        The value of the flag when it is typed without one.
-    is_shown : bool
-        Whether the help says the default.
-    """
+    """What a field says as an option."""
 
     help: str
-    flags: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()  #: As typed. If empty: the field's name with dashes.
+    #: `least`, `above`, `most`: Closed lower, open lower and closed upper bound, in the unit of the flag.
     least: float | None = None
     above: float | None = None
     most: float | None = None
     metavar: str | None = None
-    many: bool = False
+    many: bool = False  #: Whether the option may be repeated.
+    #: Members of the field's enumeration, or words, that may be chosen; by default all members.
     choices: tuple[Any, ...] | None = None
+    #: For an enumeration without a flag of its own: flags, each with the member that it chooses and its help.
     switches: Mapping[str, tuple[Any, str]] | None = None
+    #: Makes the field's value of what was typed; ``"module:function"`` is imported when it is needed.
     read: Callable[[Any], Any] | str | None = None
-    show: Callable[[Any], Any] | None = None
-    type: type | None = None
-    if_alone: str | None = None
-    is_shown: bool = True
+    show: Callable[[Any], Any] | None = None  #: The inverse of `read` for the default.
+    type: type | None = None  #: What is typed, where `read` takes something other than a text.
+    if_alone: str | None = None  #: The value of the flag when it is typed without one.
+    is_shown: bool = True  #: Whether the help says the default.
 
 
 def group(where: str | type[Any]) -> Any:

@@ -22,10 +22,7 @@ def orientations_of_table(table: Table, *, is_optional: bool = False) -> FloatAr
 
     Parameters
     ----------
-    table : Table
-        With the columns ``qx, qy, qz, qw`` or ``rx_deg, ry_deg, rz_deg``.
-    is_optional : bool
-        Rows may leave their cells empty; their matrices are NaN.
+    table : With the columns ``qx, qy, qz, qw`` or ``rx_deg, ry_deg, rz_deg``.
 
     Raises
     ------

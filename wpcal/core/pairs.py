@@ -20,32 +20,18 @@ from wpcal.core.wording import listed
 class PointPairs:
     """n named points, each known in a source frame (the CAD model) and in a target frame (the robot's base).
 
-    Parameters
-    ----------
-    names : sequence of str, length n
-        Unique.
-    p_source, p_target : array_like, shape (n, 3)
-        The points in the two frames, mm.
-    covariances : array_like, shape (n, 3, 3), optional
-        Covariance of each taught point in the target frame, mm².
-    source, target : str
-        Frame names.
-    space : RobotSpace
-        The robot model with which the target points were computed.
-
-    Raises
-    ------
-    InputError
-        When shapes differ, a value is not finite, or a name appears twice.
+    Raises `InputError` when shapes differ, a value is not finite, or a name appears twice.
     """
 
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: length n. Unique.
+    #: `p_source`, `p_target`: shape (n, 3). The points in the two frames, mm.
     p_source: FloatArray
     p_target: FloatArray
-    covariances: FloatArray | None = None
+    covariances: FloatArray | None = None  #: shape (n, 3, 3). Covariance of each taught point in the target frame, mm².
+    #: `source`, `target`: Frame names.
     source: str = "part"
     target: str = "base"
-    space: RobotSpace = RobotSpace.NOMINAL
+    space: RobotSpace = RobotSpace.NOMINAL  #: The robot model with which the target points were computed.
 
     def __post_init__(self) -> None:
         names = tuple(str(name) for name in self.names)
@@ -71,10 +57,7 @@ class PointPairs:
     def select(self, indices: Sequence[int] | ArrayLike) -> PointPairs:
         """Return some of the pairs.
 
-        Parameters
-        ----------
-        indices : array_like of int, shape (m,)
-            Rows, in the order of the result.
+        `indices`: shape (m,). Rows, in the order of the result.
         """
         rows = np.asarray(indices, dtype=np.int64)
         return PointPairs(
@@ -90,16 +73,10 @@ class PointPairs:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Residuals:
-    """Distances of point pairs under a transform: ``taught - T model``, in the target frame.
-
-    Parameters
-    ----------
-    vectors_mm : ndarray, shape (n, 3)
-        Taught point minus moved model point, in the target frame, mm.
-    """
+    """Distances of point pairs under a transform: ``taught - T model``, in the target frame."""
 
     names: tuple[str, ...]
-    vectors_mm: FloatArray
+    vectors_mm: FloatArray  #: shape (n, 3). Taught point minus moved model point, in the target frame, mm.
 
     @classmethod
     def of(cls, pairs: PointPairs, transform: RigidTransform) -> Residuals:

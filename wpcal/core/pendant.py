@@ -29,26 +29,13 @@ from wpcal.core.transform import RigidTransform
 
 @dataclass(frozen=True, slots=True)
 class Notation:
-    """How the pendants of one maker show a pose.
+    """How the pendants of one maker show a pose."""
 
-    Parameters
-    ----------
-    maker : str
-        One or more makers.
-    labels : tuple of str
-        Of the position and the orientation, in the order of the pendant.
-    unit : str
-        Of the orientation; empty for a quaternion.
-    decimals : int
-        Of the orientation, as a person copies it: 2 m away the rounding moves a point by 0.02 mm at most.
-    to_numbers, to_rotation : callable
-        From a rotation matrix, shape (3, 3), to the numbers, and back.
-    """
-
-    maker: str
-    labels: tuple[str, ...]
-    unit: str
-    decimals: int
+    maker: str  #: One or more makers.
+    labels: tuple[str, ...]  #: Of the position and the orientation, in the order of the pendant.
+    unit: str  #: Of the orientation; empty for a quaternion.
+    decimals: int  #: Of the orientation, as a person copies it: 2 m away the rounding moves a point by 0.02 mm at most.
+    #: `to_numbers`, `to_rotation`: From a rotation matrix, shape (3, 3), to the numbers, and back.
     to_numbers: Callable[[FloatArray], FloatArray]
     to_rotation: Callable[[FloatArray], FloatArray]
 
@@ -59,17 +46,9 @@ class Notation:
     def transform(self, numbers: ArrayLike, *, target: str, source: str) -> RigidTransform:
         """Return the pose of numbers in the order of `labels`.
 
-        Parameters
-        ----------
-        numbers : array_like, shape (6,) or (7,)
-            mm, and the orientation in `unit`.
-        target, source : str
-            Frame names.
-
-        Raises
-        ------
-        InputError
-            When the count is wrong.
+        `numbers`: shape (6,) or (7,). mm, and the orientation in `unit`.
+        `target`, `source`: Frame names.
+        Raises `InputError` when the count is wrong.
         """
         values = np.asarray(numbers, dtype=np.float64)
         if values.shape != (len(self.labels),):

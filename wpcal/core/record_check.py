@@ -46,23 +46,16 @@ class _WrongError(Exception):
 def check_record(record: Mapping[str, Any], schema: str, *, path: str, is_complete: bool = False) -> None:
     """Refuse a record with a value that is not what its schema says.
 
+    Raises `FormatError` with the place of the first fault, for example ``seam W1: point 3: p_mm[1]``.
+
     Parameters
     ----------
-    record : mapping
-        As read from JSON.
     schema : str
         Its name and version, for example ``wpcal/seams/1``. A record of an extension has no schema here; its numbers
         and texts are checked all the same.
-    path : str
-        The file, for the message.
     is_complete : bool
         Whether a missing field is a fault, too. A reader needs fewer fields than wpcal writes, and people write files
         by hand: each reader says itself which field it misses.
-
-    Raises
-    ------
-    FormatError
-        With the place of the first fault, for example ``seam W1: point 3: p_mm[1]``.
     """
     _apply(_check_of(schema, is_complete) if has_schema(schema) else _check_unknown, record, path)
 
@@ -70,19 +63,7 @@ def check_record(record: Mapping[str, Any], schema: str, *, path: str, is_comple
 def check_complete(value: Mapping[str, Any], schema: Mapping[str, Any], *, path: str) -> None:
     """Refuse a value that is not what a schema says, or lacks a field; for schemas that are no record's.
 
-    Parameters
-    ----------
-    value : mapping
-        As read from JSON.
-    schema : mapping
-        JSON Schema, of the part that the schemas of wpcal use.
-    path : str
-        The file, for the message.
-
-    Raises
-    ------
-    FormatError
-        As `check_record`.
+    Raises `FormatError` as `check_record`.
     """
     _apply(_Schema(schema.get("$defs", {}), True).check_for(schema, ""), value, path)
 
@@ -96,17 +77,7 @@ def _apply(check: Check, record: Mapping[str, Any], path: str) -> None:
 
 
 def find_faults(record: Mapping[str, Any], schema: str, *, most: int = 50) -> list[tuple[str, str]]:
-    """Return every value that is not what its schema says: its place and what is wrong, as `check_record` says them.
-
-    Parameters
-    ----------
-    record : mapping
-        As read from JSON.
-    schema : str
-        Its name and version.
-    most : int
-        At most so many are returned. Of several in one list of numbers only the first is.
-    """
+    """Return every value that is not what its schema says: its place and what is wrong, as `check_record` says them."""
     check = _check_of(schema, False) if has_schema(schema) else _check_unknown
     left, faults = copy.deepcopy(dict(record)), list[tuple[str, str]]()
     while len(faults) < most:
@@ -176,10 +147,7 @@ class _Schema:
     def check_for(self, schema: Mapping[str, Any], field: str) -> Check:
         """Return the function that checks a value.
 
-        Parameters
-        ----------
-        field : str
-            Name of the nearest field above; its end is the unit.
+        `field`: Name of the nearest field above; its end is the unit.
         """
         if "$ref" in schema:
             return self.check_for(self.definitions[schema["$ref"].removeprefix("#/$defs/")], field)

@@ -132,17 +132,8 @@ def _key(key: str, *, is_ascii: bool) -> str:
 def read_json(path: Path, *, schema: str) -> dict[str, Any]:
     """Read a record and check it against its schema (`wpcal.core.record_check`).
 
-    Parameters
-    ----------
-    schema : str
-        Name and version, for example ``wpcal/calibration/1``.
-
-    Raises
-    ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not a JSON object, is of another schema, or a value is not what the schema says.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not a JSON object, is of another schema, or a value is not what the schema says.
     """
     record = parse_json(read_bytes(path), path=str(path))
     found = record.get("schema") if isinstance(record, dict) else None
@@ -156,17 +147,7 @@ def read_json(path: Path, *, schema: str) -> dict[str, Any]:
 def parse_json(raw: bytes, *, path: str) -> Any:
     """Return the value that the bytes of a JSON file hold. Its numbers and texts are not checked.
 
-    Parameters
-    ----------
-    raw : bytes
-        UTF-8, also with a byte order mark.
-    path : str
-        Name of the file in messages.
-
-    Raises
-    ------
-    FormatError
-        When it is not JSON.
+    Raises `FormatError` when it is not JSON.
     """
     try:
         return json.loads(raw.decode("utf-8-sig"))
@@ -183,22 +164,6 @@ def parse_json(raw: bytes, *, path: str) -> Any:
 @contextmanager
 def new_directory(path: Path, *, overwrite: bool, head: str = "", leave_out: Collection[str] = ()) -> Iterator[Path]:
     """Fill a temporary folder, and put it in its place as a whole when all files are written.
-
-    Parameters
-    ----------
-    path : Path
-        The folder as the user named it. Other files in it are kept.
-    overwrite : bool
-        Whether to write into an existing folder that is not empty.
-    head : str
-        The file without which a reader has no result (`wpcal.core.whole_folder`).
-    leave_out : collection of str
-        Files in the folder that are not kept: an earlier run wrote them.
-
-    Yields
-    ------
-    Path
-        A temporary folder on the same file system.
 
     Raises
     ------
@@ -237,10 +202,7 @@ def check_writable(path: Path, *, overwrite: bool) -> None:
 def require_place(path: Path) -> None:
     """Refuse a path at which this user cannot make a file, as on a disk mounted read-only, before any work is done.
 
-    Raises
-    ------
-    InputError
-        When the nearest folder that exists is not a folder, or cannot be written.
+    Raises `InputError` when the nearest folder that exists is not a folder, or cannot be written.
     """
     folder = next(each for each in Path(os.path.realpath(path)).parents if each.exists())
     if not folder.is_dir():
@@ -260,10 +222,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
     The temporary name cannot be foreseen, and no link of that name is followed. The file is on the disk when this
     returns.
 
-    Raises
-    ------
-    InputError
-        When it exists and `overwrite` is false, or it cannot be written.
+    Raises `InputError` when it exists and `overwrite` is false, or it cannot be written.
     """
     require_name(path)
     exists = InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
@@ -289,10 +248,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
 def _linked(temporary: Path, path: Path) -> bool:
     """Give a file its name unless another file has it by now. False on a file system without links.
 
-    Raises
-    ------
-    FileExistsError
-        When another process wrote the file meanwhile.
+    Raises `FileExistsError` when another process wrote the file meanwhile.
     """
     try:
         os.link(temporary, path)

@@ -25,10 +25,7 @@ class RobotSpace(Enum):
     def parse(cls, text: str) -> RobotSpace:
         """Read the word in a file.
 
-        Raises
-        ------
-        InputError
-            When the word is neither ``nominal`` nor ``identified``.
+        Raises `InputError` when the word is neither ``nominal`` nor ``identified``.
         """
         try:
             return cls(text)
@@ -39,17 +36,8 @@ class RobotSpace(Enum):
 def common_space(spaces: Iterable[tuple[str, RobotSpace]]) -> RobotSpace:
     """Return the space that all named quantities share.
 
-    Parameters
-    ----------
-    spaces : iterable of (str, RobotSpace)
-        Name of the quantity (a file, a point set) and its space; at least one.
-
-    Raises
-    ------
-    FrameError
-        When two of them are in different spaces.
-    InputError
-        When the list is empty.
+    Raises `FrameError` when two of them are in different spaces.
+    Raises `InputError` when the list is empty.
     """
     named = list(spaces)
     if not named:
@@ -67,12 +55,8 @@ def common_space(spaces: Iterable[tuple[str, RobotSpace]]) -> RobotSpace:
 def space_of_table(table: Table) -> RobotSpace:
     """Return the robot space of a table of points: its column ``robot_space``; nominal without that column.
 
-    Raises
-    ------
-    FormatError
-        When a word is neither ``nominal`` nor ``identified``.
-    FrameError
-        When one table has rows of both spaces.
+    Raises `FormatError` when a word is neither ``nominal`` nor ``identified``.
+    Raises `FrameError` when one table has rows of both spaces.
     """
     words = table.choices("robot_space", [space.value for space in RobotSpace], default=RobotSpace.NOMINAL.value)
     rows = zip(table.lines, words, strict=True)

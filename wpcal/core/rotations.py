@@ -20,16 +20,9 @@ Products of rotations are off by about 1e-15, so a quarter turn stays below this
 
 
 def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> FloatArray:
-    """Return ``R = Rz(gamma) Ry(beta) Rx(alpha)`` for angles of any common shape.
+    """Return ``R = Rz(gamma) Ry(beta) Rx(alpha)`` for angles of any common shape, shape (..., 3, 3).
 
-    Parameters
-    ----------
-    alpha, beta, gamma : array_like, shape (...)
-        Angles about x, y, z, rad.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
+    `alpha`, `beta`, `gamma`: shape (...). Angles about x, y, z, rad.
 
     Examples
     --------
@@ -58,8 +51,7 @@ def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
 
     Parameters
     ----------
-    R : array_like, shape (3, 3)
-        A rotation matrix.
+    R : shape (3, 3). A rotation matrix.
 
     Returns
     -------
@@ -73,15 +65,8 @@ def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
 def zyx_angles(R: ArrayLike) -> FloatArray:
     """Return the angles of many rotation matrices, as `zyx_from_rotation` does for one.
 
-    Parameters
-    ----------
-    R : array_like, shape (..., 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        Angles alpha, beta, gamma about x, y, z, rad.
+    `R`: shape (..., 3, 3). Rotation matrices.
+    Returns ndarray, shape (..., 3). Angles alpha, beta, gamma about x, y, z, rad.
     """
     m = np.asarray(R, dtype=np.float64)
     cos_beta = np.sqrt(m[..., 0, 0] ** 2 + m[..., 1, 0] ** 2)
@@ -95,16 +80,9 @@ def zyx_angles(R: ArrayLike) -> FloatArray:
 
 
 def rotation_from_zyz(o: ArrayLike, a: ArrayLike, t: ArrayLike) -> FloatArray:
-    """Return ``R = Rz(o) Ry(a) Rz(t)`` for angles of any common shape.
+    """Return ``R = Rz(o) Ry(a) Rz(t)`` for angles of any common shape, shape (..., 3, 3).
 
-    Parameters
-    ----------
-    o, a, t : array_like, shape (...)
-        Angles about z, the moving y and the moving z, rad.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
+    `o`, `a`, `t`: shape (...). Angles about z, the moving y and the moving z, rad.
 
     Examples
     --------
@@ -122,8 +100,7 @@ def zyz_angles(R: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    R : array_like, shape (..., 3, 3)
-        Rotation matrices.
+    R : shape (..., 3, 3). Rotation matrices.
 
     Returns
     -------
@@ -144,15 +121,8 @@ def zyz_angles(R: ArrayLike) -> FloatArray:
 def quaternion_from_rotation(R: ArrayLike) -> FloatArray:
     """Return unit quaternions x, y, z, w with w >= 0.
 
-    Parameters
-    ----------
-    R : array_like, shape (..., 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    ndarray, shape (..., 4)
-        Where w is 0 (a half turn) the first non-zero of x, y, z is positive.
+    `R`: shape (..., 3, 3). Rotation matrices.
+    Returns ndarray, shape (..., 4). Where w is 0 (a half turn) the first non-zero of x, y, z is positive.
     """
     m = np.asarray(R, dtype=np.float64)
     flat = m.reshape(-1, 3, 3)
@@ -176,15 +146,9 @@ def quaternion_from_rotation(R: ArrayLike) -> FloatArray:
 
 
 def rotation_from_quaternion(q_xyzw: ArrayLike) -> FloatArray:
-    """Return rotation matrices of quaternions x, y, z, w, which are scaled to unit length.
+    """Return rotation matrices of quaternions x, y, z, w, which are scaled to unit length, shape (..., 3, 3).
 
-    Parameters
-    ----------
-    q_xyzw : array_like, shape (..., 4)
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
+    `q_xyzw`: array_like, shape (..., 4).
     """
     q = np.asarray(q_xyzw, dtype=np.float64)
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
@@ -194,15 +158,9 @@ def rotation_from_quaternion(q_xyzw: ArrayLike) -> FloatArray:
 
 
 def cross_matrix(v: ArrayLike) -> FloatArray:
-    """Return the matrices [v]× with [v]× u = v × u.
+    """Return the matrices [v]× with [v]× u = v × u, shape (..., 3, 3).
 
-    Parameters
-    ----------
-    v : array_like, shape (..., 3)
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
+    `v`: array_like, shape (..., 3).
     """
     a = np.asarray(v, dtype=np.float64)
     K = np.zeros((*a.shape[:-1], 3, 3))

@@ -22,9 +22,7 @@ def schema_names() -> list[str]:
 def schema_file(name: str) -> str:
     """Return the name of a file with the schema of a record: ``plan-1.schema.json`` for ``wpcal/plan/1``.
 
-    Raises
-    ------
-    InputError : When there is no schema of that name.
+    Raises `InputError` when there is no schema of that name.
     """
     if not has_schema(name):
         raise InputError(f"no schema {name!r}; known: {', '.join(schema_names())}")

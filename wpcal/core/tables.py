@@ -38,21 +38,12 @@ MISSPELT = 0.7
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The cells of a table as text, column by column.
+    """The cells of a table as text, column by column."""
 
-    Parameters
-    ----------
-    path : str
-        The file as the user named it.
-    columns : dict of str to list of str
-        Stripped cells; names in lower case with their units (`wpcal.core.cells.column_name`), in the order of the file.
-    lines : tuple of int
-        Line of each row in the file, counted from 1.
-    """
-
-    path: str
+    path: str  #: The file as the user named it.
+    #: Stripped cells; names in lower case with their units (`wpcal.core.cells.column_name`), in the order of the file.
     columns: dict[str, list[str]]
-    lines: tuple[int, ...]
+    lines: tuple[int, ...]  #: Line of each row in the file, counted from 1.
     separator: str
 
     def __len__(self) -> int:
@@ -65,10 +56,7 @@ class Table:
     def require(self, names: Sequence[str]) -> None:
         """Refuse a table that lacks one of these columns.
 
-        Raises
-        ------
-        FormatError
-            When a column is missing; the message also lists those that were found.
+        Raises `FormatError` when a column is missing; the message also lists those that were found.
         """
         missing = [name for name in names if name not in self.columns]
         if missing:
@@ -81,10 +69,7 @@ class Table:
     def refuse_misspelt(self, known: Sequence[str]) -> None:
         """Refuse a table with a column that looks like a missing known column. Other columns are ignored.
 
-        Raises
-        ------
-        FormatError
-            When there is such a column; the message names both.
+        Raises `FormatError` when there is such a column; the message names both.
         """
         absent = [name for name in known if name not in self.columns]
         for name in self.columns:
@@ -95,10 +80,7 @@ class Table:
     def unique_names(self, column: str) -> tuple[str, ...]:
         """Return the cells of a column of names.
 
-        Raises
-        ------
-        FormatError
-            When a cell is empty or appears twice.
+        Raises `FormatError` when a cell is empty or appears twice.
         """
         self.require([column])
         seen: dict[str, int] = {}
@@ -114,10 +96,7 @@ class Table:
     def choices(self, column: str, allowed: Sequence[str], *, default: str) -> tuple[str, ...]:
         """Return the words of a column in lower case. An empty cell, or a missing column, gives the default.
 
-        Raises
-        ------
-        FormatError
-            When a word is not allowed.
+        Raises `FormatError` when a word is not allowed.
         """
         if column not in self.columns:
             return (default,) * len(self)
@@ -129,16 +108,7 @@ class Table:
         return words
 
     def numbers(self, names: Sequence[str]) -> FloatArray:
-        """Return columns of finite numbers of at most `LARGEST_MM`.
-
-        Parameters
-        ----------
-        names : sequence of str
-            k columns.
-
-        Returns
-        -------
-        ndarray, shape (n, k)
+        """Return columns of finite numbers of at most `LARGEST_MM`, shape (n, k).
 
         Raises
         ------
@@ -177,8 +147,7 @@ def read_table(path: Path) -> Table:
 
     Raises
     ------
-    InputError
-        When the file cannot be opened.
+    InputError : When the file cannot be opened.
     FormatError
         When it is not UTF-8 text, is a STEP file or empty, has no rows, has a column twice, or has a row of another
         length than the header.
@@ -191,13 +160,7 @@ SPREADSHEET_MARK = b"PK\x03\x04"
 
 
 def parse_table(raw: bytes, *, path: str) -> Table:
-    """Return the table that the bytes of a file hold; errors as in `read_table`.
-
-    Parameters
-    ----------
-    path : str
-        Name of the file in messages.
-    """
+    """Return the table that the bytes of a file hold; errors as in `read_table`."""
     if raw.startswith(SPREADSHEET_MARK):
         raise FormatError("is a spreadsheet (or another ZIP archive): save the sheet as CSV", path=path)
     try:

@@ -18,16 +18,9 @@ SMALL_ANGLE_RAD = 1e-4
 
 
 def exp_rotation(omega: ArrayLike) -> FloatArray:
-    """Rotation matrices of rotation vectors (Rodrigues).
+    """Rotation matrices of rotation vectors (Rodrigues), shape (..., 3, 3).
 
-    Parameters
-    ----------
-    omega : array_like, shape (..., 3)
-        Axis times angle, rad.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
+    `omega`: shape (..., 3). Axis times angle, rad.
     """
     w = np.asarray(omega, dtype=np.float64)
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
@@ -41,15 +34,9 @@ def exp_rotation(omega: ArrayLike) -> FloatArray:
 
 
 def log_rotation(R: ArrayLike) -> FloatArray:
-    """Rotation vectors of rotation matrices, rad, of length at most pi.
+    """Rotation vectors of rotation matrices, rad, of length at most pi, shape (..., 3).
 
-    Parameters
-    ----------
-    R : array_like, shape (..., 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
+    `R`: array_like, shape (..., 3, 3).
     """
     q = quaternion_from_rotation(R)
     v, w = q[..., :3], q[..., 3:]
@@ -64,15 +51,8 @@ def log_rotation(R: ArrayLike) -> FloatArray:
 def point_jacobian(points: ArrayLike) -> FloatArray:
     """Derivative of moved points with respect to xi at xi = 0: ``[-[p]×, I]``.
 
-    Parameters
-    ----------
-    points : array_like, shape (..., 3)
-        Points in the target frame of T, mm.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 6)
-        Columns: omega (mm per rad), then v (mm per mm).
+    `points`: shape (..., 3). Points in the target frame of T, mm.
+    Returns ndarray, shape (..., 3, 6). Columns: omega (mm per rad), then v (mm per mm).
     """
     p = np.asarray(points, dtype=np.float64)
     J = np.zeros((*p.shape, 6))
@@ -87,15 +67,8 @@ def translation_adjoint(pivot: ArrayLike) -> FloatArray:
     ``omega × (p - c) + v = omega × p + (v + c × omega)``: the adjoint of the translation by c (Lynch and Park, Modern
     Robotics, 2017, section 3.3.2, where the order of the six is the one used here).
 
-    Parameters
-    ----------
-    pivot : array_like, shape (3,)
-        In the target frame of T, mm.
-
-    Returns
-    -------
-    ndarray, shape (6, 6)
-        A covariance C about the pivot is ``A C Aᵀ`` about the origin.
+    `pivot`: shape (3,). In the target frame of T, mm.
+    Returns ndarray, shape (6, 6). A covariance C about the pivot is ``A C Aᵀ`` about the origin.
 
     Examples
     --------

@@ -41,19 +41,7 @@ class SixTuple:
 class RigidTransform:
     """``T_target_source``: carries points from the frame `source` to the frame `target`.
 
-    Parameters
-    ----------
-    R : array_like, shape (3, 3)
-        Rotation, determinant +1.
-    t_mm : array_like, shape (3,)
-        Origin of `source` in `target`, mm.
-    target, source : str
-        Frame names.
-
-    Raises
-    ------
-    InputError
-        When R is not a rotation within 1e-6, or a value is not finite.
+    Raises `InputError` when R is not a rotation within 1e-6, or a value is not finite.
 
     Examples
     --------
@@ -62,8 +50,9 @@ class RigidTransform:
     [[101.0, 2.0, 3.0]]
     """
 
-    R: FloatArray
-    t_mm: FloatArray
+    R: FloatArray  #: shape (3, 3). Rotation, determinant +1.
+    t_mm: FloatArray  #: shape (3,). Origin of `source` in `target`, mm.
+    #: `target`, `source`: Frame names.
     target: str
     source: str
 
@@ -94,15 +83,12 @@ class RigidTransform:
 
         Parameters
         ----------
-        matrix : array_like, shape (4, 4)
-            Rotation, and translation in mm.
-        target, source : str
-            Frame names.
+        matrix : shape (4, 4). Rotation, and translation in mm.
+        target, source : Frame names.
 
         Raises
         ------
-        InputError
-            When the matrix is not 4×4, its last row is not 0 0 0 1, or its rotation is off by more than 1e-6.
+        InputError : When the matrix is not 4×4, its last row is not 0 0 0 1, or its rotation is off by more than 1e-6.
         """
         try:
             m = np.asarray(matrix)
@@ -125,17 +111,9 @@ class RigidTransform:
     def from_six_tuple(cls, values: ArrayLike, *, target: str, source: str) -> RigidTransform:
         """Build from six variables with ``R = Rz(γ) Ry(β) Rx(α)``.
 
-        Parameters
-        ----------
-        values : array_like, shape (6,)
-            x, y, z in mm and α, β, γ in rad.
-        target, source : str
-            Frame names.
-
-        Raises
-        ------
-        InputError
-            When there are not six numbers.
+        `values`: shape (6,). x, y, z in mm and α, β, γ in rad.
+        `target`, `source`: Frame names.
+        Raises `InputError` when there are not six numbers.
         """
         v = np.asarray(values, dtype=np.float64)
         if v.shape != (6,):
@@ -146,12 +124,8 @@ class RigidTransform:
     def from_record(cls, record: Mapping[str, Any], *, target: str, source: str) -> RigidTransform:
         """Build from the fields ``xyz_mm`` and ``rpy_deg`` of a file, ``R = Rz(yaw) Ry(pitch) Rx(roll)``.
 
-        Raises
-        ------
-        InputError
-            When a field does not hold three numbers.
-        KeyError
-            When a field is missing.
+        Raises `InputError` when a field does not hold three numbers.
+        Raises `KeyError` when a field is missing.
         """
         xyz, rpy = (np.asarray(record[field], dtype=np.float64) for field in ("xyz_mm", "rpy_deg"))
         if xyz.shape != (3,) or rpy.shape != (3,):
@@ -177,32 +151,16 @@ class RigidTransform:
         return SixTuple(x, y, z, *zyx_from_rotation(self.R))
 
     def apply(self, points: ArrayLike) -> FloatArray:
-        """Carry points from `source` to `target`.
+        """Carry points from `source` to `target`, shape (..., 3). The same points in `target`, mm.
 
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-            Points in `source`, mm.
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-            The same points in `target`, mm.
+        `points`: shape (..., 3). Points in `source`, mm.
         """
         return np.asarray(product(points, self.R.T) + self.t_mm, dtype=np.float64)
 
     def rotate(self, directions: ArrayLike) -> FloatArray:
-        """Carry directions (no translation) from `source` to `target`.
+        """Carry directions (no translation) from `source` to `target`, shape (..., 3). In `target`.
 
-        Parameters
-        ----------
-        directions : array_like, shape (..., 3)
-            In `source`.
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-            In `target`.
+        `directions`: shape (..., 3). In `source`.
         """
         return product(directions, self.R.T)
 

@@ -94,24 +94,14 @@ def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leav
 
     Parameters
     ----------
-    new : Path
-        From `temporary_sibling`. Afterwards it holds nothing that is still needed.
-    path : Path
-        Not a link.
-    overwrite : bool
-        Whether `path` may hold files.
-    head : str
-        The file without which a reader has no result; by default the first by name.
-    leave_out : collection of str
-        Files of `path` that are not kept: an earlier run wrote them.
+    head : The file without which a reader has no result; by default the first by name.
 
     Raises
     ------
     InputError
         When `path` holds a folder under the name of a new file, or it holds files and `overwrite` is false, or another
         run is writing into it. Nothing was replaced.
-    OSError
-        When the system refuses.
+    OSError : When the system refuses.
     """
     ours = sorted(_files_in(new), key=lambda name: (name != head, name))
     for name in ours:
@@ -238,10 +228,7 @@ def _flush_tree(folder: Path) -> None:
 def flush(path: Path) -> None:
     """Let the system write a file or the entries of a folder to the disk.
 
-    Raises
-    ------
-    OSError
-        When the disk does not take them.
+    Raises `OSError` when the disk does not take them.
     """
     if not _flushes:
         return
@@ -283,13 +270,7 @@ def _locked(folder: Path) -> Iterator[FolderLock]:
 
 
 def lock_taken(descriptor: int, wait_s: float, step_s: float) -> FolderLock:
-    """Take the lock of a folder that is open, if it is free or becomes free soon; closing the folder releases it.
-
-    Parameters
-    ----------
-    wait_s, step_s : float
-        How long to wait for it, and between two looks, s.
-    """
+    """Take the lock of a folder that is open, if it is free or becomes free soon; closing the folder releases it."""
     until = time.monotonic() + wait_s
     while (found := _take(descriptor)) is FolderLock.ANOTHERS and time.monotonic() < until:
         time.sleep(step_s)

@@ -20,21 +20,9 @@ SAME_POSE_RAD = 1e-9
 def agreed_pose(calibration: Mapping[str, Any], seams: Mapping[str, Any], *, path: Path) -> RigidTransform:
     """Return the ``T_base_part`` that both records state.
 
-    Parameters
-    ----------
-    calibration, seams : mapping
-        The records of ``calibration.json`` and ``seams.json``.
-    path : Path
-        The file of the seams, for messages.
-
-    Raises
-    ------
-    FrameError
-        When the seams are not in `base`.
-    InputError
-        When a pose is not a rigid motion.
-    FormatError
-        When the poses differ by more than `SAME_POSE_MM` or `SAME_POSE_RAD`.
+    Raises `FrameError` when the seams are not in `base`.
+    Raises `InputError` when a pose is not a rigid motion.
+    Raises `FormatError` when the poses differ by more than `SAME_POSE_MM` or `SAME_POSE_RAD`.
     """
     if seams["frame"] != "base" or seams["T_base_part"] is None:
         raise FrameError(f"{path}: expected seams in the frame 'base', got {seams['frame']!r}")
@@ -50,19 +38,7 @@ def agreed_pose(calibration: Mapping[str, Any], seams: Mapping[str, Any], *, pat
 def check_same_part(part_glb: bytes, calibration: Mapping[str, Any], *, path: Path) -> None:
     """Refuse a mesh of another part than the calibrated one.
 
-    Parameters
-    ----------
-    part_glb : bytes
-        As `wpcal.brep.mesh_glb.write_part_glb` writes it.
-    calibration : mapping
-        The record of ``calibration.json``.
-    path : Path
-        The file of the mesh, for messages.
-
-    Raises
-    ------
-    FormatError
-        When the file is not such a mesh, or was made from another STEP file.
+    Raises `FormatError` when the file is not such a mesh, or was made from another STEP file.
     """
     expected = calibration.get("inputs", {}).get("part", {}).get("sha256")
     if read_part_glb(part_glb, path=str(path)).sha256 != expected:
@@ -70,12 +46,7 @@ def check_same_part(part_glb: bytes, calibration: Mapping[str, Any], *, path: Pa
 
 
 def files_changed(folder: Path, request: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the names of files that are not as `wpcal calibrate` wrote them; missing ones are not named.
-
-    Parameters
-    ----------
-    request : The record of ``job.json`` in this folder, which lists every file with its SHA-256.
-    """
+    """Yield the names of files that are not as `wpcal calibrate` wrote them; missing ones are not named."""
     for name, written in request["files"].items():
         if holds_file(folder, name) and sha256_of(read_bytes(folder / name)) != written:
             yield name
@@ -84,17 +55,7 @@ def files_changed(folder: Path, request: Mapping[str, Any]) -> Iterator[str]:
 def check_same_run(folder: Path, calibration: Mapping[str, Any]) -> None:
     """Refuse files of another run than ``calibration.json``. A file that is not there is not missed.
 
-    Parameters
-    ----------
-    folder : Path
-        As `wpcal calibrate` wrote it.
-    calibration : mapping
-        The record of ``calibration.json``. Records of earlier versions list no files.
-
-    Raises
-    ------
-    FormatError
-        When a listed file has another SHA-256.
+    Raises `FormatError` when a listed file has another SHA-256.
     """
     for name, expected in calibration.get("files", {}).items():
         if holds_file(folder, name) and sha256_of(read_bytes(folder / name)) != expected:

@@ -25,20 +25,12 @@ COMPARED_WORDS = ("verdict", "criterion", "certified", "robot_space")
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One thing that differs.
+    """One thing that differs."""
 
-    Parameters
-    ----------
-    where : str
-        File, seam or point, and field.
-    off_by : str
-        Number with unit; empty for words.
-    """
-
-    where: str
+    where: str  #: File, seam or point, and field.
     found: str
     expected: str
-    off_by: str = ""
+    off_by: str = ""  #: Number with unit; empty for words.
 
     def to_record(self) -> dict[str, str]:
         """Return plain values for a JSON file."""
@@ -50,10 +42,7 @@ def compare_folders(found: Path, golden: Path, *, atol_mm: float = EQUAL_MM) -> 
 
     Parameters
     ----------
-    found, golden : Path
-        Result folders.
-    atol_mm : float
-        Largest distance that does not count as a difference, mm.
+    atol_mm : Largest distance that does not count as a difference, mm.
 
     Raises
     ------

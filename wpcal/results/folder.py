@@ -39,59 +39,33 @@ _WRONG_SPACE = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ResultFolder:
-    """The records and the mesh of one finished calibration.
+    """The records and the mesh of one finished calibration."""
 
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    calibration, seams : dict
-        The records of ``calibration.json`` and ``seams.json``.
-    T_base_part : RigidTransform
-        The pose that both records state.
-    part_glb : bytes or None
-        ``part.glb``, the part's triangles, where there is one.
-    """
-
-    path: Path
+    path: Path  #: The folder.
+    #: `calibration`, `seams`: The records of ``calibration.json`` and ``seams.json``.
     calibration: dict[str, Any]
     seams: dict[str, Any]
-    T_base_part: RigidTransform
-    part_glb: bytes | None
+    T_base_part: RigidTransform  #: The pose that both records state.
+    part_glb: bytes | None  #: ``part.glb``, the part's triangles, where there is one.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FinishedCalibration:
-    """What `wpcal export` starts from.
-
-    Parameters
-    ----------
-    seams : tuple of Seam
-        With frames in `base`.
-    u95_mm : tuple of (ndarray, shape (n,), or None)
-        The 95 % error at each of the n frames of each seam, mm, where the file has it.
-    calibration : dict
-        The record of ``calibration.json``.
-    part_glb : bytes or None
-        ``part.glb``, the part's triangles, where there is one; with each solid where its body moved.
-    torch : TorchShape or None
-        The torch with which reach was felt; None in files from before it was written.
-    """
+    """What `wpcal export` starts from."""
 
     T_base_part: RigidTransform
-    seams: tuple[Seam, ...]
+    seams: tuple[Seam, ...]  #: With frames in `base`.
+    #: shape (n,), or None). The 95 % error at each of the n frames of each seam, mm, where the file has it.
     u95_mm: tuple[FloatArray | None, ...]
-    calibration: dict[str, Any]
+    calibration: dict[str, Any]  #: The record of ``calibration.json``.
+    #: ``part.glb``, the part's triangles, where there is one; with each solid where its body moved.
     part_glb: bytes | None = None
-    torch: TorchShape | None = None
+    torch: TorchShape | None = None  #: The torch with which reach was felt; None in files from before it was written.
 
     def select(self, names: Sequence[str] | None = None, *, everything: bool = False) -> FinishedCalibration:
         """Return the accepted seams, those named (``W1``, ``W5-W8``), or all of them.
 
-        Raises
-        ------
-        InputError
-            When a name is unknown or nothing is left.
+        Raises `InputError` when a name is unknown or nothing is left.
         """
         known = [seam.name for seam in self.seams]
         chosen = None if names is None else set(seams_named(names, known))
@@ -112,17 +86,8 @@ class FinishedCalibration:
 def read_record(folder: Path, name: str) -> dict[str, Any]:
     """Read one record of a result folder.
 
-    Parameters
-    ----------
-    name : str
-        ``calibration.json`` or ``seams.json``.
-
-    Raises
-    ------
-    InputError
-        When the file cannot be opened.
-    FormatError
-        When it is not a record of its schema, or lacks a field that every such record has.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not a record of its schema, or lacks a field that every such record has.
     """
     schema = RECORD_SCHEMAS[name]
     record = read_json(folder / name, schema=schema)
@@ -137,19 +102,9 @@ def read_record(folder: Path, name: str) -> dict[str, Any]:
 def read_result_folder(folder: Path) -> ResultFolder:
     """Read ``calibration.json``, ``seams.json`` and, where it is there, ``part.glb``.
 
-    Parameters
-    ----------
-    folder : Path
-        As `wpcal calibrate` wrote it.
-
-    Raises
-    ------
-    InputError
-        When the folder or a record is not there.
-    FrameError
-        When the seams are not in `base`.
-    FormatError
-        When a file breaks its format, or the files do not come from one calibration.
+    Raises `InputError` when the folder or a record is not there.
+    Raises `FrameError` when the seams are not in `base`.
+    Raises `FormatError` when a file breaks its format, or the files do not come from one calibration.
     """
     if not folder.is_dir():
         raise InputError(
@@ -192,19 +147,8 @@ def _is_request(path: Path) -> bool:
 def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:
     """Read a result folder with its seams as `Seam` objects.
 
-    Parameters
-    ----------
-    folder : Path
-        As `wpcal calibrate` wrote it.
-    space : RobotSpace
-        In which robot space the seams are expected.
-
-    Raises
-    ------
-    InputError, FormatError
-        As `read_result_folder` does.
-    FrameError
-        When the seams are not in `base`, or in another robot space than expected.
+    Raises `InputError` or `FormatError` as `read_result_folder` does.
+    Raises `FrameError` when the seams are not in `base`, or in another robot space than expected.
     """
     found = read_result_folder(folder)
     path = folder / SEAMS_FILE

@@ -17,18 +17,7 @@ MOST_NAMED = 6
 
 
 def next_steps(calibration: Mapping[str, Any]) -> list[str]:
-    """Return what a person does next, the most useful step first.
-
-    Parameters
-    ----------
-    calibration : mapping
-        The record of ``calibration.json``.
-
-    Returns
-    -------
-    list of str
-        Sentences. Empty if the verdict is ``PASS``, or the record was written before verdicts had a reason.
-    """
+    """Return what a person does next, the most useful step first."""
     judgement = calibration.get("judgement") or {}
     reason = judgement.get("reason")
     if calibration.get("verdict") == "PASS" or reason not in _STEPS:
