@@ -25,7 +25,7 @@ class ArcSettings:
 
     output: int | None = opt(
         None,
-        "Digital output that switches the arc, for languages without arc instructions.  [default: "
+        "Digital output that switches the arc: for languages without arc instructions.  [default: "
         "functions of yours, arc_start and arc_end]",
         "--arc-output",
         metavar="N",
