@@ -34,6 +34,7 @@ js: ## format, lint and unit tests of the pages' JavaScript; skipped, and says s
 	sh .ci/javascript
 
 docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a warning is an error
+	rm -rf docs/reference/library
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 
 other-pythons: ## the demo and the tests without the kernel on the other supported versions of Python found here
