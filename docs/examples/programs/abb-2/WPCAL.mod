@@ -1,5 +1,5 @@
 MODULE WPCAL
-  ! written by wpcal 0.1.0 from calibration.json and seams.json
+  ! written by wpcal 0.1.1 from calibration.json and seams.json
   ! calibration PASS, tolerance 0.5 mm
   ! the 4 accepted seams are within 0.27 mm with 95 % confidence (teaching
   !   error 0.095 mm per axis, estimated from the residuals with 6 degrees

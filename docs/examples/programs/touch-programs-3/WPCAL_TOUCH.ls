@@ -9,7 +9,7 @@ TCD:  STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0,
 DEFAULT_GROUP = 1,*,*,*,*;
 CONTROL_CODE = 00000000 00000000;
 /MN
-   1:  !written by wpcal 0.1.0 from the ;
+   1:  !written by wpcal 0.1.1 from the ;
    2:  !  plan in touches.json, ;
    3:  !  fingerprint 0a9153c0 ;
    4:  !part tee.step: 2 searches, wire ;

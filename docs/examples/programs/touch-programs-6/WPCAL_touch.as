@@ -1,5 +1,5 @@
 .PROGRAM WPCAL_touch()
-; written by wpcal 0.1.0 from the plan in touches.json, fingerprint 0a9153c0
+; written by wpcal 0.1.1 from the plan in touches.json, fingerprint 0a9153c0
 ; part tee.step: 2 searches, wire 1.2 mm, stick-out 15 mm
 ; SAFETY: contact turns signal 1001 on. Before the first run hold the wire
 ;   against the part by hand and see it turn on: without it the torch drives

@@ -1,6 +1,6 @@
 MODULE WPCAL_W2_R2
   ! robot 2 (YASKAWA MOTOMAN MH6) of two, task T_ROB2
-  ! written by wpcal 0.1.0 from plan.json: coordinated motion, the part in
+  ! written by wpcal 0.1.1 from plan.json: coordinated motion, the part in
   !   the hand of robot 2
   ! seam W2: z7 fillet weld, process 135, PA, 325 A, 33 V, 9.7 m/min wire,
   !   7.1 mm/s, tee fillet, 150.0 mm, 1 line

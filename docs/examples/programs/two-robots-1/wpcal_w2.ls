@@ -9,7 +9,7 @@ TCD:  STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0,
 DEFAULT_GROUP = 1,1,*,*,*;
 CONTROL_CODE = 00000000 00000000;
 /MN
-   1:  !written by wpcal 0.1.0 from ;
+   1:  !written by wpcal 0.1.1 from ;
    2:  !  plan.json: coordinated motion, ;
    3:  !  the part in the hand of robot ;
    4:  !  2 ;
