@@ -13,14 +13,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 106_000,
-    "lines of tests": 61_000,
-    "rooms": 22,
-    "arrows between rooms": 105,
-    "functions and classes of one name in several files": 45,
-    "functions of more than 60 lines": 2,
-    "functions with more than 6 parameters": 91,
-    "functions with more than 10 branches, per thousand": 38,
+    "lines of wpcal and cad": 106_300,
+    "lines of tests": 60_500,
+    "rooms": 20,
+    "arrows between rooms": 101,
+    "functions and classes of one name in several files": 11,
+    "functions of more than 60 lines": 1,
+    "functions with more than 6 parameters": 87,
+    "functions with more than 10 branches, per thousand": 32,
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)
 
