@@ -250,13 +250,14 @@ class _Stated:
         from wpcal.core.errors import InputError
         from wpcal.core.numbers import parse_numbers
 
-        wanted, unit = len(get_args(self.kind)), "degrees" if self.flags[0].endswith("-deg") else "mm"
+        wanted = len(get_args(self.kind))
+        unit = " in degrees" if self.flags[0].endswith("-deg") else " in mm" if self.flags[0].endswith("-mm") else ""
         try:
             numbers = tuple(parse_numbers(typed))
         except ValueError:
             numbers = ()
         if len(numbers) != wanted:
-            raise InputError(f"{self.flags[0]}: expected {self.option.metavar} in {unit}, got {typed!r}") from None
+            raise InputError(f"{self.flags[0]}: expected {self.option.metavar}{unit}, got {typed!r}") from None
         return numbers
 
     def _switched(self, values: Mapping[str, Any]) -> Any:
@@ -278,6 +279,8 @@ class _Stated:
             return [click.Option(names, is_flag=True, help=said.help)]
         default = None if said.many else self._shown_default()
         settings: dict[str, Any] = {"metavar": said.metavar, "multiple": said.many, "help": said.help}
+        if said.if_alone is not None and callable(said.read):  # it may have taken the argument that would be missed
+            settings["callback"] = lambda _context, _parameter, typed: self.value({self.names[0]: typed})
         if default is not None and said.is_shown:
             settings |= {"default": default, "show_default": True}
         if said.if_alone is not None:

@@ -164,8 +164,9 @@ def _finished(folder: Path) -> FinishedCalibration:
 
 def _changed_files(folder: Path) -> list[Fault]:
     """Return a fault per file that is not as the calibration of ``job.json`` wrote it."""
-    what = "was changed after wpcal calibrate wrote it; give edited seams with --seams, and calibrate again"
-    return [Fault(what, field=name) for name in files_changed(folder, read_json(folder / JOB_FILE, schema=JOB_SCHEMA))]
+    what = "was changed after wpcal calibrate wrote it; calibrate again"
+    names = files_changed(folder, read_json(folder / JOB_FILE, schema=JOB_SCHEMA))
+    return [Fault(what + ", with --seams for edited seams" * (name == SEAMS_FILE), field=name) for name in names]
 
 
 def _faults_of_folder(folder: Path) -> list[Fault]:
