@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, IntArray
 
+FEW_TURNS_RAD = 1e5  #: A search may try larger angles; of these whole turns are taken off first.
 HALF_TURN_PARTS = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
 """π/2 in parts of 33 bits: whole multiples of the first two are exact (fdlibm, `e_rem_pio2.c`)."""
 SINE = (1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06,
@@ -80,8 +81,9 @@ def inverse_pose(T: FloatArray) -> FloatArray:
 
 
 def sine_cosine(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return sine and cosine of angles of shape (...), up to some thousand turns, rad; errors below 2e-16."""
+    """Return sine and cosine of angles of shape (...), rad; errors below 2e-16 up to some thousand turns."""
     x = np.asarray(angle, dtype=np.float64)
+    x = np.where(np.abs(x) > FEW_TURNS_RAD, np.fmod(x, 2.0 * np.pi), x)
     turns = np.rint(x * (2.0 / np.pi))
     x = ((x - turns * HALF_TURN_PARTS[0]) - turns * HALF_TURN_PARTS[1]) - turns * HALF_TURN_PARTS[2]
     z = x * x

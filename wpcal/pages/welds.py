@@ -93,13 +93,12 @@ def value_fields() -> list[dict[str, Any]]:
     """Return what can be typed for every value: its group, unit, meaning and limits, as the schema has them."""
     schema = json.loads(schema_text(WELDS_SCHEMA))
     definitions = schema["$defs"]
-    properties = definitions["values"]["properties"]
+    properties = definitions["Values"]["properties"]
     group_of = {name: group for group, names in GROUPS.items() for name in names}
     found = []
     for name in sorted(VALUE_NAMES, key=[*group_of].index):
-        own = properties[name]
-        reference = own["oneOf"][0]["$ref"].rpartition("/")[2] if "oneOf" in own else None
-        inner = None if reference is None else definitions[reference]
+        own = _stated(properties[name])
+        inner = definitions[own["$ref"].rpartition("/")[2]] if "$ref" in own else None
         parts = (
             [_part(name, own, is_needed=True)]
             if inner is None
@@ -112,17 +111,23 @@ def value_fields() -> list[dict[str, Any]]:
     return found
 
 
+def _stated(schema: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the schema of a value that is stated: null, which states that there is none, is left out."""
+    (own,) = (each for each in schema.get("anyOf", ({},)) if each != {"type": "null"})
+    return {**schema, **own}
+
+
 def _part(name: str, schema: Mapping[str, Any], *, is_needed: bool) -> dict[str, Any]:
     label, unit = _label(name)
+    schema = _stated(schema)
     part = {"name": name, "label": label, "unit": unit, "is_needed": is_needed}
     if "enum" in schema:
-        return {**part, "kind": "choice", "choices": [value for value in schema["enum"] if value is not None]}
-    types = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
-    if "string" in types:
+        return {**part, "kind": "choice", "choices": schema["enum"]}
+    if schema["type"] == "string":
         return {**part, "kind": "text", "pattern": schema.get("pattern", "")}
     low = schema.get("exclusiveMinimum", schema.get("minimum"))
     limits = {"low": low, "is_low_open": "exclusiveMinimum" in schema, "high": schema.get("maximum")}
-    return {**part, "kind": "whole" if "integer" in types else "number", **limits}
+    return {**part, "kind": "whole" if schema["type"] == "integer" else "number", **limits}
 
 
 def _label(name: str) -> tuple[str, str]:
