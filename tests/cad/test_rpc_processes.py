@@ -65,15 +65,13 @@ def test_a_cancelled_request_ends_at_once_leaves_nothing_and_keeps_the_worker(cl
     waiting = client.send("seams", handle=handle)
     while "progress" not in client.hear():
         pass
-    begin = time.monotonic()
     asked = [client.send("cancel", id=waiting), client.send("cancel", id=running)]
     answers = {message["id"]: message for message in (client.answer() for _ in range(4))}
-    assert time.monotonic() - begin < GRACE_S
     assert [answers[number]["result"] for number in asked] == [{"cancelled": True}] * 2
     assert [answers[number]["error"]["kind"] for number in (running, waiting)] == ["Cancelled"] * 2
     assert client.ask("cancel", id=running) == {"cancelled": False}
     assert client.ask("seams", handle=handle)["seams"]
-    assert client.worker() == worker
+    assert client.worker() == worker  # one that is not interrupted within `GRACE_S` is ended
     assert set(folder.iterdir()) == there
 
 
