@@ -8,7 +8,7 @@ PYTEST := $(BIN)/python -m pytest
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: demo test near check js other-pythons lowest attack deep bench docs fixtures viewer shots lint clean
+.PHONY: demo test near check js other-pythons lowest attack same-answers deep bench docs fixtures viewer shots lint clean
 
 demo: $(VENV)/ready ## run the main job on the sample part; writes out/
 	rm -rf out
@@ -42,6 +42,9 @@ other-pythons: ## the demo and the tests without the kernel on the other support
 
 lowest: ## every command at the lowest versions that pyproject.toml allows
 	sh .ci/lowest
+
+same-answers: $(VENV)/ready ## poses, plans and programs that must not depend on the processor
+	$(PYTEST) tests/laws/test_same_pose.py tests/laws/test_same_plan.py tests/unit/controllers/test_how_to_pages.py
 
 deep: $(VENV)/ready ## the slow tests, breaks of the changed lines, and the README's commands on a bare Debian
 	$(PYTEST) -n 2 --dist loadfile -m deep
