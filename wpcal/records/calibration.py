@@ -8,6 +8,7 @@ from wpcal.records.parts import (
     Count,
     Covariance,
     D,
+    Issue,
     Matrix,
     Maybe,
     NotNegative,
@@ -254,16 +255,6 @@ class ToolOffset(Record):
     probability: Annotated[Share, D("That the tool is wrong, and not single touches; both were equally likely before.")]
     is_complete: Annotated[bool, D("Whether the postures show all three directions.")]
     sentence: Annotated[str, D("For a person.")]
-
-
-class Issue(Record):
-    """Something odd, but not fatal."""
-
-    code: Annotated[
-        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
-    ]
-    message: Annotated[str, D("One sentence for people.")]
-    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
 
 
 class EvidenceRival(Record):

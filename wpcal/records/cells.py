@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, Meta
 
-from wpcal.records.parts import D, Maybe, NotNegative, Open, Positive, Record, Six, Vector
+from wpcal.records.parts import D, Maybe, Neck, NotNegative, Open, Positive, Record, Six, Vector
 
 
 class Frame(Open):
@@ -35,15 +35,6 @@ class Shape(Open):
             float, D("Safety distance from this body of the torch to the part, mm, if it is not safety_distance_mm.")
         ]
     ] = UNSET
-
-
-class Neck(Record):
-    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
-    from_mm: Annotated[NotNegative, D("From the mouth of the nozzle to where the bend begins.")]
-    bend_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
-    radius_mm: Annotated[NotNegative, D("Outer radius of the neck.")]
-    body_from_mm: Annotated[NotNegative, D("From the mouth along the centre line to where the body begins.")]
-    body_radius_mm: Annotated[NotNegative, D("Outer radius of the body.")]
 
 
 class TorchShape(Record):

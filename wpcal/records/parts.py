@@ -1,6 +1,6 @@
 """What records are made of: the base of their types, and kinds of values that many of them have."""
 
-from typing import Annotated, Any, TypeVar, Union
+from typing import Annotated, Any, Literal, TypeVar, Union
 
 from msgspec import Meta, Struct, StructMeta, UnsetType
 from msgspec.json import schema_components
@@ -64,3 +64,35 @@ Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
 Rotation = Annotated[list[Vector], Meta(min_length=3, max_length=3)]
 Matrix = Annotated[list[Quaternion], Meta(min_length=4, max_length=4)]
 Covariance = Annotated[list[Six], Meta(min_length=6, max_length=6)]
+
+
+class Issue(Record):
+    """Something odd, but not fatal."""
+
+    code: Annotated[
+        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
+    ]
+    message: Annotated[str, D("One sentence for people.")]
+    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
+
+
+class Neck(Record):
+    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
+    from_mm: Annotated[NotNegative, D("From the mouth of the nozzle to where the bend begins.")]
+    bend_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
+    radius_mm: Annotated[NotNegative, D("Outer radius of the neck.")]
+    body_from_mm: Annotated[NotNegative, D("From the mouth along the centre line to where the body begins.")]
+    body_radius_mm: Annotated[NotNegative, D("Outer radius of the body.")]
+
+
+class Member(Record):
+    solid: str
+    taken_as: Annotated[str, D("steel, a bolt or screw, wood, …")]
+    factor: Annotated[Share, D("The confidence of each of its seams was multiplied by it; 1 for a member.")]
+    why: Annotated[list[str], D("The evidence in words.")]
+    said: Annotated[bool | None, D("Whether a person said that it can be welded; null if nobody said anything.")]
+
+
+class Units(Record):
+    length: Literal["mm"]
+    angle: Literal["deg"]

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, Meta
 
+from wpcal.records.cells import Issue
 from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Pair, Positive, Record, Six, Vector
 
 
@@ -37,12 +38,6 @@ class BetweenPoints(Record):
     s_mm: Annotated[float, D("Place of that distance along the seam.")]
     slowest_mm_s: Annotated[NotNegative, D("Least speed of the tip in the part; speed_mm_s is asked.")]
     fastest_mm_s: NotNegative
-
-
-class Issue(Record):
-    code: str
-    message: str
-    ids: list[str]
 
 
 class Robot(Record):

@@ -7,8 +7,10 @@ from msgspec import UNSET, Meta
 from wpcal.records.parts import (
     Count,
     D,
+    Issue,
     Matrix,
     Maybe,
+    Member,
     NotNegative,
     Number,
     Positive,
@@ -106,24 +108,6 @@ class Feature(Record):
     ease: Annotated[
         Literal["sharp", "round", "hidden", "vague", "indirect"], D("How well it can be touched, the best first.")
     ]
-
-
-class Issue(Record):
-    """Something odd, but not fatal."""
-
-    code: Annotated[
-        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
-    ]
-    message: Annotated[str, D("One sentence for people.")]
-    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
-
-
-class Member(Record):
-    solid: str
-    taken_as: Annotated[str, D("steel, a bolt or screw, wood, …")]
-    factor: Annotated[Share, D("The confidence of each of its seams was multiplied by it; 1 for a member.")]
-    why: Annotated[list[str], D("The evidence in words.")]
-    said: Annotated[bool | None, D("Whether a person said that it can be welded; null if nobody said anything.")]
 
 
 class Features(Record):

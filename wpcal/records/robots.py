@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, Meta
 
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Positive, Record, Rotation, Share, Vector
+from wpcal.records.parts import Count, D, Issue, Maybe, NotNegative, Number, Positive, Record, Rotation, Share, Vector
 
 
 class Link(Record):
@@ -269,16 +269,6 @@ class Tabu(Record):
 class Search(Record):
     genetic: Genetic
     tabu: Tabu
-
-
-class Issue(Record):
-    """Something odd, but not fatal."""
-
-    code: Annotated[
-        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
-    ]
-    message: Annotated[str, D("One sentence for people.")]
-    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
 
 
 class Outlier(Record):

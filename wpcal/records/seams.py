@@ -6,8 +6,11 @@ from msgspec import UNSET, Meta
 
 from wpcal.records.parts import (
     D,
+    Issue,
     Matrix,
     Maybe,
+    Member,
+    Neck,
     NotNegative,
     Number,
     Open,
@@ -16,22 +19,9 @@ from wpcal.records.parts import (
     Record,
     Rotation,
     Share,
+    Units,
     Vector,
 )
-
-
-class Units(Record):
-    length: Literal["mm"]
-    angle: Literal["deg"]
-
-
-class Neck(Record):
-    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
-    from_mm: Annotated[NotNegative, D("From the mouth of the nozzle to where the bend begins.")]
-    bend_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
-    radius_mm: Annotated[NotNegative, D("Outer radius of the neck.")]
-    body_from_mm: Annotated[NotNegative, D("From the mouth along the centre line to where the body begins.")]
-    body_radius_mm: Annotated[NotNegative, D("Outer radius of the body.")]
 
 
 class Torch(Record):
@@ -63,24 +53,6 @@ class Judging(Record, rename={"not_": "not"}):
 class Play(Record):
     gap_mm: Annotated[NotNegative, D("Median of these gaps.")]
     joints: Number
-
-
-class Member(Record):
-    solid: str
-    taken_as: Annotated[str, D("steel, a bolt or screw, wood, …")]
-    factor: Annotated[Share, D("The confidence of each of its seams was multiplied by it; 1 for a member.")]
-    why: Annotated[list[str], D("The evidence in words.")]
-    said: Annotated[bool | None, D("Whether a person said that it can be welded; null if nobody said anything.")]
-
-
-class Issue(Record):
-    """Something odd, but not fatal."""
-
-    code: Annotated[
-        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
-    ]
-    message: Annotated[str, D("One sentence for people.")]
-    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
 
 
 class Finding(Record):

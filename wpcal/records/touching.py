@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, Meta
 
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Positive, Record, Rotation, Vector
+from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Positive, Record, Rotation, Units, Vector
 
 
 class Set(Record):
@@ -132,11 +132,6 @@ class MovedAdvice(Record):
     bodies: list[Body]
     tolerance_mm: Annotated[Positive | None, D("What was asked for; null if nothing was.")]
     why_not: Annotated[str, D("Why the tolerance is not reached; empty if it is.")]
-
-
-class Units(Record):
-    length: Literal["mm"]
-    angle: Literal["deg"]
 
 
 class TBasePart(Record):

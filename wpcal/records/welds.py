@@ -5,12 +5,7 @@ from typing import Annotated, Any, Literal
 from msgspec import UNSET, Meta
 
 from wpcal.records.parts import D, Maybe, NotNegative, Number, Pair, Record, Text, Vector
-
-
-class Units(Record):
-    length: Literal["mm"]
-    angle: Literal["deg"]
-    time: Literal["s"]
+from wpcal.records.plans import Units
 
 
 class Place(Record):
