@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("wpcal", "cad", "tests")
 _TARGET = re.compile(r"^((?:wpcal|cad)(?:\.\w+)+)(?::\w+)?$")
-MOST_FILES = 60
+MOST_FILES = 20
 """Test files beyond this many take longer than a minute: the nearest ones are run, and the others are counted."""
 
 
