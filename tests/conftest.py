@@ -4,9 +4,11 @@ Hypothesis tries the same examples at every run in CI, and new ones elsewhere. E
 writes as JSON must follow the schema it names. There is one browser.
 """
 
+import gc
 import os
 import shutil
 import signal
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -24,6 +26,13 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 settings.register_profile("ci", derandomize=True, deadline=None)
 settings.register_profile("dev", deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "dev")
+
+# Else every command that a test starts compiles the whole product anew, which takes longer than most commands.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+# Nothing that collecting makes is garbage: it is looked through neither then nor while the tests run.
+gc.disable()
 
 # A slow machine does not make a command say more.
 os.environ.setdefault("WPCAL_PROGRESS_AFTER_S", "600")
@@ -49,6 +58,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--assert-skips", action="store_true", help="fail when more tests are skipped than MOST_SKIPS allows"
     )
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()
+    gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    gc.unfreeze()  # some extension modules complain of what they still hold when the process ends
 
 
 @pytest.hookimpl(trylast=True)
