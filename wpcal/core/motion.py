@@ -8,6 +8,11 @@ from wpcal.core.options import opt, opt_deg
 
 APPROACH_MM = 50.0
 """Distance along the wire before and after a seam: it clears a nozzle of common size."""
+WIRE_RADIUS_MM = 0.6
+"""Radius of a wire of 1.2 mm, the thickest that is usual."""
+AIR_CLEARANCE_MM = 3.0
+"""Least distance of wire and nozzle from the part on moves through the air: above the errors of a calibration and of a
+path, and above the bend of a wire that sticks out by 20 mm."""
 AIR_SPEED_MM_S = 100.0
 """Speed of approach and retract."""
 WELD_SPEED_MM_S = 8.0

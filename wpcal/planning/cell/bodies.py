@@ -12,13 +12,15 @@ Which pairs are compared
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.motion import WIRE_RADIUS_MM
 from wpcal.planning.cell.cell import CARRIER, TOOL, WORLD, Cell
+from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.planning.cell.shape import JOINTS, Shape
 
 JOINTS_BETWEEN = 4  #: Fewest joints between two bodies of one robot that are compared: see the head of this file.
@@ -72,6 +74,38 @@ class BodyPairs:
     def names(self, row: int) -> tuple[str, str]:
         """Return the names of the bodies of one pair."""
         return self.bodies[self.first[row]].name, self.bodies[self.second[row]].name
+
+
+def stick_out_mm(cell: Cell) -> float:
+    """Return the length of the wire from its tip to the nozzle, mm; of a torch without sizes to its nearest body."""
+    if cell.torch_shape is not None:
+        return cell.torch_shape.wire_mm
+    tip = Segments(np.zeros((3, 1)), np.zeros((3, 1)))
+    axes = [segment_distances(tip, Segments(shape.p.T, (shape.q - shape.p).T)) for shape in cell.torch]
+    return min(
+        (float((axis - shape.radius_mm).min()) for axis, shape in zip(axes, cell.torch, strict=True)), default=0.0
+    )
+
+
+def with_wire(cell: Cell, to_part_mm: float, more_mm: float = 0.0) -> Cell:
+    """Return the cell for moves through the air: the wire is a body of the torch.
+
+    `to_part_mm`: Least distance of the wire from the part.
+    `more_mm`: How far the longest wire of a seam sticks out beyond the tool centre point.
+    """
+    length = stick_out_mm(cell)
+    if length <= 0.0:
+        return cell
+    ends = np.array([[0.0, 0.0, more_mm]]), np.array([[0.0, 0.0, -length]])
+    wire = Shape("wire", *ends, np.array([WIRE_RADIUS_MM]), to_part_mm=to_part_mm)
+    return replace(cell, torch=(wire, *cell.torch))
+
+
+def with_torch_at(cell: Cell, to_part_mm: float) -> Cell:
+    """Return the cell whose torch may come this near to the part, where its bodies ask for more."""
+    near = [cell.d1_mm if shape.to_part_mm is None else shape.to_part_mm for shape in cell.torch]
+    torch = [replace(shape, to_part_mm=min(mm, to_part_mm)) for shape, mm in zip(cell.torch, near, strict=True)]
+    return replace(cell, torch=tuple(torch))
 
 
 def bodies_of(cell: Cell) -> tuple[Body, ...]:

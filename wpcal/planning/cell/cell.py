@@ -276,6 +276,18 @@ class Cell:
         """Row of the part's frame in `frames`."""
         return CARRIER if self.carrier is None else CARRIER + 1 + len(self.carrier.arm.joints)
 
+    def with_joint_margin(self, margin_rad: float) -> Cell:
+        """Return the cell whose joints of the robot with the torch stay away from their limits, as far as home lets."""
+        joints = tuple(
+            replace(
+                joint,
+                min_rad=min(joint.min_rad + margin_rad, max(home, joint.min_rad)),
+                max_rad=max(joint.max_rad - margin_rad, min(home, joint.max_rad)),
+            )
+            for joint, home in zip(self.arm.joints, self.home[:JOINTS].tolist(), strict=True)
+        )
+        return replace(self, arm=replace(self.arm, joints=joints))
+
     def with_touched_part(self, T_base_part: RigidTransform) -> Cell:
         """Return the cell with the part where the robot found it, its external axes at `touched_at`."""
         q = np.concatenate([self.home[:JOINTS], self.touched_at])[None]

@@ -128,16 +128,21 @@ class CellClearance:
     least_safety_mm : ndarray, shape (c,). Least safety distance of the bodies of each of these, mm.
     """
 
-    def __init__(self, cell: Cell, part: TriangleMaterial | None) -> None:
+    def __init__(self, cell: Cell, part: TriangleMaterial | None, *, like: CellClearance | None = None) -> None:
+        """Make the measures; what depends on the part alone is taken from one with the same part (`like`)."""
         self.cell, self.part = cell, part
         self.pairs = body_pairs(cell)
         self._measure = HullMeasure.of_pairs(self.pairs) if len(self.pairs) else None
         self._bodies = self.pairs.bodies
-        self._field = None if part is None else DistanceField.of_triangles(part.corners)
         self._capsules = PartCapsules.of(cell, self._bodies) if part is not None else None
         self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
-        self._outline = np.zeros((0, 3)) if part is None else _outline(part)
-        self._objects: dict[int | str, Any] = {}
+        if like is None:
+            self._field = None if part is None else DistanceField.of_triangles(part.corners)
+            self._outline = np.zeros((0, 3)) if part is None else _outline(part)
+        else:
+            self._field, self._outline = like._field, like._outline
+        self._objects: dict[int, Any] = {}
+        self._mesh: list[Any] = [] if like is None else like._mesh
         self.carriers, self._row_of_pair, self.least_safety_mm = self._carriers()
 
     def _carriers(self) -> tuple[IntArray, IntArray, FloatArray]:
@@ -275,8 +280,8 @@ class CellClearance:
         body = self._bodies[number]
         if number not in self._objects:
             self._objects[number] = convex_hull_object(body.shape), HullCover.of_hull(body.shape.hull)
-        if PART not in self._objects:
-            self._objects[PART] = _mesh_object(self.part)
+        if not self._mesh:
+            self._mesh.append(_mesh_object(self.part))
         hull, cover = self._objects[number]
         T = product(
             inverse_pose(frames[self.cell.part_row].at(rows).matrices()), frames[body.carrier].at(rows).matrices()
@@ -291,7 +296,7 @@ class CellClearance:
         for row in open_rows[margin[open_rows] <= 0.0].tolist():
             place = T[row]
             hull.setTransform(fcl.Transform(place[:3, :3], place[:3, 3]))
-            found = fcl.distance(hull, self._objects[PART], fcl.DistanceRequest(), fcl.DistanceResult())
+            found = fcl.distance(hull, self._mesh[0], fcl.DistanceRequest(), fcl.DistanceResult())
             margin[row] = max(found, 0.0) - needed
         return np.asarray(margin, dtype=np.float64)
 

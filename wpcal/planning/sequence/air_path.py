@@ -93,6 +93,7 @@ class AirPlanner:
     def _shortened(self, way: FloatArray, found_by: str) -> AirPath:
         """Cut corners as long as all stays free: of many shortcuts that are checked together, those that save most."""
         rng = np.random.default_rng(self.seed)
+        check = self.checker.check(way, again=True)
         for _ in range(ROUNDS if len(way) > 2 else 0):
             along = np.concatenate([[0.0], np.cumsum(self._seconds(way))])
             from_to = np.sort(rng.uniform(0.0, along[-1], (SHORTCUTS, 2)), axis=1)
@@ -117,10 +118,13 @@ class AirPlanner:
             t = np.concatenate([along[keep], from_to[taken].ravel()])
             q = np.concatenate([way[keep], *([a[k], b[k]] for k in taken)])
             _, first = np.unique(np.round(t, 9), return_index=True)
-            way = q[first]
+            found = self.checker.check(q[first], again=True)
+            if not found.is_free:  # what is left of a move is divided at other places
+                break
+            way, check = q[first], found
             if len(way) == 2:
                 break
-        return AirPath(way, self.checker.check(way), found_by)
+        return AirPath(way, check, found_by)
 
     def _seconds(self, way: FloatArray) -> FloatArray:
         return axis_seconds(way[:-1], way[1:], self.cell.speeds)

@@ -165,7 +165,8 @@ def cut_seam(search: SeamSearch, task: SeamTask, remedies: RemedySearch) -> tupl
     """Weld as much of a seam as possible, in as few pieces as possible."""
     ways = _ways(search, task)
     spans = best_cuts(task.s_mm, [way.span for way in ways], min(LEAST_PIECE_MM, task.length_mm))
-    pieces = [_part(search, task, next(way for way in ways if _holds(way.span, span)), span) for span in spans]
+    found = [_leaving(search, task, next(way for way in ways if _holds(way.span, span)), span) for span in spans]
+    spans, pieces = [each.span for each in found if each], [each.candidate for each in found if each]
     ends = [0, *(row for span in spans for row in span), len(task) - 1]
     gaps = [Span(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b > a]
     return pieces, [_told(search, task, gap, remedies) for gap in gaps]
@@ -243,6 +244,20 @@ def _part(search: SeamSearch, task: SeamTask, way: _Way, span: Span) -> Candidat
     rows = slice(span.first - way.span.first, span.last - way.span.first + 1)
     whole = way.candidate
     return search.candidate(task.part_of(*span), whole.angles[rows], whole.q[rows], whole.branch)
+
+
+def _leaving(search: SeamSearch, task: SeamTask, way: _Way, span: Span) -> _Way | None:
+    """Return the longest part of a piece from whose ends the torch can go back along the wire; None if it is short."""
+    whole = _part(search, task, way, span)
+    first = next((row for row in range(len(whole)) if search.withdrawn(whole.q[row]).why is None), len(whole))
+    last = next(
+        (row for row in reversed(range(first + 1, len(whole))) if search.withdrawn(whole.q[row]).why is None), 0
+    )
+    least_mm = min(LEAST_PIECE_MM, task.length_mm) - ROUND_OFF_MM
+    if last <= first or whole.task.s_mm[last] - whole.task.s_mm[first] < least_mm:
+        return None
+    kept = Span(span.first + first, span.first + last)
+    return _Way(kept, _part(search, task, way, kept))
 
 
 def _told(search: SeamSearch, task: SeamTask, gap: Span, remedies: RemedySearch) -> Unwelded:

@@ -110,9 +110,10 @@ def _distances(axes: _Axes, count: int, balls: FloatArray) -> FloatArray:
 FIRST_STEP_MM = 150.0  #: Steps of the first round: most of a move is this far from everything.
 LONG_STEP_MM = 800.0
 """The same where many moves are tried of which few are free: most are given up in the first round."""
-LEAST_FREE_MM = 1.0
-"""A step is also proved with this free distance at both ends where the safety distances are smaller: states are clear
-beyond their safety distance, and no cell should have a smaller one."""
+ROUND_OFF_MM = 1e-6  #: A move that was free and is divided at other places has a margin that is less by round-off.
+LEAST_FREE_MM = 0.25
+"""A step is also proved with this free distance at both ends where the safety distances are smaller, as at a corner
+where the torch may touch the part: between two states it is in the part by so much at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,20 +139,32 @@ class MotionChecker:
         """Return bounds of how far any body moves towards another between states (..., k); shape (...), mm."""
         return np.asarray(product(np.abs(b - a), self._per_axis.T).max(axis=-1, initial=0.0), dtype=np.float64)
 
+    def nearest(self, states: FloatArray) -> str:
+        """Say which two bodies miss their safety distance most at any of some states, and by how much.
+
+        `states`: shape (n, k). rad and mm.
+        """
+        found = self.clearance.margins(states)
+        row = int(np.argmin(found.margin_mm))
+        one, two = self.clearance.names(int(found.pair[row]))
+        return f"{one} and {two} miss their safety distance by {-found.margin_mm[row]:.1f} mm"
+
     def _shares_of_free(self, step: FloatArray, free: FloatArray) -> FloatArray:
         """Return the largest part that steps (n, k) use of the free distances (n, c) of their ends, shape (n,)."""
         return np.asarray((product(np.abs(step), self._per_axis.T) / free).max(axis=1, initial=0.0), dtype=np.float64)
 
-    def check(self, states: FloatArray) -> CheckedMove:
+    def check(self, states: FloatArray, *, again: bool = False) -> CheckedMove:
         """Check the straight moves from state to state. Where it is not free, the states measured so far.
 
         `states`: shape (n, k). Two or more, rad and mm.
+        `again`: Whether they were found free one by one, so that a margin of zero is round-off.
         """
+        least_mm = -ROUND_OFF_MM if again else 0.0
         at, q = self._divided(np.asarray(states, dtype=np.float64))
         margin, free = self._measured(q)
         while True:
             wide = self._shares_of_free(np.diff(q, axis=0), free[:-1] + free[1:]) > 1.0
-            is_free = bool((margin > 0.0).all())
+            is_free = bool((margin > least_mm).all())
             if not wide.any() or not is_free:
                 return CheckedMove(is_free, q, at, margin)
             middle = (at[:-1] + at[1:])[wide] / 2

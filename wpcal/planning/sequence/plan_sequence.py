@@ -7,24 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import FLOOR, PART, CellClearance
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.workplace import AIR_STEP_MM, back_along_wire
+from wpcal.planning.cell.workplace import AIR_STEP_MM
 from wpcal.planning.sequence.air_path import AirPath, AirPlanner
 from wpcal.planning.sequence.cuts import Unwelded, cut_seam
-from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.order import Order, Stop, find_order
 from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
@@ -131,6 +129,7 @@ class _Ways:
 
     name: str
     candidates: tuple[Candidate, ...]
+    search: SeamSearch  #: That found them: with the usual distances at the seam, or the least.
 
 
 def plan_sequence(
@@ -147,10 +146,11 @@ def plan_sequence(
     Raises `GeometryError` when no seam can be welded, or no free way leads from one to another.
     Raises `InputError` when the part is through the floor, home is in collision, or an optional package is missing.
     """
-    clearance = CellClearance(cell, part)
-    require_sound_start(cell, clearance)
-    search = SeamSearch(cell, clearance, targets)
-    remedies = RemedySearch(search)
+    given, cell = cell, cell.with_joint_margin(targets.joint_margin_rad)
+    more_wire_mm = max((seam.seam.more_wire_mm for seam in seams), default=0.0)
+    search = SeamSearch(cell, CellClearance(cell, part), targets, more_wire_mm=more_wire_mm)
+    require_sound_start(cell, search.air.clearance)
+    remedies = RemedySearch(search.closer)
     stretches: list[_Ways] = []
     unwelded: list[Unwelded] = []
     for number, seam in enumerate(seams, start=1):
@@ -162,23 +162,26 @@ def plan_sequence(
         more = f"; and {len(unwelded) - 1} more" if len(unwelded) > 1 else ""
         raise GeometryError(f"no seam can be welded: {unwelded[0].describe()}{more}")
     progress("the order of the seams")
-    smoother = _Smoother(search)
+    smoother = _Smoother()
     orders = {each: _order(cell, stretches, targets, each, ()) for each in SequencePreference}
     values = {each: _values(cell, stretches, targets, order, smoother.of(each)) for each, order in orders.items()}
     sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, progress, smoother.of(prefer))
+    sequence = replace(sequence, cell=given)  # with the limits of the arm itself
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
 
 def _ways(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
     task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
-    found = _both_directions(search, task, search.whole(task))
-    if found:
-        return [_Ways(task.name, tuple(found))], []
-    pieces, gaps = cut_seam(search, task, remedies)
+    for own in (search, search.closer):
+        found = _both_directions(own, task, own.whole(task))
+        if found:
+            return [_Ways(task.name, tuple(found), own)], []
+    own = search.closer
+    pieces, gaps = cut_seam(own, task, remedies)
     one = len(pieces) == 1
     names = [task.name if one else f"{task.name}{_letters(row)}" for row in range(len(pieces))]
     return [
-        _Ways(name, tuple(_both_directions(search, None, [piece]))) for name, piece in zip(names, pieces, strict=True)
+        _Ways(name, tuple(_both_directions(own, None, [piece])), own) for name, piece in zip(names, pieces, strict=True)
     ], gaps
 
 
@@ -221,21 +224,28 @@ def _order(
     return find_order(stops, cell.home, AIR_SHARE * cell.speeds, targets.order, blocked)
 
 
+Smooth = Callable[[_Ways, int], Candidate]
+"""Returns one of the ways of a stretch, with joints that move less."""
+
+
 class _Smoother:
     """Smoothed ways, each made once."""
 
-    def __init__(self, search: SeamSearch) -> None:
-        self.search = search
+    def __init__(self) -> None:
         self.found: dict[tuple[int, bool], tuple[Candidate, Candidate]] = {}
 
-    def of(self, prefer: SequencePreference) -> Callable[[Candidate], Candidate]:
+    def of(self, prefer: SequencePreference) -> Smooth:
         """Return what smooths ways; with the preference for the position the torch stays at its targets."""
         return partial(self._smoothed, may_tilt=prefer is not SequencePreference.POSITION)
 
-    def _smoothed(self, way: Candidate, *, may_tilt: bool) -> Candidate:
+    def _smoothed(self, ways: _Ways, number: int, *, may_tilt: bool) -> Candidate:
+        way = ways.candidates[number]
         key = id(way), may_tilt
         if key not in self.found:
-            self.found[key] = way, smoothed(self.search, way, may_tilt=may_tilt)  # the way is kept with its id
+            found = smoothed(ways.search, way, may_tilt=may_tilt)
+            if ways.search.cannot_leave(found) is not None:
+                found = way
+            self.found[key] = way, found  # the way is kept with its id
         return self.found[key][1]
 
 
@@ -244,10 +254,10 @@ def _values(
     stretches: Sequence[_Ways],
     targets: SequenceTargets,
     order: Order,
-    smooth: Callable[[Candidate], Candidate],
+    smooth: Smooth,
 ) -> SequenceValues:
     """Return the values of a plan that is not worked out: straight moves between the welds."""
-    chosen = [smooth(stretches[stop].candidates[way]) for stop, way in zip(order.stops, order.ways, strict=True)]
+    chosen = [smooth(stretches[stop], way) for stop, way in zip(order.stops, order.ways, strict=True)]
     ends = [cell.home, *(row for c in chosen for row in (c.q[0], c.q[-1])), cell.home]
     air = sum(float(air_seconds(cell, np.stack(ends[i : i + 2]))[0]) for i in range(0, len(ends), 2))
     air += sum(2.0 * targets.approach_mm / targets.air_speed_mm_s for _ in chosen)
@@ -261,11 +271,11 @@ def _worked_out(
     order: Order,
     prefer: SequencePreference,
     progress: Progress,
-    smooth: Callable[[Candidate], Candidate],
+    smooth: Smooth,
 ) -> WeldSequence:
     """Return a sequence with all its moves; another order is tried where no free way leads to the next seam."""
     cell, targets = search.cell, search.targets
-    planner = AirPlanner(cell, search.checker, targets.seed)
+    planner = AirPlanner(cell, search.air, targets.seed)
     pieces: dict[tuple[int, int], WeldPiece] = {}
     ways: dict[tuple[int, int, int, int], AirPath] = {}
     blocked: list[tuple[int, int, int, int]] = []
@@ -273,8 +283,8 @@ def _worked_out(
         stops = list(zip(order.stops, order.ways, strict=True))
         for stop, way in stops:
             if (stop, way) not in pieces:
-                ways_there = stretches[stop]
-                pieces[stop, way] = _piece(search, ways_there.name, smooth(ways_there.candidates[way]))
+                there = stretches[stop]
+                pieces[stop, way] = _piece(there.search, there.name, smooth(there, way))
         ends = [
             cell.home,
             *(row for at in stops for row in (pieces[at].states[0], pieces[at].states[-1])),
@@ -311,21 +321,8 @@ def _wire_seconds(cell: Cell, targets: SequenceTargets, piece: WeldPiece) -> flo
 
 
 def _piece(search: SeamSearch, name: str, candidate: Candidate) -> WeldPiece:
-    cell, targets = search.cell, search.targets
-    before = _free_along_wire(search.checker, candidate.q[0], targets.approach_mm)[::-1]
-    after = _free_along_wire(search.checker, candidate.q[-1], targets.approach_mm)
+    before = search.withdrawn(candidate.q[0]).states[::-1]
+    after = search.withdrawn(candidate.q[-1]).states
     states = np.concatenate([before, candidate.q, after])
-    speed, slowed_by = candidate.weld_speed(cell, targets.speed_mm_s)
-    return WeldPiece(name, candidate, before, after, search.checker.check(states), speed, slowed_by)
-
-
-def _free_along_wire(checker: MotionChecker, q: FloatArray, distance_mm: float) -> FloatArray:
-    """Return states at steps away from a weld, against the wire, as far as they are reached and clear; (a, k)."""
-    found = np.concatenate([q[None, :JOINTS], back_along_wire(checker.cell, q[:JOINTS], distance_mm)])
-    states = np.concatenate([found, np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
-    if len(states) > 1:
-        checked = checker.check(states)
-        if not checked.is_free:
-            first = float(checked.at[np.argmax(checked.margin_mm <= 0.0)])
-            states = states[: max(math.ceil(first), 1)]
-    return states[1:]
+    speed, slowed_by = candidate.weld_speed(search.cell, search.targets.speed_mm_s)
+    return WeldPiece(name, candidate, before, after, search.checker.check(states, again=True), speed, slowed_by)

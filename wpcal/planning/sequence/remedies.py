@@ -93,7 +93,7 @@ class RemedySearch:
     def _welds(self, help_: Help, stretch: SeamTask) -> bool:
         """Tell whether the whole stretch has a way with a change, and home is free."""
         cell = changed_cell(self.search.cell, help_, self._centre())
-        clearance = CellClearance(cell, self.search.clearance.part)
+        clearance = CellClearance(cell, self.search.clearance.part, like=self.search.clearance)
         if not clearance.margins(cell.home[None]).is_clear[0]:
             return False
         search = SeamSearch(cell, clearance, changed_targets(self.search.targets, help_))

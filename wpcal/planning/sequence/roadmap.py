@@ -8,6 +8,7 @@ and the search ends after a number of branches, never after a time.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ class Roadmap:
             if self._tree[ends[0]] == self._tree[ends[1]]:
                 rows = self._shortest(*ends)
                 way = np.concatenate([start[None], self._x[rows[1:-1]] / self.scale, end[None]])
-                proved = self.checker.free_shares(way[:-1], way[1:], whole=True) == 1.0
+                proved = np.array([self.checker.is_free(a, b) for a, b in itertools.pairwise(way)])
                 if proved.all():
                     return way
                 self._remove({tuple(sorted(rows[k : k + 2].tolist())) for k in np.flatnonzero(~proved).tolist()})

@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import inverse_pose, product, sine_cosine
 from wpcal.optim.ladder import cheapest_way
+from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
@@ -25,7 +27,8 @@ from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axe
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.seam_task import Candidate, SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
-from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses
+from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses, wire_is_free
+from wpcal.planning.sequence.withdraw import Withdrawal, withdraw
 from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, solve_inverse
 from wpcal.robot.kinematics.opw import BRANCHES
 
@@ -37,6 +40,7 @@ TILTED_AXES = 24  #: Positions of the external axes that are tried with the torc
 STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
 OFF_WEIGHT = 2.0
 """... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""
+FIRST_BACK_MM = 20.0  #: So far back along the wire most wires are clear; the rest of the way is tried where it is not.
 LARGEST_STEP_RAD = np.radians(75.0)
 """A joint that turns by more from one rung to the next swings through a singular pose."""
 
@@ -52,11 +56,44 @@ class Climb:
 class SeamSearch:
     """Searches ways to weld seams in one cell."""
 
-    def __init__(self, cell: Cell, clearance: CellClearance, targets: SequenceTargets) -> None:
+    def __init__(
+        self, cell: Cell, clearance: CellClearance, targets: SequenceTargets, *, more_wire_mm: float = 0.0
+    ) -> None:
+        """Search in a cell; `more_wire_mm` is how much longer than usual the wire of a seam is at most."""
         self.cell, self.clearance, self.targets = cell, clearance, targets
         self.checker = MotionChecker(cell, clearance)
+        self.more_wire_mm = more_wire_mm
         speeds = cell.speeds[:JOINTS]
         self.weights = speeds.min() / speeds if np.isfinite(speeds).all() else np.ones(JOINTS)
+
+    @cached_property
+    def air(self) -> MotionChecker:
+        """What checks moves through the air: the wire is a body of the torch."""
+        cell = with_wire(self.cell, self.targets.air_clearance_mm, self.more_wire_mm)
+        return MotionChecker(cell, CellClearance(cell, self.clearance.part, like=self.clearance))
+
+    @cached_property
+    def closer(self) -> SeamSearch:
+        """The same search with the torch as near to the part as the targets allow; the air keeps its distances."""
+        cell = with_torch_at(self.cell, self.targets.seam_clearance_mm)
+        clearance = CellClearance(cell, self.clearance.part, like=self.clearance)
+        other = SeamSearch(cell, clearance, self.targets, more_wire_mm=self.more_wire_mm)
+        other.__dict__["air"] = self.air
+        return other
+
+    def withdrawn(self, q: FloatArray, most_mm: float = math.inf) -> Withdrawal:
+        """Go back along the wire from a state of a weld.
+
+        `q`: shape (k,). All axes, rad and mm.
+        """
+        return withdraw(self.checker, self.air, q, min(self.targets.approach_mm, most_mm))
+
+    def cannot_leave(self, way: Candidate) -> str | None:
+        """Say why the torch cannot go back along the wire from an end of a way; None if it can from both."""
+        for q in way.q[[0, -1]]:
+            if self.withdrawn(q, FIRST_BACK_MM).why is not None and (why := self.withdrawn(q).why) is not None:
+                return why
+        return None
 
     def whole(
         self, task: SeamTask, most_axes: int | None = None, tilts: Sequence[bool] = (False, True)
@@ -69,8 +106,9 @@ class SeamSearch:
                 continue
             found: list[Candidate] = []
             for climb in self._climbs(task, poses, axes, whole=True):
-                if climb.candidate is not None and climb.last == len(task) - 1:
-                    found.append(climb.candidate)
+                way = climb.candidate
+                if way is not None and climb.last == len(task) - 1 and self.cannot_leave(way) is None:
+                    found.append(way)
                 if len(found) >= MOST_CANDIDATES:
                     break
             if found:
@@ -212,6 +250,7 @@ class SeamSearch:
         T = tool_on_seam(task, np.arange(n), angles)
         external = values_along(values[None], task, np.arange(n))
         joints = solve_inverse(self.cell.arm, self.flange_places(T, external)[0]).joints[:, branch]
+        joints[~wire_is_free(task, T, self.clearance)] = np.nan
         path = continue_branch(self.cell.arm, joints, self.cell.home[:JOINTS])
         end = n
         while isinstance(path, Broken):

@@ -16,6 +16,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.same_bits import product
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
+from wpcal.seam.judge.material import NEAR_ROOT_MM
+from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam
 
 STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
@@ -41,6 +43,7 @@ class SeamTask:
     speed_mm_s: float | None = None  #: The speed that the weld data ask for; None: that of all seams.
     rank: int = 1  #: All seams of a lower rank are welded first.
     more_wire_mm: float = 0.0  #: The tool centre point stays back by this from the seam.
+    wire_from_mm: float = NEAR_ROOT_MM  #: So far from the tip on the whole wire is compared with the part.
 
     def __len__(self) -> int:
         return len(self.s_mm)
@@ -104,8 +107,9 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> Sea
     s, p = np.interp(at, number, frames.s_mm), np.stack([np.interp(at, number, x) for x in frames.p.T], axis=1)
     lean = np.stack([np.interp(at, number, column) for column in lean.T], axis=1)
     R = Slerp(number, rotations)(at).as_matrix()
+    from_mm = max(NEAR_ROOT_MM, start_mm(seam))
     what = f"{seam.joint.value} {seam.weld.value}"
-    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm)
+    return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm, from_mm)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

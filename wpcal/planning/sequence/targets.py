@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.motion import (
+    AIR_CLEARANCE_MM,
     AIR_SPEED_MM_S,
     APPROACH_MM,
     PLANNED_SPEED_MM_S,
@@ -69,6 +70,21 @@ class SequenceTargets:
     speed_mm_s: float = weld_speed(PLANNED_SPEED_MM_S)
     air_speed_mm_s: float = AIR_SPEED_MM_S
     approach_mm: float = APPROACH_MM
+    air_clearance_mm: float = opt(
+        AIR_CLEARANCE_MM,
+        "Least distance of the wire from the part on moves through the air: above the errors of a calibration and of a "
+        "path.",
+        least=0,
+    )
+    seam_clearance_mm: float = opt(
+        0.0,
+        "Least distance of the torch from the part at a seam that the distances of the cell leave no lean for, as at "
+        "corners: seams are found with 0.",
+        least=0,
+    )
+    joint_margin_rad: float = opt_deg(
+        1.0, "How far joints stay from their limits: an arm stops with a fault at a limit.", least=0, most=90
+    )
     seed: int = opt(0, "Seed of all random numbers.", least=0)
 
     def __post_init__(self) -> None:

@@ -11,10 +11,13 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
+from wpcal.planning.cell.bodies import stick_out_mm
 from wpcal.planning.cell.cell_clearance import CellClearance, tool_capsules
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, TRAVEL, WORK, torch_on_seam
+from wpcal.planning.cell.workplace import AIR_STEP_MM
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.seam.judge.material import WIRE_RADIUS_MM
 
 SPINS = 16  #: Turns about the wire that are tried: the torch body reaches every side of the seam within 11 degrees.
 TILTS = (0.0, 0.5, -0.5, 1.0, -1.0)
@@ -65,9 +68,25 @@ def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearan
     rows = np.repeat(rungs, len(grid))
     T = tool_on_seam(task, rows, angles.reshape(-1, 3))
     shape = (len(rungs), len(grid))
-    free = torch_is_free(T, clearance).reshape(shape)
+    free = torch_is_free(T, clearance)
+    free[free] = wire_is_free(task, T[free], clearance)
+    free = free.reshape(shape)
+    for end in (0, -1):  # where the torch comes and goes along the wire
+        back = T.reshape(*shape, 4, 4)[end, free[end]]
+        back[:, :3, 3] -= AIR_STEP_MM * back[:, :3, 2]
+        free[end, free[end]] = torch_is_free(back, clearance)
     off = np.broadcast_to(np.sqrt(grid[:, 0] ** 2 + grid[:, 1] ** 2), shape)
     return TorchPoses(rungs, angles, T.reshape(*shape, 4, 4), off, free)
+
+
+def wire_is_free(task: SeamTask, T_part_tool: FloatArray, clearance: CellClearance) -> BoolArray:
+    """Tell for poses of shape (n, 4, 4), mm, whether the wire is free beyond the joint that it welds; shape (n,)."""
+    tip, mouth = task.more_wire_mm - task.wire_from_mm, -stick_out_mm(clearance.cell)
+    if clearance.part is None or tip <= mouth:
+        return np.ones(len(T_part_tool), dtype=bool)
+    p, z = T_part_tool[:, None, :3, 3], T_part_tool[:, None, :3, 2]
+    radius = np.array([WIRE_RADIUS_MM])
+    return np.asarray(clearance.capsule_margins(p + tip * z, p + mouth * z, radius, np.zeros(1))[:, 0] > 0.0)
 
 
 def torch_is_free(T_part_tool: FloatArray, clearance: CellClearance) -> BoolArray:

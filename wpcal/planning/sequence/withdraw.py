@@ -1,0 +1,48 @@
+"""Along the wire to a weld and from it: a joint move begins where the wire is clear of everything, never in the pool.
+
+A wire that moves along its own line only goes where it, the nozzle and the torch behind it were. So on the way along
+the wire the torch is compared with the part, and the wire at its end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.cell.workplace import back_along_wire
+from wpcal.planning.sequence.motion_check import MotionChecker
+
+
+class Withdrawal(NamedTuple):
+    """States away from a weld, against the wire, or why there are none."""
+
+    states: FloatArray  #: shape (a, k). In the last one the wire is clear; empty if it cannot be reached.
+    why: str | None
+
+
+def withdraw(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float) -> Withdrawal:
+    """Go back along the wire from a state of a weld, as far as the torch is free and the wire is clear at the end.
+
+    `weld`, `air`: Without and with the wire as a body.
+    `q`: shape (k,). All axes, rad and mm.
+    """
+    found = np.concatenate([q[None, :JOINTS], back_along_wire(weld.cell, q[:JOINTS], distance_mm)])
+    states = np.concatenate([found, np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
+    if len(states) == 1:
+        return Withdrawal(states[1:], "the arm does not reach the way back along the wire")
+    checked = weld.check(states)
+    if not checked.is_free:
+        states = states[: max(math.ceil(float(checked.at[np.argmax(checked.margin_mm <= 0.0)])), 1)]
+    if len(states) == 1:
+        return Withdrawal(states[1:], f"the torch cannot go back along the wire: {weld.nearest(checked.states)}")
+    margins = air.clearance.margins(states[1:])
+    clear = np.flatnonzero(margins.is_clear)
+    if not len(clear):
+        return Withdrawal(
+            states[:0], f"it does not come free on its way back along the wire: {air.nearest(states[1:])}"
+        )
+    return Withdrawal(states[1 : clear[-1] + 2], None)
