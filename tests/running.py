@@ -6,7 +6,7 @@ import io
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -38,10 +38,10 @@ class Ended:
     stderr: str
 
 
-def run_here(*arguments: Path | str) -> Ended:
+def run_here(*arguments: Path | str, cwd: Path | None = None) -> Ended:
     """Run a command in this process. Work with the CAD kernel still runs in a child process of its own."""
     out, err = io.StringIO(), io.StringIO()
-    with redirect_stdout(out), redirect_stderr(err):
+    with redirect_stdout(out), redirect_stderr(err), chdir(cwd or Path()):
         try:
             run([str(argument) for argument in arguments])
         except SystemExit as ended:

@@ -12,6 +12,7 @@ import pytest
 
 from tests.running import run_here
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
 
 

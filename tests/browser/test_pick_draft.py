@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.running import run_here
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 PLACE = ("x_mm", "y_mm", "z_mm")
 SAVED = "document.querySelector('#save-state').textContent.startsWith('saved')"
@@ -207,8 +208,7 @@ def test_the_changed_file_is_opened_and_what_was_typed_comes_back(start: Any, op
 def test_the_advised_template_is_a_list_of_what_to_touch_until_all_is_touched(
     start: Any, open_page: Any, tmp_path: Path
 ) -> None:
-    advise = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--count", "4", "-o", "taught.csv"]
-    subprocess.run(advise, cwd=tmp_path, check=True, capture_output=True, timeout=300)
+    assert run_here("advise", TEE / "tee.step", "--count", "4", "-o", "taught.csv", cwd=tmp_path).returncode == 0
     picker = start(TEE / "tee.step")
     opened = open_page(picker.url)
     names = list(rows_on(opened))

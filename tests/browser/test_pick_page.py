@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.running import FINISHED, run_here
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 VALUES = {
     "V2": ("812.29", "-240.62", "165.80"),
@@ -23,11 +24,10 @@ TOLERANCE_MM = 0.4
 
 
 @pytest.fixture(scope="module")
-def places() -> dict[str, list[float]]:
+def places(kernel_here: None) -> dict[str, list[float]]:
     """Where the features are, part frame, mm."""
-    command = [sys.executable, "-m", "wpcal", "features", str(TEE / "tee.step"), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
-    return {feature["name"]: feature["p_mm"] for feature in json.loads(done.stdout)["features"]}
+    found = json.loads(run_here("features", TEE / "tee.step", "--json").stdout)["features"]
+    return {feature["name"]: feature["p_mm"] for feature in found}
 
 
 def settled(opened: Any) -> None:
@@ -50,9 +50,8 @@ def seam_errors(opened: Any) -> dict[str, str]:
 
 
 def calibrated(folder: Path, taught: str, *options: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    command = [sys.executable, "-m", "wpcal", "calibrate", str(TEE / "tee.step"), taught, "-o", "out", *options]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode in (0, 1), done.stderr
+    done = run_here("calibrate", TEE / "tee.step", taught, "-o", "out", *options, cwd=folder)
+    assert done.returncode in FINISHED, done.stderr
     return tuple(json.loads((folder / "out" / name).read_text()) for name in ("calibration.json", "seams.json"))  # type: ignore[return-value]
 
 
@@ -117,8 +116,7 @@ def test_points_are_suggested_and_wait_for_their_coordinates(start: Any, open_pa
     opened = open_page(start(TEE / "tee.step", "--sigma-mm", "0.3").url)
     opened.page.click("#suggest")
     opened.wait("document.querySelectorAll('#points tbody tr').length === 4")
-    command = [sys.executable, "-m", "wpcal", "advise", str(TEE / "tee.step"), "--count", "4", "--json"]
-    advice = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout)
+    advice = json.loads(run_here("advise", TEE / "tee.step", "--count", "4", "--json").stdout)
     assert list(shown(opened)) == advice["chosen"]["features"]
     assert f"at most {advice['chosen']['error_95_mm']:.3f} mm, on {advice['chosen']['seam']}" in opened.page.inner_text(
         "#save-state"
@@ -182,8 +180,7 @@ def test_when_the_server_has_ended_the_table_stays(start: Any, open_page: Any) -
 )
 def test_wrong_use_is_one_line(arguments: list[str | Path], said: str, tmp_path: Path) -> None:
     (tmp_path / "there.csv").write_text("mine", encoding="utf-8")
-    command = [sys.executable, "-m", "wpcal", "pick", *map(str, arguments), "--no-browser"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
+    done = run_here("pick", *arguments, "--no-browser", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert said in done.stderr

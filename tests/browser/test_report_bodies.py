@@ -12,6 +12,7 @@ import pytest
 from tests.running import run_here
 from wpcal.core.arrays import FloatArray
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
 UPRIGHTS = Path(__file__).parents[2] / "fixtures" / "uprights"
 ARROW = (20, 24, 29)  #: Of a body that is shown to have moved (`MOVED` in bodies.js).
 GHOST = (199, 125, 10)  #: Of the edges of the model (`GHOST` in report/scene.js).

@@ -1,14 +1,13 @@
 """The report in a browser: it needs no other file, and its view and numbers agree with the result files."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.running import run_here
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.core.arrays import FloatArray
@@ -33,15 +32,16 @@ DRAWN_MM, DRAWN_RAD = 0.02, 1e-3
 SEAM, FRAME = 1, 7  #: W2 faces the viewer; its eighth frame is away from both ends.
 BEHIND = 2  #: W3 is on the far side of the web.
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
+
 
 def run_wpcal(*arguments: str | Path) -> None:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    done = run_here(*arguments)
     assert done.returncode == 0, done.stderr
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(kernel_here: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The result of `wpcal demo`."""
     out = tmp_path_factory.mktemp("demo") / "out"
     run_wpcal("demo", "-o", out)

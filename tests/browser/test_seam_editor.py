@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.running import run_here
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
 MOST_S = 120.0  #: A person has two minutes. The walk below has his clicks; a machine's test must not need longer.
 
@@ -65,8 +66,7 @@ def walk(opened: Any) -> None:
 
 
 def listed(folder: Path, file: Path) -> dict[str, Any]:
-    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--seams", str(file), "--json"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True, timeout=300)
+    done = run_here("seams", TEE, "--seams", file, "--json", cwd=folder)
     return {seam["name"]: seam for seam in json.loads(done.stdout)["seams"]}
 
 
@@ -134,8 +134,7 @@ def test_a_click_on_the_chosen_seam_is_the_place_of_the_cut(start: Any, open_pag
 
 def test_a_wrong_part_is_set_right_on_the_page_of_seams(open_page: Any, tmp_path: Path) -> None:
     page = tmp_path / "seams.html"
-    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--html", str(page)]
-    subprocess.run(command, capture_output=True, check=True, timeout=300)
+    assert run_here("seams", TEE, "--html", page).returncode == 0
     opened = open_page(page)
     assert not opened.page.locator("#download").is_visible()
     walk(opened)

@@ -1,13 +1,12 @@
 """The page of `wpcal seams --html` in a browser: it needs no other file, lists every seam, and shows names as text."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.running import run_here
 from wpcal.pages.seams import build_seams_page
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
@@ -15,11 +14,9 @@ HOSTILE = "</script><img src=x onerror=window.hacked=1>"
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
+def written(kernel_here: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     page = tmp_path_factory.mktemp("seams") / "seams.html"
-    command = [sys.executable, "-m", "wpcal", "seams", str(TEE), "--html", str(page), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
-    return page, json.loads(done.stdout)
+    return page, json.loads(run_here("seams", TEE, "--html", page, "--json").stdout)
 
 
 def test_the_page_stands_alone_and_lists_the_seams(open_page: Any, written: tuple[Path, Any]) -> None:

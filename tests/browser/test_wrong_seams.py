@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,9 @@ import pytest
 
 from tests.benchmarks.welds.lists import FOLDER, read_record, welds_of
 from tests.benchmarks.welds.score import WeldScore, score
+from tests.running import run_here
+
+pytestmark = pytest.mark.usefixtures("kernel_here")
 
 MOST_S = 120.0
 CLICK_S, LETTER_S = 3.0, 1.0  #: A person finds the place of a click in 3 s, and types 60 letters a minute.
@@ -63,9 +64,7 @@ class Welder:
 
 
 def listed(part: Path, *more: str) -> dict[str, Any]:
-    command = [sys.executable, "-m", "wpcal", "seams", str(part), "--json", *more]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
-    record: dict[str, Any] = json.loads(done.stdout)
+    record: dict[str, Any] = json.loads(run_here("seams", part, "--json", *more).stdout)
     return record
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.running import Ended, run_here
 from wpcal.planning.cell.cell import part_in_world
 from wpcal.planning.cell.cell_file import read_cell
 
+pytestmark = pytest.mark.usefixtures("kernel_here")
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 SADDLE = FIXTURES / "saddle" / "saddle.step"
 CELL = FIXTURES / "cells" / "two-mh6.json"
@@ -21,13 +21,8 @@ JOINTS_DEG = (19.0, 21.0, 36.0, 15.0, -77.0, 40.0)
 FILE_MM = 1e-6  #: The taught points of the fixture have nine decimals; the calibration of exact points keeps six.
 
 
-def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
-def calibrate(out: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return run_wpcal("calibrate", SADDLE, FIXTURES / "saddle" / "taught_exact.csv", "-o", out, *arguments)
+def calibrate(out: Path, *arguments: str) -> Ended:
+    return run_here("calibrate", SADDLE, FIXTURES / "saddle" / "taught_exact.csv", "-o", out, *arguments)
 
 
 def test_the_cell_written_has_the_part_where_it_was_touched(tmp_path: Path) -> None:
@@ -70,10 +65,10 @@ def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
     taught = tmp_path / "taught.csv"
     taught.write_text("\n".join(["name,x_mm,y_mm,z_mm,use", *lines, ""]))
     out, joints = tmp_path / "out", ",".join(map(str, JOINTS_DEG))
-    done = run_wpcal("calibrate", SADDLE, taught, "-o", out, "--cell", CELL, "--holder-joints", joints)
+    done = run_here("calibrate", SADDLE, taught, "-o", out, "--cell", CELL, "--holder-joints", joints)
     assert (done.returncode, done.stderr) == (0, "")
     assert read_cell(out / "cell.json").T_part.is_close(cell.T_part, atol_mm=FILE_MM, atol_rad=FILE_MM)
-    done = run_wpcal("plan", out / "cell.json", out, "--seam", "W1", "-f", "abb", "-o", tmp_path / "plan")
+    done = run_here("plan", out / "cell.json", out, "--seam", "W1", "-f", "abb", "-o", tmp_path / "plan")
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads((tmp_path / "plan" / "plan.json").read_text())["freedom"] == "free"
     assert 'id="blob-part"' in (tmp_path / "plan" / "plan.html").read_text(encoding="utf-8")

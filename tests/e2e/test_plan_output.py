@@ -6,13 +6,12 @@ import csv
 import json
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.running import run_here
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.planning.cell.cell import part_in_world, tool_in_world
@@ -24,11 +23,6 @@ CLOSED_CHAIN_MM = 1e-6  #: Asked of every point of every plan.
 PROGRAM_MM = 0.02  #: Five decimals of a degree in twelve joints at two metres.
 
 
-def run_wpcal(*arguments: Path | str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "wpcal", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plan of the saddle; a triangle replaces the mesh of the part beside the seams."""
@@ -37,7 +31,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     corners = np.array([[0.0, 0, 0], [50, 0, 0], [0, 50, 0]])
     solid = SolidMesh("pipe", corners, np.array([[0, 1, 2]]), np.array([[0, 1], [1, 2], [2, 0]]))
     (folder / "part.glb").write_bytes(write_part_glb(PartMesh((solid,), 0.1, 0.3)))
-    done = run_wpcal(
+    done = run_here(
         "plan", CELLS / "two-mh6.json", folder / "seams.json", "--seam", "W1", "-o", folder / "out", "--joints"
     )
     assert (done.returncode, done.stderr) == (0, "")
@@ -105,7 +99,7 @@ def test_what_is_called_free_was_measured(planned: Path) -> None:
 def test_a_file_that_is_no_mesh_is_refused_before_any_work(tmp_path: Path) -> None:
     shutil.copy(CELLS / "saddle-seams.json", tmp_path / "seams.json")
     (tmp_path / "part.glb").write_bytes(b"no mesh")
-    done = run_wpcal("plan", CELLS / "two-mh6.json", tmp_path / "seams.json", "--seam", "W1", "-o", tmp_path / "out")
+    done = run_here("plan", CELLS / "two-mh6.json", tmp_path / "seams.json", "--seam", "W1", "-o", tmp_path / "out")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert "part.glb" in done.stderr

@@ -1,4 +1,4 @@
-"""The kept results of every fixture, made by the real command from `taught.csv`.
+"""The kept results of every fixture, made by the command from `taught.csv`.
 
 `pytest tests/golden --regenerate` writes them anew; a person then reads the difference before it is committed.
 """
@@ -13,13 +13,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.running import run_process
+from tests.running import run_here
 from wpcal.core.records import read_json
 from wpcal.results.diff import assert_calibration_close, assert_seams_close
 from wpcal.results.folder import PART_FILE, RECORD_SCHEMAS
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "fixtures"
+pytestmark = pytest.mark.usefixtures("kernel_here")
 PARTS = sorted(path.parent.name for path in FIXTURES.glob("*/truth.json"))
 
 GOLDEN_MM = 1e-5
@@ -36,7 +37,7 @@ plates of the uprights moved."""
 
 
 def run_wpcal(*arguments: Path | str) -> str:
-    done = run_process(*arguments)
+    done = run_here(*arguments)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
 
