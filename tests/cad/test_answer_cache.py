@@ -20,6 +20,7 @@ from cad.workpiece.answer_cache import AnswerCache, file_identity, key_of, user_
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.step_file import StepFile
 from cad.workpiece.workpiece import open_workpiece
+from tests.few import few
 from tests.running import FINISHED, kernel_work_here, run_here
 from tests.samples.graphs import saddle
 from wpcal.core import own_code
@@ -84,7 +85,7 @@ def refuse_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cad.step.read.read_step", unread)
 
 
-@pytest.mark.parametrize("sample", ["tee", "overlapping", "lap"])
+@pytest.mark.parametrize("sample", few(["tee", "overlapping", "lap"], 2))
 def test_a_kept_answer_is_byte_for_byte_a_fresh_one(
     sample: str, answers: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

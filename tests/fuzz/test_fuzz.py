@@ -10,7 +10,7 @@ from tests.fuzz.judge import judge
 from tests.fuzz.mutate import mutated
 from tests.fuzz.targets import targets
 
-INPUTS, FEW = 80, 15  #: For each reader, and for one that takes more than 3 ms: all readers together take about 3 s.
+INPUTS, FEW = 40, 15  #: For each reader, and for one that takes more than 3 ms: all readers together take some seconds.
 SLOW = ("export-", "picker", "rpc", "audit.", "audit-two-", "cell-")
 """Their names begin so: they write programs, fit, or draw."""
 KEPT = sorted(path.relative_to(FINDINGS).as_posix() for path in FINDINGS.glob("*/*") if path.parent.name in targets())

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.few import few
+
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 
 
@@ -30,7 +32,7 @@ def run(*arguments: str, out: Path, hash_seed: str) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("name", ["saddle", "frame"])
+@pytest.mark.parametrize("name", few(["frame", "saddle"], 1))
 def test_two_runs_write_the_same_bytes(name: str, tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     first = calibrate(name, tmp_path / "out", "1")

@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tests.few import few
 from wpcal.calibrate import Criterion, VerdictKind, calibrate, fit_least_squares, solve_minimax
 from wpcal.calibrate.solve.least_squares import distances
 from wpcal.core.pairs import PointPairs
@@ -83,7 +84,7 @@ def assert_same_places(pairs: PointPairs, fit, within_mm: float = SAME_PLACE_MM)
         np.testing.assert_allclose(place, expected, rtol=0, atol=within_mm)
 
 
-@pytest.mark.parametrize("slip", ["none", "exchanged", "shifted", "mixed", "mirrored"])
+@pytest.mark.parametrize("slip", few(["exchanged", "mirrored", "none", "shifted", "mixed"], 2))
 @pytest.mark.parametrize("part", PARTS)
 def test_a_symmetric_part_has_one_answer(part: str, slip: str) -> None:
     pairs = taught(part, slip, 0.0)

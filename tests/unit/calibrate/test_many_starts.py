@@ -93,7 +93,7 @@ def beaten(kind: str, seeds: range, *, starts: int, followed: int) -> tuple[int,
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_starts_do_not_beat_the_answer(kind: str) -> None:
-    assert beaten(kind, range(3), starts=100, followed=8)[1] == 0
+    assert beaten(kind, range(1), starts=100, followed=8)[1] == 0
 
 
 @pytest.mark.deep

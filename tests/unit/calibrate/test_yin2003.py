@@ -60,7 +60,7 @@ def test_the_annealer_finds_a_part_that_lies_upside_down(pairs):
     assert anneal_pairs(turned, seed=3)[1].cost - OPTIMUM_MM <= 0.005
 
 
-@pytest.mark.many
+@pytest.mark.deep
 def test_the_published_schedule_ends_where_the_paper_did(pairs):
     T, report = anneal_pairs(pairs, schedule=AnnealingSchedule.yin2003(), seed=0)
     assert OPTIMUM_MM <= report.cost <= PAPER_MM + ONE_CHAIN_MM
