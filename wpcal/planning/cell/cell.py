@@ -27,7 +27,6 @@ MOST_AXES = 2  #: Axes of a positioner: one turns the part, two also tilt it.
 TOOL, WORLD, CARRIER = JOINTS + 1, JOINTS + 2, JOINTS + 3
 """Rows of these frames in the result of `Cell.frames`, after the seven of the robot. The frames of the carrier begin at
 CARRIER, and the frame of the part is last."""
-RAIL_MM_PER_RAD = 1000.0  #: A metre on the rail is weighed like one radian of a joint wherever axes are compared.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,14 +178,6 @@ class Cell:
     def first_turning(self) -> int:
         """Column of the first axis of the carrier."""
         return JOINTS + (self.rail is not None)
-
-    @property
-    def as_angles(self) -> FloatArray:
-        """Factors that make all axes comparable angles, shape (k,): 1, and for the rail 1/`RAIL_MM_PER_RAD`."""
-        factors = np.ones(len(self.axis_names))
-        if self.rail_axis is not None:
-            factors[self.rail_axis] = 1.0 / RAIL_MM_PER_RAD
-        return factors
 
     @property
     def T_part(self) -> RigidTransform:

@@ -21,7 +21,6 @@ from scipy.spatial import ConvexHull, QhullError
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import inverse_pose, product
-from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
 from wpcal.planning.cell.clearance import pair_margins
@@ -358,8 +357,3 @@ def _mesh_object(part: TriangleMaterial | None) -> Any:
     mesh.addSubModel(points, np.arange(len(points)).reshape(-1, 3))
     mesh.endModel()
     return fcl.CollisionObject(mesh, fcl.Transform())
-
-
-def fixed_part(cell: Cell) -> RigidTransform:
-    """Return ``T_world_part`` with all axes at home."""
-    return RigidTransform.from_matrix(cell.part_places(cell.home[None])[0], target="world", source="part")

@@ -81,14 +81,9 @@ class AirPlanner:
         return found
 
     def _require_clear(self, start: FloatArray, end: FloatArray) -> None:
-        found = self.checker.clearance.margins(np.stack([start, end]))
-        for name, row in (("start", 0), ("end", 1)):
-            if not found.is_clear[row]:
-                one, two = self.checker.clearance.names(int(found.pair[row]))
-                raise GeometryError(
-                    f"the {name} of a move is in collision: {one} and {two} miss their safety distance by "
-                    f"{-found.margin_mm[row]:.1f} mm"
-                )
+        for name, q in (("start", start[None]), ("end", end[None])):
+            if not self.checker.clearance.margins(q).is_clear[0]:
+                raise GeometryError(f"the {name} of a move is in collision: {self.checker.nearest(q)}")
 
     def _shortened(self, way: FloatArray, found_by: str) -> AirPath:
         """Cut corners as long as all stays free: of many shortcuts that are checked together, those that save most."""

@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.brep.material import TriangleMaterial
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import bodies_of
@@ -43,29 +44,28 @@ def motion_per_axis(cell: Cell, clearance: CellClearance) -> FloatArray:
     Returns ndarray, shape (c, k). mm per rad, and 1 for a rail; rows as in `CellClearance.carriers`.
     """
     frames = cell.frames(cell.home[None])
-    reaches = [_reaches(cell, frames, carrier, balls) for carrier, balls in enumerate(_balls(cell, clearance, frames))]
+    reaches = [_reaches(cell, frames, carrier, balls) for carrier, balls in _balls(cell, clearance.part).items()]
     each = [(reaches[one], reaches[other]) for one, other in clearance.carriers]
     return np.array([np.where((a > 0.0) & (b > 0.0), 0.0, a + b) for a, b in each]).reshape(len(each), len(cell.home))
 
 
-def _balls(cell: Cell, clearance: CellClearance, frames: tuple[Frames, ...]) -> list[FloatArray]:
-    """Return balls at home whose hull contains the bodies of each carrier: rows of centre in `world` and radius, mm."""
-    found: list[list[FloatArray]] = [[] for _ in frames]
+def _balls(cell: Cell, part: TriangleMaterial | None) -> dict[int, FloatArray]:
+    """Return balls whose hull contains the bodies of each carrier: rows of centre in its frame and radius, mm."""
+    found: dict[int, list[FloatArray]] = {row: [np.zeros((0, 4))] for row in range(cell.part_row + 1)}
     for body in bodies_of(cell):
-        shape, frame = body.shape, frames[body.carrier]
+        shape = body.shape
         for points, radius in ((shape.p, shape.radius_mm), (shape.q, shape.radius_mm), (shape.hull, 0.0)):
-            if len(points):
-                centres = frame.point(points.T).T
-                found[body.carrier].append(np.column_stack([centres, np.broadcast_to(radius, len(points))]))
-    if clearance.part is not None:
-        corners = frames[cell.part_row].point(clearance.part.corners.reshape(-1, 3).T).T
+            found[body.carrier].append(np.column_stack([points, np.broadcast_to(radius, len(points))]))
+    if part is not None:
+        corners = part.corners.reshape(-1, 3)
         found[cell.part_row].append(np.column_stack([corners, np.zeros(len(corners))]))
-    return [np.concatenate([np.zeros((0, 4)), *rows]) for rows in found]
+    return {carrier: np.concatenate(rows) for carrier, rows in found.items()}
 
 
 def _reaches(cell: Cell, frames: tuple[Frames, ...], carrier: int, balls: FloatArray) -> FloatArray:
     """Return how far the bodies of one carrier move per unit of each axis, shape (k,)."""
     found = np.zeros(len(cell.home))
+    balls = np.column_stack([frames[carrier].point(balls[:, :3].T).T, balls[:, 3]])  # in `world`, at home
     if carrier <= TOOL:
         own = _distances(_axes(cell.arm, cell.base_places(cell.home[None])[0], frames), min(carrier, JOINTS), balls)
         found[: len(own)] = own
@@ -107,6 +107,16 @@ def _distances(axes: _Axes, count: int, balls: FloatArray) -> FloatArray:
     return found
 
 
+def _boxes(cell: Cell) -> dict[int, FloatArray]:
+    """Return the corners (8, 3) of the box around the bodies of each carrier of the robot, in its frame, mm."""
+    found = {}
+    for carrier, balls in _balls(cell, None).items():
+        if carrier <= TOOL and len(balls):
+            low, high = (balls[:, :3] - balls[:, 3:]).min(axis=0), (balls[:, :3] + balls[:, 3:]).max(axis=0)
+            found[carrier] = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    return found
+
+
 FIRST_STEP_MM = 150.0  #: Steps of the first round: most of a move is this far from everything.
 LONG_STEP_MM = 800.0
 """The same where many moves are tried of which few are free: most are given up in the first round."""
@@ -133,6 +143,7 @@ class MotionChecker:
         self.cell, self.clearance = cell, clearance
         self._per_axis = motion_per_axis(cell, clearance)
         self.per_axis: FloatArray = self._per_axis.max(axis=0, initial=0.0)
+        self._boxes = _boxes(cell)
         self._free_mm = np.maximum(clearance.least_safety_mm, LEAST_FREE_MM)
 
     def motion_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -149,9 +160,38 @@ class MotionChecker:
         one, two = self.clearance.names(int(found.pair[row]))
         return f"{one} and {two} miss their safety distance by {-found.margin_mm[row]:.1f} mm"
 
-    def _shares_of_free(self, step: FloatArray, free: FloatArray) -> FloatArray:
-        """Return the largest part that steps (n, k) use of the free distances (n, c) of their ends, shape (n,)."""
-        return np.asarray((product(np.abs(step), self._per_axis.T) / free).max(axis=1, initial=0.0), dtype=np.float64)
+    def _is_wide(self, a: FloatArray, b: FloatArray, free: FloatArray, trust: float = 1.0) -> BoolArray:
+        """Tell which steps between states (n, k) may use up the free distances (n, c) of their ends, shape (n,)."""
+        share = product(np.abs(b - a), self._per_axis.T) / free
+        rows = np.flatnonzero((share > trust).any(axis=1))
+        share[rows] = self._chords_mm(a[rows], b[rows]) / free[rows]
+        return np.asarray((share > trust).any(axis=1))
+
+    def _chords_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Return bounds (n, c) as `motion_mm`, where only the robot moves less: from the places of its bodies at both ends.
+
+        A way whose acceleration is at most C is longer than its chord by C / 2 at most. The second derivative of a
+        point by two joints is that by the outer one, turned.
+        """
+        cell, n = self.cell, len(a)
+        step = np.abs(b - a)
+        turns = step.sum(axis=1) - (0.0 if cell.rail_axis is None else step[:, cell.rail_axis])
+        found = product(step, self._per_axis.T)
+        bend = found * turns[:, None] / 2.0
+        still = ~step[:, cell.first_turning :].any(axis=1)
+        frames = cell.frames(np.concatenate([a, b]))
+        chord: dict[int, FloatArray] = {}
+        for carrier, corners in self._boxes.items():
+            frame = frames[carrier]
+            moved = [np.broadcast_to(part, (3, 2 * n)) for part in (frame.x, frame.y, frame.z, frame.p)]
+            u, v, w, p = ((part[:, n:] - part[:, :n])[:, None] for part in moved)
+            x, y, z = corners.T[:, :, None]
+            chord[carrier] = np.linalg.norm(x * u + y * v + z * w + p, axis=0).max(axis=0)
+        for row, (one, other) in enumerate(self.clearance.carriers.tolist()):
+            if one in chord and other > TOOL:
+                nearer = np.minimum(found[:, row], chord[one] + bend[:, row])
+                found[:, row] = np.where(still, nearer, found[:, row])
+        return np.asarray(found, dtype=np.float64)
 
     def check(self, states: FloatArray, *, again: bool = False) -> CheckedMove:
         """Check the straight moves from state to state. Where it is not free, the states measured so far.
@@ -163,7 +203,7 @@ class MotionChecker:
         at, q = self._divided(np.asarray(states, dtype=np.float64))
         margin, free = self._measured(q)
         while True:
-            wide = self._shares_of_free(np.diff(q, axis=0), free[:-1] + free[1:]) > 1.0
+            wide = self._is_wide(q[:-1], q[1:], free[:-1] + free[1:])
             is_free = bool((margin > least_mm).all())
             if not wide.any() or not is_free:
                 return CheckedMove(is_free, q, at, margin)
@@ -205,8 +245,8 @@ class MotionChecker:
             np.minimum.at(hit, move[margin <= 0.0], t[margin <= 0.0])
             keep = (hit[move] == np.inf) if whole else (t < hit[move])
             move, t, margin, free = move[keep], t[keep], margin[keep], free[keep]
-            step = (t[1:] - t[:-1])[:, None] * (b - a)[move[1:]]
-            wide = (move[1:] == move[:-1]) & (self._shares_of_free(step, free[1:] + free[:-1]) > trust)
+            ends = [a[move[1:]] + at[:, None] * (b - a)[move[1:]] for at in (t[:-1], t[1:])]
+            wide = (move[1:] == move[:-1]) & self._is_wide(ends[0], ends[1], free[1:] + free[:-1], trust)
             if not wide.any():
                 break
             own, at = move[1:][wide], (t[1:] + t[:-1])[wide] / 2

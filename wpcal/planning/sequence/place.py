@@ -17,7 +17,6 @@ import numpy as np
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
@@ -25,6 +24,7 @@ from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import is_regular, is_within_turns
 from wpcal.planning.sequence.external import axes_of, external_axes, values_along
+from wpcal.planning.sequence.remedies import Help, changed_cell
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.targets import SequenceTargets
@@ -116,9 +116,11 @@ def map_places(
     grid = np.asarray(step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
     turns = TURNS_DEG if moved is Moved.PART and cell.carrier is None else (0.0,)
     share, best_turn = np.zeros((len(grid), len(grid))), np.zeros((len(grid), len(grid)))
-    middle = _middle(cell, tasks)
+    points = np.concatenate([task.p for task in tasks])
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
     for turn in turns:
-        grid_of = _Grid(clearance, _turned(cell, turn, middle), targets, moved, grid)
+        turned = changed_cell(cell, Help("", turn_deg=turn), middle)
+        grid_of = _Grid(clearance, turned, targets, moved, grid)
         found, rest = np.zeros_like(share), 1.0
         for number, (task, pose) in enumerate(zip(tasks, poses, strict=True), start=1):
             progress(f"places: seam {number} of {len(tasks)}, part turned by {turn:g} deg")
@@ -131,22 +133,6 @@ def map_places(
         if turn == 0.0:
             now = float(share[steps, steps])
     return PlaceMap(moved, grid, grid, best_turn, share, now)
-
-
-def _middle(cell: Cell, tasks: Sequence[SeamTask]) -> FloatArray:
-    T = cell.part_places(cell.home[None])[0]
-    points = np.concatenate([task.p for task in tasks])
-    return np.asarray(product(T[:3, :3], (points.min(axis=0) + points.max(axis=0)) / 2) + T[:3, 3])
-
-
-def _turned(cell: Cell, turn_deg: float, middle: FloatArray) -> Cell:
-    """Return the cell with a fixed part turned about the vertical through a point of `world`."""
-    if turn_deg == 0.0:
-        return cell
-    R = rotation_from_zyx(0.0, 0.0, np.radians(turn_deg))
-    T = RigidTransform(R, middle - product(R, middle), "world", "carrier")
-    part = cell.T_part.relabelled(target="carrier", source="part")
-    return replace(cell, T_carrier_part=(T @ part).relabelled(target="carrier", source="part"))
 
 
 def _thinned(task: SeamTask, poses: TorchPoses) -> TorchPoses:
