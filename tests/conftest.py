@@ -10,6 +10,7 @@ import shutil
 import signal
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -37,7 +38,7 @@ gc.disable()
 # A slow machine does not make a command say more.
 os.environ.setdefault("WPCAL_PROGRESS_AFTER_S", "600")
 
-# Each test finds everything anew; those of the cache name a folder of their own.
+# Each test finds everything anew, unless it says otherwise (`answers`); those of the cache name a folder of their own.
 os.environ["WPCAL_CACHE"] = "off"
 
 # Set while conftest is imported, before any module under test takes the function by name: so no record goes unchecked.
@@ -96,14 +97,25 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
         terminalreporter.write_line("\n".join(told))
 
 
+@pytest.fixture(scope="session")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What commands found in parts during this run, of all workers: a test is about what is done with it then.
+
+    `test_answer_cache` has the law that a kept answer is a fresh one, byte for byte.
+    """
+    folder = tmp_path_factory.getbasetemp()
+    return (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "answers"
+
+
 @pytest.fixture(scope="module")
-def kernel_here() -> Iterator[None]:
+def kernel_here(answers: Path) -> Iterator[None]:
     """Let commands do their kernel work in this process, for tests in which its own process says no more.
 
-    Starting that process and loading the kernel costs more than most commands.
+    Starting that process and loading the kernel costs more than most commands, and so does finding the seams again.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("cad.work.child.run_in_child", kernel_work_here)
+        patch.setenv("WPCAL_CACHE", str(answers))
         yield
 
 

@@ -98,12 +98,6 @@ class Picker:
         self.process.communicate(timeout=60)
 
 
-@pytest.fixture(scope="session")
-def answers(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What pickers found in parts: the first of a part loads the kernel, the others begin where that one was."""
-    return tmp_path_factory.mktemp("answers")
-
-
 @pytest.fixture
 def start(tmp_path: Path, answers: Path) -> Iterator[Any]:
     """Return a function that starts a picker in `tmp_path`; pickers that still run at the end are killed."""

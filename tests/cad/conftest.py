@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.running import kernel_work_here
-
 if TYPE_CHECKING:
     from cad.session.part import PickPart
     from cad.workpiece.workpiece import Workpiece
@@ -72,14 +70,12 @@ class Done:
 
 
 @pytest.fixture
-def wpcal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+def wpcal(kernel_here: None, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Run `wpcal …` in this process, its kernel work too.
 
     Exit code, output and files are those of the command; only starting two processes and loading the kernel is saved.
     """
     from wpcal.cli.main import run
-
-    monkeypatch.setattr("cad.work.child.run_in_child", kernel_work_here)
 
     def call(*arguments: Path | str) -> Done:
         capsys.readouterr()

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from tests.e2e.every_command import COMMANDS, FIXTURES, write_inputs
-from tests.running import FINISHED, kernel_work_here, run_here
+from tests.running import FINISHED, run_here
 
 WIDE = "10000"  #: No line is broken.
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.\d{2,}(?:e[-+]?\d+)?(?![\w.])")
@@ -51,13 +51,12 @@ SAYS_NOTES = {"advise", "features", "seams", "sheet", "calibrate", "fit", "corre
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def folder(kernel_here: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The input of every command, and odd input; every command works in this process."""
     folder = tmp_path_factory.mktemp("commands")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setenv("COLUMNS", WIDE)
-        patch.setattr("cad.work.child.run_in_child", kernel_work_here)
         write_inputs(folder)
         _write_odd_input(folder)
         for out in ("out", "other"):
