@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.seam import SeamOptions, detect_seams
 from wpcal.taught.features import find_features
 from wpcal.touch.plan import TouchPart
 
@@ -15,5 +14,5 @@ from wpcal.touch.plan import TouchPart
 def touch_part(name: str) -> TouchPart:
     """Return a part of `fixtures/graphs`; its exact faces are what the torch is compared with."""
     graph = saved_graph(name)
-    seams = [seam for seam in detect_seams(graph, SeamOptions()) if seam.accepted]
+    seams = [seam for seam in saved_seams(name) if seam.accepted]
     return TouchPart(f"{name}.step", graph, TrimmedFaces.of(graph), seams, find_features(graph))

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from tests.running import run_here
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_seams
 from wpcal.core.records import to_json
-from wpcal.seam import detect_seams
 from wpcal.seam.record import seams_record
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
@@ -16,7 +15,7 @@ FIXTURES = Path(__file__).parents[2] / "fixtures"
 
 def edited_file(folder: Path, edit: Callable[[dict[str, Any]], None]) -> Path:
     """Write the seams of the T-joint with an edit of the first."""
-    record = json.loads(to_json(seams_record(detect_seams(saved_graph("tee")))))
+    record = json.loads(to_json(seams_record(saved_seams("tee"))))
     edit(record["seams"][0])
     path = folder / "seams.json"
     path.write_text(json.dumps(record), encoding="utf-8")

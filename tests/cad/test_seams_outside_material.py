@@ -16,7 +16,7 @@ from tests.samples.graphs import GRAPHS
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.core.arrays import FloatArray
-from wpcal.seam import Seam, SeamOptions, SeamSource, detect_seams
+from wpcal.seam import Seam, SeamOptions, SeamSource
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.path.cut import spans_of
@@ -70,9 +70,9 @@ def count_inside(shapes: list[object], points: FloatArray) -> int:
     ["crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "closed-box", "frame", "saddle"],
 )
 def test_accepted_frames_of_own_parts(name: str) -> None:
-    from tests.saved_graphs import saved_graph
+    from tests.saved_graphs import saved_seams
 
-    points = accepted_points(detect_seams(saved_graph(name)))
+    points = accepted_points(saved_seams(name))
     assert len(points)
     assert count_inside([shape for _, shape in GRAPHS[name]()], points) == 0
 

@@ -18,6 +18,7 @@ import pytest
 
 from tests.e2e.every_command import COMMANDS, FIXTURES, write_inputs
 from tests.running import FINISHED, run_here
+from tests.saddle import scan_coarsely
 
 WIDE = "10000"  #: No line is broken.
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.\d{2,}(?:e[-+]?\d+)?(?![\w.])")
@@ -125,7 +126,11 @@ def test_every_command_has_json() -> None:
     [*((name, line) for name, line in COMMANDS.items() if name not in NO_RECORD), *ODD.items()],
     ids=[*(name for name in COMMANDS if name not in NO_RECORD), *(f"{name}, odd" for name in ODD)],
 )
-def test_json_has_every_number_and_sentence_of_the_console(command: str, line: str) -> None:
+def test_json_has_every_number_and_sentence_of_the_console(
+    command: str, line: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if command == "plan":
+        scan_coarsely(monkeypatch)
     arguments = [command, *line.split()]
     overwrites = {"-o", "--png"} & set(arguments) and "--force" not in arguments
     arguments += [AGAIN.get(command, "--force")] if overwrites else []

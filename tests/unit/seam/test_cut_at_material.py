@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep import BrepGraph
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
@@ -42,7 +42,7 @@ def along(seams: list[Seam], y: float) -> list[tuple[float, float, bool]]:
 
 
 def test_a_block_on_a_joint_leaves_the_two_stretches_beside_it() -> None:
-    seams = seams_between(detect_seams(saved_graph("crossed-tee")), "base", "web")
+    seams = seams_between(saved_seams("crossed-tee"), "base", "web")
     found = along(seams, 46.0)
     np.testing.assert_allclose([row[:2] for row in found], [(10, 80), (80, 120), (120, 190)], rtol=0, atol=EXACT_MM)
     assert [row[2] for row in found] == [True, False, True]
@@ -53,7 +53,7 @@ def test_a_block_on_a_joint_leaves_the_two_stretches_beside_it() -> None:
 
 
 def test_gussets_cut_the_joint_behind_them_also_where_they_lean() -> None:
-    seams = seams_between(detect_seams(saved_graph("gusseted-bracket")), "base", "upright")
+    seams = seams_between(saved_seams("gusseted-bracket"), "base", "upright")
     found = along(seams, 92.0)
     # the wire, 20 mm long and at 45°, meets the gusset that leans over the joint farther along it
     over = 98 + USUAL_TORCH.wire_mm * math.sqrt(0.5)
@@ -68,7 +68,7 @@ def test_gussets_cut_the_joint_behind_them_also_where_they_lean() -> None:
 
 
 def test_ribs_cut_a_loop_whose_start_is_inside_one_of_them() -> None:
-    seams = seams_between(detect_seams(saved_graph("boss-with-ribs")), "boss", "plate")
+    seams = seams_between(saved_seams("boss-with-ribs"), "boss", "plate")
     assert not any(seam.closed for seam in seams)
     half = math.asin(3 / 30)
     lengths = sorted(seam.length_mm for seam in seams if not seam.inside)
@@ -82,7 +82,7 @@ def test_ribs_cut_a_loop_whose_start_is_inside_one_of_them() -> None:
 
 
 def test_a_bolt_in_the_way_of_the_wire_cuts_the_joint_beside_it() -> None:
-    seams = seams_between(detect_seams(saved_graph("tee-beside-bolt")), "plate", "web")
+    seams = seams_between(saved_seams("tee-beside-bolt"), "plate", "web")
     found = along(seams, 46.0)  # the wire passes the axis of the bolt 18.4 mm out of the joint
     np.testing.assert_allclose([row[:2] for row in found], [(20, 96), (96, 104), (104, 180)], rtol=0, atol=WIRE_MM)
     assert [row[2] for row in found] == [True, False, True]
@@ -92,7 +92,7 @@ def test_a_bolt_in_the_way_of_the_wire_cuts_the_joint_beside_it() -> None:
 @pytest.mark.parametrize("name", PARTS)
 def test_stretches_add_up_to_the_contacts_that_they_were_cut_from(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = saved_graph(name)
-    cut = detect_seams(graph)
+    cut = saved_seams(name)
     monkeypatch.setattr("wpcal.seam.detect.cut_at_material", lambda graph, trimmed, seams, options: seams)
     whole = detect_seams(graph)
     total: dict[tuple[str, ...], list[float]] = {}
@@ -106,7 +106,7 @@ def test_stretches_add_up_to_the_contacts_that_they_were_cut_from(name: str, mon
 def test_no_accepted_frame_is_in_material_with_tip_or_wire(name: str) -> None:
     graph = saved_graph(name)
     material = ExactMaterial(graph, TrimmedFaces.of(graph))
-    for seam in detect_seams(graph):
+    for seam in saved_seams(name):
         inner = seam.frames.rows(1, -1)  # the ends may lie on the faces of the solid that ends them
         found = find_poses_in_material(material, inner.p, inner.R[:, :, 2])
         parts = {part for row, part in zip(found.row.tolist(), found.part, strict=True)}
@@ -127,14 +127,12 @@ def turned(graph: BrepGraph, R: np.ndarray, shift: np.ndarray) -> BrepGraph:
 
 @pytest.mark.parametrize("name", PARTS)
 def test_turning_the_part_changes_no_stretch(name: str) -> None:
-    graph = saved_graph(name)
-    moved = turned(graph, rotation_from_zyx(0.3, -0.5, 1.2), np.array([400.0, -30.0, 77.0]))
+    moved = turned(saved_graph(name), rotation_from_zyx(0.3, -0.5, 1.2), np.array([400.0, -30.0, 77.0]))
 
-    def rows(graph: BrepGraph) -> list[tuple[object, ...]]:
-        seams = detect_seams(graph)
+    def rows(seams: tuple[Seam, ...]) -> list[tuple[object, ...]]:
         return sorted((s.solids, s.inside, round(s.length_mm, 2), s.accepted) for s in seams)
 
-    assert rows(moved) == rows(graph)
+    assert rows(detect_seams(moved)) == rows(saved_seams(name))
 
 
 def test_coarse_points_change_no_cut() -> None:
@@ -174,7 +172,7 @@ def test_a_stretch_in_material_stays_refused_when_it_is_accepted_by_hand(tmp_pat
 
 
 def test_a_refusal_for_lack_of_reach_names_the_torch_and_what_would_change_it() -> None:
-    record = seams_record(detect_seams(saved_graph("closed-box")))
+    record = seams_record(saved_seams("closed-box"))
     sizes = {"wire_mm": 20.0, "nozzle_radius_mm": 11.0, "length_mm": 300.0, "taper_mm": 0.0, "most_wire_mm": 25.0}
     assert record["torch"] == {"name": "straight", **sizes}
     words = "the torch does not get there"

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.draw.seam import SEAM, explained_svg
 from wpcal.robot.torch.shape import USUAL_TORCH
@@ -21,7 +21,7 @@ ROUNDED = 2e-3  #: Factors and confidences are written with three digits.
 
 @pytest.fixture(scope="module")
 def seams() -> tuple[Seam, ...]:
-    return detect_seams(saved_graph("gusset-with-holes"))
+    return saved_seams("gusset-with-holes")
 
 
 def test_the_factors_lead_from_the_start_to_the_confidence(seams: tuple[Seam, ...]) -> None:

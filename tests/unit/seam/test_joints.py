@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 
 LENGTH_MM = 0.01  # the agreed accuracy of a seam's length
@@ -32,7 +32,7 @@ WITH_ENDS = ("joint-tee", "joint-tee-gap", "joint-tee-in-one", "joint-corner", "
 
 
 def seams_of(name: str) -> tuple[Seam, ...]:
-    return detect_seams(saved_graph(name))
+    return saved_seams(name)
 
 
 @pytest.mark.parametrize("name", list(CASES))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
@@ -42,7 +42,7 @@ def test_a_part_without_a_seam_says_why_and_what_to_do() -> None:
 
 @pytest.mark.parametrize("name", ["angle", "channel", "zed", "i-section"])
 def test_the_roots_of_a_rolled_profile_are_no_welds(name: str) -> None:
-    seams = detect_seams(saved_graph(name))
+    seams = saved_seams(name)
     assert seams
     assert not any(seam.accepted for seam in seams)
     assert all(any("as if rolled" in why for why in seam.against) for seam in seams)
@@ -57,7 +57,7 @@ def test_a_rod_under_a_bent_sheet_is_welded_and_the_bends_are_not() -> None:
     (seam,) = accepted("post-base")
     assert seam.closed
     assert seam.length_mm == pytest.approx(20.0 * np.pi, abs=1e-6)
-    refused = [seam for seam in detect_seams(saved_graph("post-base")) if not seam.accepted]
+    refused = [seam for seam in saved_seams("post-base") if not seam.accepted]
     assert [any("bent sheet" in why for why in seam.against) for seam in refused] == [True, True]
 
 

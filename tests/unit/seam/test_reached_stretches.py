@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.saved_graphs import saved_graph
+from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.records import to_json
@@ -81,7 +81,7 @@ def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
 
 
 def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
-    found = detect_seams(saved_graph("tee-under-bar"))
+    found = saved_seams("tee-under-bar")
     seams = [seam for seam in found if seam.frames.p[:, 1:].tolist() == [[46.0, 10.0]] * len(seam.frames)]
     accepted = [seam for seam in seams if seam.accepted]
     assert len(accepted) == 2
@@ -96,7 +96,7 @@ def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
 
 
 def test_the_torch_leans_away_from_a_wall_and_is_straight_elsewhere() -> None:
-    seams = {s.name: s for s in detect_seams(saved_graph("crossed-tee")) if s.accepted}
+    seams = {s.name: s for s in saved_seams("crossed-tee") if s.accepted}
     (first,) = [s for s in seams.values() if s.frames.p[-1].tolist() == [80.0, 46.0, 10.0]]  # it ends at the block
     assert first.lean_rad is not None
     assert first.lean_rad[-1, 1] > 0  # push: the torch stays behind the wire
@@ -114,7 +114,7 @@ def test_coarse_stations_are_felt_between_them() -> None:
 
 
 def test_leans_are_kept_in_the_record_and_taken_by_programs() -> None:
-    found = [seam for seam in detect_seams(saved_graph("tee-beside-block")) if seam.accepted or seam.blocked_by]
+    found = [seam for seam in saved_seams("tee-beside-block") if seam.accepted or seam.blocked_by]
     read = seams_from_record(json.loads(to_json(seams_record(found))), path="seams.json")
     for seam, again in zip(found, read, strict=True):
         assert again.blocked_by == seam.blocked_by
