@@ -55,6 +55,7 @@ def test_a_part_gives_its_golden_results(name: str, tmp_path: Path, regenerate: 
     for file, assert_close in zip(RECORD_SCHEMAS, (assert_calibration_close, assert_seams_close), strict=True):
         found, kept = (read_json(place / file, schema=RECORD_SCHEMAS[file]) for place in (tmp_path / "out", golden))
         assert_close(found, kept, atol_mm=GOLDEN_MM)
+        assert found.get("judgement", {}).get("seam") == kept.get("judgement", {}).get("seam")
 
 
 def test_the_papers_table_gives_its_golden_result(tmp_path: Path, regenerate: bool) -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
 from wpcal.calibrate.errors.prediction import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, error_95, joint_errors
+from wpcal.calibrate.trust.verdict import named
 from wpcal.core.pairs import PointPairs
 
 BOX = np.array([[x, y, z] for x in (0.0, 300.0) for y in (0.0, 200.0) for z in (0.0, 100.0)])
@@ -118,3 +119,8 @@ def test_the_error_of_all_points_together_is_at_least_that_of_each(freedom):
     together = float(np.quantile(joint_errors(points, covariance, degrees_of_freedom=freedom), 0.95))
     each = error_95(points, covariance, degrees_of_freedom=freedom).max()
     assert each * 0.97 < together < each * 1.5
+
+
+def test_more_than_six_names_are_counted():
+    assert named("abcdef") == "a, b, c, d, e, f"
+    assert named("abcdefgh") == "a, b, c, d, e, f and 2 more"

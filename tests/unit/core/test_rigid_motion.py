@@ -52,6 +52,12 @@ def test_quaternions_are_stored_with_a_positive_real_part():
     assert (quaternion_from_rotation(rotations(200))[:, 3] >= 0).all()
 
 
+@pytest.mark.parametrize("axis", [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.6, -0.8, 0], [0, 0.6, -0.8], [0.6, 0, -0.8]])
+def test_of_the_two_quaternions_of_a_half_turn_the_first_number_is_positive(axis):
+    n = np.asarray(axis, dtype=float)
+    np.testing.assert_allclose(quaternion_from_rotation(2.0 * np.outer(n, n) - np.eye(3)), [*n, 0.0], atol=ROUND_OFF)
+
+
 def test_the_jacobian_is_the_slope_of_a_left_perturbation():
     p, xi, h = np.array([[300.0, -200.0, 900.0]]), np.array([0.3, -0.2, 0.1, 1.0, 2.0, -1.0]), 1e-6
     moved = p @ exp_rotation(h * xi[:3]).T + h * xi[3:]

@@ -47,6 +47,19 @@ def test_geometry_of_the_mh6_has_the_published_lengths():
     )
 
 
+@pytest.mark.parametrize("b", [60.0, -35.0])
+def test_an_arm_whose_shoulder_is_beside_its_first_axis_is_recovered(b):
+    """No shipped arm has such an offset."""
+    g = replace(OPWGeometry.of_chain(find_arm("mh6").chain), b=b)
+    theta = np.random.default_rng(2).uniform(-np.pi, np.pi, (400, 6))
+    T = g.T_base_opw @ forward_opw(g, theta) @ g.T_wrist_flange
+    found = solve_opw(g, T)
+    gap = np.where(np.isfinite(found).all(axis=2), angle_gap(found, theta[:, None]), np.inf).min(axis=1)
+    np.testing.assert_allclose(gap, 0, rtol=0, atol=SAME_JOINTS_RAD)
+    turned = forward_opw(g, np.zeros((1, 6)))[0, :3, 3] - forward_opw(replace(g, b=0.0), np.zeros((1, 6)))[0, :3, 3]
+    np.testing.assert_allclose(turned, [0.0, b, 0.0], rtol=0, atol=IK_MM)
+
+
 @pytest.mark.parametrize("name", shipped_arms())
 def test_geometry_gives_the_same_forward_kinematics_as_the_chain(name):
     chain = find_arm(name).chain
