@@ -22,9 +22,17 @@ from tests.running import run_here
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.issue import Issue
+from wpcal.core.whole_folder import flushed_later
 
 JOBS = 40
 SWAPS_S = 0.003
+
+
+@pytest.fixture(scope="module", autouse=True)
+def flushes() -> Iterator[None]:
+    """A job says for its whole process that another one flushes; the tests after this module flush again."""
+    with flushed_later():
+        yield
 
 
 @pytest.fixture(scope="module")
