@@ -37,7 +37,7 @@ docs: $(VENV)/ready ## the pages and the reference as HTML in docs/_build; a war
 	rm -rf docs/reference/library
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 
-other-pythons: ## the demo and the tests without the kernel on the other supported versions of Python found here
+other-pythons: ## the demo and a minute of tests on each other supported version of Python found here
 	sh .ci/other-pythons
 
 lowest: ## every command at the lowest versions that pyproject.toml allows

@@ -26,7 +26,7 @@ CASES = {
 }
 """What each command ends with when somebody reads its output."""
 SLOW = {"fit, within": ("as it is", "nobody reads", "stderr closed", "both full")}
-SLOW["no such file"] = (*SLOW["fit, within"], "all closed")
+SLOW["no such file"] = SLOW["help"] = (*SLOW["fit, within"], "all closed")
 """Of commands that load libraries only to print what a quicker one prints as well, some streams are enough."""
 STREAMS = {
     "as it is": "",
