@@ -125,6 +125,17 @@ def test_no_solver_is_below_the_bound_of_the_exact_one():
             assert largest >= bound - ROUND_OFF_MM, name
 
 
+def test_weights_carry_the_middle_where_every_turn_fits_alike():
+    """A mirrored octahedron turns freely; a point without weight is far off, and must not move the others."""
+    p = 100.0 * np.vstack([np.eye(3), -np.eye(3), [[3.0, 0.0, 0.0]]])
+    w = np.array([2, 1, 1, 2, 1, 1, 0]) / 8.0
+    q = p * [1.0, 1.0, -1.0] + [40.0, -70.0, 900.0]
+    q[6] = [0.0, 500.0, 0.0]
+    T = fit_least_squares(PointPairs(tuple("abcdefg"), p, q), w)
+    np.testing.assert_allclose(T.apply(w @ p), w @ q, rtol=0, atol=1e-9)
+    assert np.sqrt(w @ np.linalg.norm(T.apply(p) - q, axis=1) ** 2) == pytest.approx(100.0, rel=0, abs=1e-9)
+
+
 def test_the_bound_of_any_weights_is_below_every_fit():
     from wpcal.calibrate import weighted_rms_bound
 
