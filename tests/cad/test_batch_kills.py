@@ -12,7 +12,7 @@ from tests.cad.batch_faults import JOBS, Moment, Place, Reference, contents, mom
 from tests.running import needs_proc
 
 pytestmark = needs_proc
-CHAIN, MOMENTS, AT_ONCE = 5, 50, 5  #: Moments in CI, those of the deep run, and how many of them are one test.
+CHAIN, MOMENTS, AT_ONCE = 3, 50, 5  #: Moments in CI, those of the deep run, and how many of them are one test.
 CODES = (1, 2, -9)
 """Of a batch that is killed: a job of it is FAIL; a process was ended that others need; the command itself."""
 
