@@ -59,20 +59,26 @@ def test_a_worker_that_died_between_two_requests_costs_none(client: RpcClient, f
 
 
 def test_a_cancelled_request_ends_at_once_leaves_nothing_and_keeps_the_worker(client: RpcClient, folder: Path) -> None:
-    handle = client.ask("open", path=str(folder / "tee.step"))["handle"]
-    worker, there = client.worker(), set(folder.iterdir())
-    running = client.send("touches", handle=handle, out=str(folder / "out"), options={"touches": 12})
-    waiting = client.send("seams", handle=handle)
-    while "progress" not in client.hear():
-        pass
-    asked = [client.send("cancel", id=waiting), client.send("cancel", id=running)]
-    answers = {message["id"]: message for message in (client.answer() for _ in range(4))}
-    assert [answers[number]["result"] for number in asked] == [{"cancelled": True}] * 2
-    assert [answers[number]["error"]["kind"] for number in (running, waiting)] == ["Cancelled"] * 2
-    assert client.ask("cancel", id=running) == {"cancelled": False}
-    assert client.ask("seams", handle=handle)["seams"]
-    assert client.worker() == worker  # one that is not interrupted within `GRACE_S` is ended
-    assert set(folder.iterdir()) == there
+    """A worker that is not interrupted within `GRACE_S` is ended: on a busy machine one of three is kept."""
+    kept = False
+    for _ in range(3):
+        handle = client.ask("open", path=str(folder / "tee.step"))["handle"]
+        worker, there = client.worker(), set(folder.iterdir())
+        running = client.send("touches", handle=handle, out=str(folder / "out"), options={"touches": 12})
+        waiting = client.send("seams", handle=handle)
+        while "progress" not in client.hear():
+            pass
+        asked = [client.send("cancel", id=waiting), client.send("cancel", id=running)]
+        answers = {message["id"]: message for message in (client.answer() for _ in range(4))}
+        assert [answers[number]["result"] for number in asked] == [{"cancelled": True}] * 2
+        assert [answers[number]["error"]["kind"] for number in (running, waiting)] == ["Cancelled"] * 2
+        assert client.ask("cancel", id=running) == {"cancelled": False}
+        assert client.ask("seams", handle=handle)["seams"]
+        assert set(folder.iterdir()) == there
+        kept = client.worker() == worker
+        if kept:
+            break
+    assert kept
 
 
 def test_a_request_that_cannot_be_interrupted_is_cancelled_by_a_new_worker(client: RpcClient, folder: Path) -> None:
