@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -103,10 +104,14 @@ class Blocks:
 
     def lines(self, block: str, *, needs: str = "", **names: Any) -> list[str]:
         """Return the lines of a template; without the point `needs` the torch would go another way than checked."""
-        template, file = _template(self.language, block, self.program.controller.templates)
+        folder = self.program.controller.templates
+        template, file = _template(self.language, block, folder)
         tool = self.program.controller.tool_name
         common = {"arc_on": self.program.arc is not None, "tool": tool, "program": self.program.controller.program_name}
-        lines = [line.rstrip() for line in _rendered(template, file, {**common, **names}).splitlines()]
+        lines = [
+            line.rstrip()
+            for line in _rendered(template, file, {**common, **names}, is_own=folder is not None).splitlines()
+        ]
         if needs and not any(needs in line for line in lines):
             what = f"writes no move to the point {needs[:60]}: the torch would go another way than the checked one"
             raise FormatError(what, path=file)
@@ -144,11 +149,14 @@ class Post(Blocks):
         }
 
 
-def _rendered(template: Template, file: str, names: Mapping[str, Any]) -> str:
+def _rendered(template: Template, file: str, names: Mapping[str, Any], *, is_own: bool) -> str:
     from jinja2.exceptions import SecurityError, TemplateError, UndefinedError
 
+    from wpcal.controllers.language.limits import limited_steps
+
     try:
-        return template.render(names)
+        with limited_steps() if is_own else nullcontext():
+            return template.render(names)
     except UndefinedError as error:
         missing = re.search(r"^'(\w+)' is undefined$|'dict object' has no attribute '(\w+)'", str(error))
         name = "" if missing is None else missing[1] or missing[2]
@@ -157,7 +165,9 @@ def _rendered(template: Template, file: str, names: Mapping[str, Any]) -> str:
         raise FormatError(f"{what}; names here: {', '.join(known)}", path=file, line=_line(error, file)) from None
     except InputError:
         raise
-    except (TemplateError, SecurityError, TypeError, ValueError, ArithmeticError, LookupError) as error:
+    except RecursionError:
+        raise FormatError("cannot be used: a macro calls itself too often", path=file) from None
+    except (TemplateError, SecurityError, TypeError, ValueError, ArithmeticError, LookupError, MemoryError) as error:
         raise FormatError(f"cannot be used: {error}", path=file, line=_line(error, file)) from None
 
 
@@ -186,6 +196,8 @@ def _template(language: str, block: str, folder: Path | None) -> tuple[Template,
                 return _compiled(text, str(own / name)), str(own / name)
             except UnicodeDecodeError:
                 raise FormatError("is not a UTF-8 text file", path=str(own / name)) from None
+            except (RecursionError, MemoryError):
+                raise FormatError("cannot be used: it is nested too deeply", path=str(own / name)) from None
             except TemplateSyntaxError as error:
                 raise FormatError(str(error.message), path=str(own / name), line=error.lineno) from None
     return _compiled(shipped_templates(language)[name], name), name
@@ -245,8 +257,9 @@ def _whole_environment() -> Environment:
 def _environment() -> Environment:
     """Return the environment: a missing name is an error, and a template reaches nothing but its names."""
     from jinja2 import StrictUndefined
-    from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-    return ImmutableSandboxedEnvironment(
+    from wpcal.controllers.language.limits import LimitedEnvironment
+
+    return LimitedEnvironment(
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True, autoescape=False
     )
