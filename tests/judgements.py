@@ -192,7 +192,11 @@ def _export(said: Said, out: Path, folder: Path) -> None:
         return
     record = json.loads(done.stdout)
     said.add("export", "verdict", record["verdict"])
-    said.add("export", "accepted seams", record["seams"])
+    left_out = {each["seam"] for each in record["left_out"]}
+    assert left_out.isdisjoint(record["seams"])
+    assert done.returncode == 1 or not left_out
+    order = [name for name in said.facts["accepted seams", ""]["seams.json"] if name in {*record["seams"], *left_out}]
+    said.add("export", "accepted seams", order)
     for checked in record["checked"]:
         found = re.search(r"wire ([0-9.]+) mm", checked)
         if found:

@@ -71,7 +71,8 @@ def export(
 
     If DIR holds a plan of touches (touches.json) instead, its searches are written.
 
-    Ends with code 1 unless the verdict of the calibration is PASS; the files are written and say so.
+    Ends with code 1 unless the verdict of the calibration is PASS, and if a seam is left out because the torch does not
+    get along it; the files are written and say so.
     """
     from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
     from wpcal.cli.outputs import write_programs
@@ -108,8 +109,10 @@ def export(
     unjudged = {each for name, files in contents.items() for each in unjudged_parts(files, forms[name], name=name)}
     _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
     program = forms[exporters[0].name]
+    for why in program.left_out.values():
+        click.echo(f"wpcal: not written: {why}", err=True)
     if program.calibration.get("verdict") == "PASS":
-        return 0
+        return 1 if program.left_out else 0
     click.echo(
         f"wpcal: the verdict of the calibration is {program.calibration.get('verdict')}; the files say so", err=True
     )
@@ -168,6 +171,7 @@ def _show(
             "schema": "wpcal/export/1",
             "verdict": program.calibration.get("verdict"),
             "seams": [path.seam.name for path in program.paths],
+            "left_out": [{"seam": name, "why": why} for name, why in program.left_out.items()],
             "files": written,
             "moves": {name: _moves(form) for name, form in forms.items()},
             "checked": list(program.checked),

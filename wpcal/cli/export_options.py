@@ -125,6 +125,7 @@ class WeldProgramAsked:
     controller: ControllerSettings = group("wpcal.controllers.program.weld_program:ControllerSettings")
     arm: ArmAsked = group(ArmAsked)
     arc: ArcAsked = group(ArcAsked)
+    strict: bool = opt(False, "Write no program if one seam cannot be written.", "--whole")
 
     def build(self, folder: Path, *, progress: Progress) -> WeldPrograms:
         """Read the calibration, and return what puts the torch on its seams as the options say."""
@@ -198,7 +199,7 @@ class WeldPrograms:
     def _check(self, program: WeldProgram, torch: TorchShape) -> WeldProgram:
         from wpcal.controllers.program.checked_program import check_program
 
-        checked = check_program(program, torch=torch, air=self._flags.air)
+        checked = check_program(program, torch=torch, air=self._flags.air, strict=self._flags.strict)
         if self._felt is None or self._felt == torch:
             return checked
         told = f"seams.json was made for another torch: {self._felt}; reach was not felt with this one"

@@ -115,6 +115,9 @@ class Export(Record):
     verdict: Maybe[Annotated[str | None, D("Verdict of the calibration, as in calibration.json.")]] = UNSET
     checked: Maybe[Annotated[list[str], D("What was checked before the programs were written, in sentences.")]] = UNSET
     seams: Annotated[list[str], D("Names of the seams, in the order of the programs.")]
+    left_out: Maybe[
+        Annotated[list[dict[str, str]], D("Seams that were asked for and not written: name (seam) and reason (why).")]
+    ] = UNSET
     searches: Maybe[
         Annotated[list[str], D("Names of the searches of a plan of touches, in the order of the programs.")]
     ] = UNSET

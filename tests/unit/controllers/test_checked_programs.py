@@ -4,6 +4,7 @@ The distance here is found in another way than in wpcal: the part's triangles be
 is compared with the torch's axis at short steps of every move.
 """
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -142,6 +143,17 @@ def test_a_seam_that_runs_through_another_solid_is_refused(finished_folder, soli
     program = in_part(read_finished(finished_folder()).select(["W1"]), box_mesh("block", *solid))
     with pytest.raises(GeometryError, match=message):
         check_program(program)
+
+
+def test_what_cannot_be_written_is_left_out_by_name(finished_folder):
+    finished = read_finished(finished_folder()).select(everything=True)
+    program = in_part(finished, box_mesh("block", (44, -5, 0), (46, 5, 9)))
+    first, other, *_ = program.paths
+    above = dataclasses.replace(other, p_base=other.p_base + 100.0 * program.T_base_part.R[:, 2])
+    found = check_program(dataclasses.replace(program, paths=(first, above)), strict=False)
+    assert [path.seam.name for path in found.paths] == [other.seam.name]
+    assert "the tip is inside 'block'" in found.left_out.pop(first.seam.name)
+    assert not found.left_out
 
 
 def test_a_seam_that_the_torch_cannot_leave_is_named(finished_folder):

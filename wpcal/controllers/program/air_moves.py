@@ -98,6 +98,19 @@ class AirPlan:
     clearance_mm: float  #: Height of the tool centre point above the part on the way across.
 
 
+class NoWayError(GeometryError):
+    """No checked way leads to some seams, or from them: `seams` says why by name."""
+
+    code = ErrorCode.NO_FREE_WAY
+
+    def __init__(self, seams: dict[str, str]) -> None:
+        self.seams = seams
+        super().__init__(
+            f"{'; '.join(seams.values())}; no program is written. Turn the part (--up), use a longer --approach-mm or "
+            "--retract-mm, tilt the torch, or leave the seam out with --only"
+        )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TorchAtTool:
     """Where the torch is when the tool is at a pose."""
@@ -150,7 +163,13 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     top = float((part.corners @ up).max())
     height = max(top, *(float((end.p @ up).max()) for end in ends)) + clearance
     search = _Search(part, torch, up, height)
-    rises = [[search.rise(end, which) for which in (0, 1)] for end in ends]
+    found = [[search.rise(end, which) for which in (0, 1)] for end in ends]
+    held = {
+        end.name: way for end, ways in zip(ends, found, strict=True) for way in reversed(ways) if isinstance(way, str)
+    }
+    if held:
+        raise NoWayError(held)
+    rises = [[way for way in ways if isinstance(way, Way)] for ways in found]
     middle = (part.corners.reshape(-1, 3).min(axis=0) + part.corners.reshape(-1, 3).max(axis=0)) / 2
     home = middle + (height - float(middle @ up)) * up
     at, to_seam, from_seam = home, [], []
@@ -213,8 +232,8 @@ class _Search:
     up: FloatArray
     height: float
 
-    def rise(self, end: Ends, which: int) -> Way:
-        """Return the shortest free way from an end of a seam up to the plane, without the end itself."""
+    def rise(self, end: Ends, which: int) -> Way | str:
+        """Return the shortest free way from an end of a seam up to the plane, without the end itself; or why not."""
         p, R = end.p[which], end.R[which]
         for corners in sorted(self._candidates(p, R), key=lambda corners: _length([p, *corners])):
             points = np.array([p, *corners])
@@ -223,11 +242,9 @@ class _Search:
                 points = points[1:][keep]
                 return Way(points, np.repeat(R[None], len(points), axis=0))
         where = ("to", "from")[which]
-        raise GeometryError(
+        return (
             f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "
-            f"nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape}); no program is written. Turn the part "
-            "(--up), use a longer --approach-mm or --retract-mm, tilt the torch, or leave the seam out with --only",
-            code=ErrorCode.NO_FREE_WAY,
+            f"nearer to the part than {MARGIN_MM:g} mm ({self.torch.shape})"
         )
 
     def _candidates(self, p: FloatArray, R: FloatArray) -> Iterator[list[FloatArray]]:

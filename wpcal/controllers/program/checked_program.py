@@ -2,90 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from wpcal.brep.material import Material, TriangleMaterial
+from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.air_moves import MARGIN_MM, AirPlan, AirSettings, Ends, TorchAtTool, Way, plan_air_moves
-from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.controllers.program.air_moves import (
+    MARGIN_MM,
+    AirPlan,
+    AirSettings,
+    Ends,
+    NoWayError,
+    TorchAtTool,
+    Way,
+    plan_air_moves,
+)
+from wpcal.core.arrays import frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
-from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
+from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
-from wpcal.seam.judge.material import find_poses_in_material
-from wpcal.seam.judge.stations import start_mm
-from wpcal.seam.seam import Seam
+from wpcal.seam.judge.reach import find_in_way
 
-STEP_MM = 1.0
-"""Between two points of a seam the torch is compared with the part at this step: less than the thinnest sheet that is
-welded as a rib, and small against the nozzle."""
 MOST_TOLD = 3  #: Seams whose place is told; of the others the names: the message is one line.
-
-
-def find_weld_pose_in_material(
-    part: Material,
-    seam: Seam,
-    tips: FloatArray,
-    back: FloatArray,
-    torch: TorchShape,
-    *,
-    back_mm: tuple[float, float],
-    frame: FloatArray | None = None,
-    bend: FloatArray | None = None,
-) -> str | None:
-    """Say where along a seam, or on its way along the wire to its ends, the torch is inside material.
-
-    Parameters
-    ----------
-    tips : shape (n, 3). Tips of the wire in `base`, mm.
-    back : shape (n, 3). Unit vectors from the tips along the wire towards the torch.
-    back_mm : How far the torch comes from along the wire at the first point, and goes at the last, mm.
-    frame : ndarray, shape (n,), optional
-        Numbers of the seam's frames at the tips, with fractions between them. None: the tips are those of the frames.
-    bend : ndarray, shape (n, 3), optional
-        Unit directions in `base` towards which the neck of the torch bends. None: neck and body are not compared.
-
-    Returns
-    -------
-    str or None
-        The seam, the first point (counted from 0, as in ``seams.csv``), what is inside and the solid; None if the torch
-        is free everywhere.
-    """
-    at = _places(tips)
-    rows = np.minimum(at.astype(int), len(tips) - 2)
-    share = (at - rows)[:, None]
-    p = tips[rows] + share * (tips[rows + 1] - tips[rows])
-    away = _between(back, rows, share)
-    more = np.zeros(len(p))
-    more[0], more[-1] = back_mm
-    torch = torch.with_more_wire(seam.more_wire_mm)
-    side = None if bend is None else _between(bend, rows, share)
-    found = find_poses_in_material(part, p, away, torch, start_mm=start_mm(seam), more_mm=more, bend=side)
-    if len(found) == 0:
-        return None
-    x, y, z = p[found.row[0]]
-    place = float(at[found.row[0]])
-    place = place if frame is None else float(np.interp(place, np.arange(len(frame)), frame))
-    row = math.floor(place)
-    where = f"point {row}" if row == place else f"between points {row} and {row + 1}"
-    what = f"the {found.part[0].value} is inside {found.solid[0]!r}"
-    return f"seam {seam.name}: {where}, base {x:.1f}, {y:.1f}, {z:.1f} mm: {what}"
-
-
-def _between(ways: FloatArray, rows: IntArray, share: FloatArray) -> FloatArray:
-    """Return unit vectors between those at `rows` and the next ones."""
-    way = ways[rows] + share * (ways[rows + 1] - ways[rows])
-    return np.asarray(way / np.linalg.norm(way, axis=1, keepdims=True), dtype=np.float64)
-
-
-def _places(tips: FloatArray) -> FloatArray:
-    """Return the numbers of points to compare, with fractions between two points."""
-    steps = np.maximum(np.ceil(np.linalg.norm(np.diff(tips, axis=0), axis=1) / STEP_MM), 1.0).astype(int)
-    return np.concatenate([*(row + np.arange(count) / count for row, count in enumerate(steps)), [float(len(steps))]])
 
 
 def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -> GeometryError:
@@ -104,12 +45,15 @@ def refused(found: Mapping[str, str], names: Sequence[str], torch: TorchShape) -
 
 
 def check_program(
-    program: WeldProgram, *, torch: TorchShape | None = None, air: AirSettings | None = None
+    program: WeldProgram, *, torch: TorchShape | None = None, air: AirSettings | None = None, strict: bool = True
 ) -> WeldProgram:
     """Compare every pose with the part, and add checked ways between the seams.
 
+    `strict`: Whether one seam that cannot be written refuses the program; otherwise it is left out, with its reason.
+
     Raises `InputError` when the program has no triangles of the part.
-    Raises `GeometryError` when the torch would be inside material, or no checked way leads from a seam to the next.
+    Raises `GeometryError` when the torch would be inside material, or no checked way leads from a seam to the next; if
+    not `strict`, when this holds for all seams.
     """
     torch, air = torch or USUAL_TORCH, air or AirSettings()
     if program.part_glb is None:
@@ -118,28 +62,44 @@ def check_program(
             code=ErrorCode.PART_MISSING,
         )
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
-    motion, axis, standoff = program.motion, program.torch.tool_axis, program.torch.standoff_mm
-    back_mm = (motion.approach_mm, motion.retract_mm)
-    ends, inside = list[Ends](), dict[str, str]()
+    inside = _inside(program, part, torch)
+    paths = [path for path in program.paths if path.seam.name not in inside]
+    if inside and (strict or not paths):
+        raise refused(inside, [path.seam.name for path in program.paths], torch)
+    at_tool, left_out = TorchAtTool(torch, program.torch.tool_axis, program.torch.standoff_mm), dict(inside)
+    try:
+        plan = plan_air_moves(part, [_ends(path) for path in paths], at_tool, air)
+    except NoWayError as error:
+        left_out |= error.seams
+        paths = [path for path in paths if path.seam.name not in error.seams]
+        if strict or not paths:
+            raise
+        plan = plan_air_moves(part, [_ends(path) for path in paths], at_tool, air)
+    ways = zip(paths, plan.to_seam, plan.from_seam, strict=True)
+    return replace(
+        program,
+        paths=tuple(_with_ways(path, to_seam, from_seam) for path, to_seam, from_seam in ways),
+        safe_point=SafePoint(frozen(plan.safe.p), frozen(plan.safe.R)),
+        checked=_describe(part, torch, program.torch.tool_axis, plan),
+        left_out=left_out,
+    )
+
+
+def _ends(path: WeldPath) -> Ends:
+    at = [path.weld_rows.start - 1, path.weld_rows.stop]
+    return Ends(path.seam.name, path.p_base[at], path.R_base[at])
+
+
+def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:
+    """Return by name of the seam where the torch is first inside material."""
+    axis, motion, found = program.torch.tool_axis, program.motion, dict[str, str]()
     for path in program.paths:
         p, R, frame, _ = path.stations()
-        wire = wire_directions(R, axis)
-        tips = p + (standoff + path.seam.more_wire_mm) * wire
-        bend = None if torch.neck is None else neck_directions(R, axis)
-        found = find_weld_pose_in_material(part, path.seam, tips, -wire, torch, back_mm=back_mm, frame=frame, bend=bend)
-        if found is not None:
-            inside[path.seam.name] = found
-        at = [path.weld_rows.start - 1, path.weld_rows.stop]
-        ends.append(Ends(path.seam.name, path.p_base[at], path.R_base[at]))
-    if inside:
-        raise refused(inside, [path.seam.name for path in program.paths], torch)
-    plan = plan_air_moves(part, ends, TorchAtTool(torch, axis, standoff), air)
-    paths = [
-        _with_ways(path, to_seam, from_seam)
-        for path, to_seam, from_seam in zip(program.paths, plan.to_seam, plan.from_seam, strict=True)
-    ]
-    safe = SafePoint(frozen(plan.safe.p), frozen(plan.safe.R))
-    return replace(program, paths=tuple(paths), safe_point=safe, checked=_describe(part, torch, axis, plan))
+        tips = p + (program.torch.standoff_mm + path.seam.more_wire_mm) * wire_directions(R, axis)
+        back_mm = (motion.approach_mm, motion.retract_mm)
+        if places := find_in_way(part, path.seam, tips, R, torch, axis=axis, back_mm=back_mm):
+            found[path.seam.name] = places[0].describe(path.seam.name, frame)
+    return found
 
 
 def _with_ways(path: WeldPath, to_seam: Way, from_seam: Way) -> WeldPath:

@@ -131,6 +131,7 @@ def describe(program: WeldProgram) -> list[str]:
             f"the arm {program.arm.name} follows all moves within its joint limits, in one branch: wrist {axis_1} "
             f"axis 1, {lower_arm} the lower arm"
         )
+    lines += [f"NOT WELDED: {why}" for why in program.left_out.values()]
     return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, NOT_CHECKED]
 
 

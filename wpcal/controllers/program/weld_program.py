@@ -229,6 +229,8 @@ class WeldProgram:
     #: Where the program starts and ends. With it, every move between two seams is linear and was checked.
     safe_point: SafePoint | None = None
     checked: tuple[str, ...] = ()  #: Lines that say what was compared with the part; empty if nothing was.
+    #: Seams that were asked for and are not in the program, by name, and why.
+    left_out: Mapping[str, str] = field(default_factory=dict)
     arm: Arm | None = None  #: The arm whose joints the poses have.
     #: How far the lines and arcs of the paths may be from the seams; None for a line to every frame.
     tolerance: PathTolerance | None = None

@@ -168,7 +168,7 @@ class MotionChecker:
         return np.asarray((share > trust).any(axis=1))
 
     def _chords_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Return bounds (n, c) as `motion_mm`, where only the robot moves less: from the places of its bodies at both ends.
+        """Return bounds as `motion_mm`, of a robot that moves alone from its places at both ends; shape (n, c).
 
         A way whose acceleration is at most C is longer than its chord by C / 2 at most. The second derivative of a
         point by two joints is that by the outer one, turned.

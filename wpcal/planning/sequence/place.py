@@ -139,9 +139,7 @@ def _thinned(task: SeamTask, poses: TorchPoses) -> TorchPoses:
     """Keep the poses at the ends and in the middle of a seam."""
     m = len(poses.rungs)
     rows = np.unique(np.linspace(0, m - 1, RUNGS).round().astype(int))
-    return TorchPoses(
-        poses.rungs[rows], poses.angles[rows], poses.T_part_tool[rows], poses.off_rad[rows], poses.is_free[rows]
-    )
+    return poses.select(rows)
 
 
 @dataclass(frozen=True, slots=True)

@@ -191,10 +191,4 @@ def _fewer(poses: TorchPoses) -> TorchPoses:
     on_target = poses.off_rad[0] == poses.off_rad.min()
     if not poses.is_free[:, on_target].any(axis=1).all():
         return poses
-    return TorchPoses(
-        poses.rungs,
-        poses.angles[:, on_target],
-        poses.T_part_tool[:, on_target],
-        poses.off_rad[:, on_target],
-        poses.is_free[:, on_target],
-    )
+    return poses.select(slice(None), on_target)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
@@ -28,7 +28,6 @@ from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
-from wpcal.planning.sequence.remedies import Help
 from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, WeldSequence, air_seconds
 from wpcal.seam.path.position import weld_rotation, weld_slope
 
@@ -212,12 +211,7 @@ def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mappi
 
 def values_record(values: SequenceValues) -> dict[str, float]:
     """Return what plans are compared by as plain values."""
-    return {
-        "position_deg": values.position_deg,
-        "torch_deg": values.torch_deg,
-        "motion_deg_per_mm": values.motion_deg_per_mm,
-        "time_s": values.time_s,
-    }
+    return asdict(values)
 
 
 def checked_text(sequence: WeldSequence) -> str:
@@ -264,26 +258,7 @@ def _piece(cell: Cell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, An
 
 
 def _unwelded(gap: Unwelded) -> dict[str, Any]:
-    return {
-        "seam": gap.seam,
-        "from_mm": gap.from_mm,
-        "to_mm": gap.to_mm,
-        "why": gap.why,
-        "help": [_help(each) for each in gap.help],
-        "is_searched": gap.is_searched,
-    }
-
-
-def _help(each: Help) -> dict[str, Any]:
-    return {
-        "text": each.text,
-        "turn_deg": each.turn_deg,
-        "move_mm": list(each.move_mm),
-        "raise_mm": each.raise_mm,
-        "from_table_mm": each.from_table_mm,
-        "torch_range_deg": each.torch_range_deg,
-        "torch_scale": each.torch_scale,
-    }
+    return {**asdict(gap), "help": [{**asdict(each), "move_mm": list(each.move_mm)} for each in gap.help]}
 
 
 def _degrees(cell: Cell, q: np.ndarray[Any, Any]) -> list[list[float]]:

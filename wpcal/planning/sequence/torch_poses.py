@@ -34,6 +34,11 @@ class TorchPoses:
     off_rad: FloatArray  #: shape (m, K). Root of the squared deviations of work and travel from their targets.
     is_free: BoolArray  #: shape (m, K). Whether the torch keeps its distances from the part.
 
+    def select(self, rungs: IntArray | slice, poses: BoolArray | slice = slice(None)) -> TorchPoses:
+        """Return the poses at some of m `rungs`, shape (k,), of these those of the columns `poses`, shape (K,)."""
+        T, off = self.T_part_tool[rungs][:, poses], self.off_rad[rungs][:, poses]
+        return TorchPoses(self.rungs[rungs], self.angles[rungs][:, poses], T, off, self.is_free[rungs][:, poses])
+
 
 def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> FloatArray:
     """Return the target work and travel angles at points of a seam, shape (k, 2), rad: the seam's leans come first."""

@@ -15,10 +15,11 @@ moves in its own words, and everything else asks the `MovePath` where the tool r
 [[75.0, 0.0, 0.0]]
 
 `fit` searches the moves, `course` is the path that they have to keep to, `interpolation` is what controllers do on a
-line and on an arc, with sources.
+line and on an arc, with sources, `sweep` the places at which a move of a tool is compared with a part.
 """
 
 from wpcal.robot.moves.fit import PathTolerance, fit_moves
 from wpcal.robot.moves.move import Arc, Line, Move, MovePath
+from wpcal.robot.moves.sweep import Reaching, Swept, sweep
 
-__all__ = ["Arc", "Line", "Move", "MovePath", "PathTolerance", "fit_moves"]
+__all__ = ["Arc", "Line", "Move", "MovePath", "PathTolerance", "Reaching", "Swept", "fit_moves", "sweep"]

@@ -10,6 +10,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.robot.moves.sweep import Reaching
 
 CHORD_DEG = 12.0
 """The bend of a neck is felt as straight tubes that turn by at most this: they are within 0.6 % of its radius."""
@@ -148,6 +149,17 @@ class TorchShape:
         found = [Tube(a, b, neck.radius_mm + sag) for a, b in pairwise(bend)]
         straight = [Tube(bend[-1], body, neck.radius_mm), Tube(body, end, neck.body_radius_mm)]
         return (*found, *(tube for tube in straight if np.linalg.norm(tube.end - tube.start) > 0))
+
+    @property
+    def reaching(self) -> Reaching:
+        """How far its points are from the tip and from the line of the wire."""
+        front, radius = self.wire_mm + self.front_mm, self.nozzle_radius_mm
+        far, aside = [math.hypot(front, radius)], [radius]
+        for tube in self.tubes:
+            for x, _, z in (tube.start, tube.end):
+                far.append(math.hypot(x, self.wire_mm + z) + tube.radius_mm)
+                aside.append(abs(x) + tube.radius_mm)
+        return Reaching(self.wire_mm, max(far), max(aside))
 
     def __str__(self) -> str:
         """Describe the torch for people."""
