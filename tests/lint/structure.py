@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 106_300,
-    "lines of tests": 60_500,
+    "lines of wpcal and cad": 106_800,
+    "lines of tests": 60_750,
     "rooms": 20,
     "arrows between rooms": 101,
     "functions and classes of one name in several files": 11,

@@ -71,13 +71,14 @@ def export(
 
     If DIR holds a plan of touches (touches.json) instead, its searches are written.
 
-    Ends with code 1 unless the verdict of the calibration is PASS, and if a seam is left out because the torch does not
-    get along it; the files are written and say so.
+    Ends with code 1 unless the verdict of the calibration is PASS, if a seam is left out because the torch does not
+    get along it, and if a template has lines that wpcal does not know; the files are written and say so.
     """
     from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
     from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.audit.programs import check_written, unjudged_parts
+    from wpcal.controllers.audit.templates import write_with_templates
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
     from wpcal.formats.registry import exporter_named
@@ -101,18 +102,21 @@ def export(
         forms = {each.name: programs.form(takes_arcs=getattr(each, "takes_arcs", False)) for each in exporters}
         for target in targets.values():
             check_writable(target, overwrite=force)
-        contents = {exporter.name: exporter.write(forms[exporter.name]) for exporter in exporters}
+        made = {each.name: write_with_templates(each.name, each.write, forms[each.name]) for each in exporters}
+        contents = {name: each.files for name, each in made.items()}
+        forms = {name: each.program for name, each in made.items()}
         for done, (name, files) in enumerate(contents.items(), 1):
             progress(f"reading {name} back and checking it: {done} of {len(contents)}")
             check_written(files, forms[name], name=name)
     write_programs(contents, targets, overwrite=force)
     unjudged = {each for name, files in contents.items() for each in unjudged_parts(files, forms[name], name=name)}
-    _show(forms, contents, targets, unjudged=sorted(unjudged), as_json=as_json)
+    foreign = [line for each in made.values() for line in each.not_checked]
+    _show(forms, contents, targets, unjudged=[*sorted(unjudged), *foreign], as_json=as_json)
     program = forms[exporters[0].name]
     for why in program.left_out.values():
         click.echo(f"wpcal: not written: {why}", err=True)
     if program.calibration.get("verdict") == "PASS":
-        return 1 if program.left_out else 0
+        return 1 if program.left_out or foreign else 0
     click.echo(
         f"wpcal: the verdict of the calibration is {program.calibration.get('verdict')}; the files say so", err=True
     )

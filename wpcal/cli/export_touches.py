@@ -93,6 +93,7 @@ def export_touches(
     `setup_file`: The touch setup; None for its defaults.
     """
     from wpcal.cli.outputs import write_programs
+    from wpcal.controllers.audit.templates import lines_of_templates
     from wpcal.controllers.audit.touches import check_touches_written
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.core.records import check_writable
@@ -110,7 +111,12 @@ def export_touches(
         check_touches_written(files, program, name=name)
     write_programs(contents, targets, overwrite=force)
     _show(program, contents, targets, setup_file=setup_file, as_json=as_json)
-    return 0
+    foreign = [
+        line for each in controllers for line in lines_of_templates(contents[each.name], each.write_touches, program)
+    ]
+    for line in foreign:
+        click.echo(f"wpcal: NOT CHECKED: {line}", err=True)
+    return 1 if foreign else 0
 
 
 def _with_touches(exporter: Exporter | Controller) -> Controller:

@@ -90,7 +90,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
             cell, given.part, given.seams, targets, prefer=SequencePreference(asked.prefer), progress=progress
         )
     line = build_timeline(choice.sequence)
-    programs, refused = _programs(choice.sequence, given, made, writers)
+    programs, refused, not_checked = _programs(choice.sequence, given, made, writers)
     files: dict[str, str] = {
         "plan.json": to_json(sequence_record(choice, line, no_program=refused)),
         "plan.csv": sequence_csv(choice.sequence, line),
@@ -116,13 +116,13 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
         click.echo(
             "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
         )
-    for note in describe_woven_data(each.run for each in given.seams):
+    for note in (*describe_woven_data(each.run for each in given.seams), *not_checked):
         click.echo(f"wpcal: {note}", err=True)
     for name, why in refused.items() if flags.formats or not programs else ():
         click.echo(f"wpcal: no {name} program: {why}", err=True)
     for gap in choice.sequence.unwelded:
         click.echo(f"wpcal: {gap.describe()}", err=True)
-    is_whole = choice.sequence.is_free and not choice.sequence.unwelded
+    is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not not_checked
     return 0 if is_whole and not (flags.formats and refused) else 1
 
 
@@ -162,9 +162,10 @@ def _with_welds(
 
 def _programs(
     sequence: WeldSequence, given: SequenceInput, made: PlanOutput, writers: Sequence[Controller]
-) -> tuple[dict[str, Mapping[str, str | bytes]], dict[str, str]]:
-    """Return the files by language, read back and checked, and by language why there are none."""
-    from wpcal.controllers.audit.programs import check_written
+) -> tuple[dict[str, Mapping[str, str | bytes]], dict[str, str], list[str]]:
+    """Return the files by language, read back and checked; by language why there are none; what was not checked."""
+    from wpcal.controllers.audit.programs import check_written, unjudged_parts
+    from wpcal.controllers.audit.templates import write_with_templates
     from wpcal.controllers.program.planned_program import build_planned_program
     from wpcal.core.errors import FormatError, InputError
 
@@ -172,22 +173,25 @@ def _programs(
     try:
         carried = build_planned_program(sequence, seams, made)
     except InputError as error:
-        return {}, {each.name: str(error) for each in writers}
+        return {}, {each.name: str(error) for each in writers}, []
     files: dict[str, Mapping[str, str | bytes]] = {}
     refused: dict[str, str] = {}
+    not_checked = list[str]()
     for each in writers:
         program = carried
         try:
             if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
                 program = build_planned_program(sequence, seams, replace(made, is_carried=False))
-            files[each.name] = each.write(program)
-            check_written(files[each.name], program, name=each.name)
+            written = write_with_templates(each.name, each.write, program)
+            check_written(written.files, program, name=each.name)
+            files[each.name] = written.files
+            unjudged = (*unjudged_parts(written.files, program, name=each.name), *written.not_checked)
+            not_checked += (f"NOT CHECKED: {each.name}: {what}" for what in unjudged)
         except FormatError:
             raise  # a template of the user
         except InputError as error:
-            files.pop(each.name, None)
             refused[each.name] = str(error)
-    return files, refused
+    return files, refused, not_checked
 
 
 def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:

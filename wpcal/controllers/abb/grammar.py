@@ -59,6 +59,7 @@ def _judge_held(lines: list[str], _path: Path) -> Iterator[Complaint]:
 
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+!",
+    harmless=r'(?:(?:WaitTime|WaitDI|WaitDO|SetDO|Set|Reset|PulseDO) [\w\\:=,. ]*|TPWrite "[^"]*"|TPErase|Stop);',
     rules=(
         rule(r"^[ \t]*+Arc" + _POINTS.format("Start"), Does.ON),
         rule(r"^[ \t]*+Arc" + _POINTS.format("End"), Does.MOVE, Does.OFF),

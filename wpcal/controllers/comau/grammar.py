@@ -8,6 +8,8 @@ from wpcal.controllers.language.grammar import Does, Grammar, rule
 _TO = r"^[ \t]*+MOVE(?:FLY)?[ \t]++{}[ \t]++TO[ \t]++"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+--",
+    harmless=r"DELAY \d+|\$DOUT\[\d+\] := (?:TRUE|FALSE|ON|OFF)|WAIT FOR \$DIN\[\d+\]|PAUSE|"
+    r"WRITE(?: LUN_CRT)? ?\('[^']*'(?:, ?NL)?\)",
     rules=(
         rule(r"^[ \t]*+arc_start\(", Does.ON),
         rule(r"^[ \t]*+arc_end\b", Does.OFF),

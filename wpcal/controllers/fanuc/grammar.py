@@ -35,6 +35,8 @@ def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
 
 GRAMMAR = Grammar(
     comment=f"{_LINE}!",
+    harmless=r"(?:WAIT +[\d.]+\(sec\)|WAIT [DR]I\[\d+\]=(?:ON|OFF)|[DR]O\[\d+\]=(?:ON|OFF)|"
+    r"MESSAGE\[[^\]]*\]|PAUSE|LINE_COUNT *= *\d+) *;?",
     rules=(
         rule(_LINE + r"Weld Start\[", Does.ON),
         rule(_LINE + r"Weld End\[", Does.OFF),

@@ -8,6 +8,7 @@ from wpcal.controllers.language.grammar import Does, Grammar, rule
 _POINT = r"\b(?:[ \t]++(?P<a>[\w.]++))?"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+;",
+    harmless=r'TWAIT [\d.]+|(?:SW|)WAIT SIG\(-?\d+\)|SWAIT -?\d+|SIGNAL -?\d+(?:, ?-?\d+)*|PRINT "[^"]*"|PAUSE',
     rules=(
         rule(r"^[ \t]*+(?P<kind>[LJ])WS" + _POINT, Does.ON),
         rule(r"^[ \t]*+(?P<kind>[LJ])WE" + _POINT, Does.MOVE, Does.OFF),

@@ -51,6 +51,8 @@ def _judge_step(lines: list[str], path: Path) -> Iterator[Complaint]:
 
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+;",
+    harmless=r"(?:WAIT SEC [\d.]+|WAIT FOR \$IN\[\d+\]|\$OUT\[\d+\] ?= ?(?:TRUE|FALSE)|"
+    r'MsgNotify\("[^"]*"\)|HALT)(?: ?;.*)?',
     rules=(
         rule(r"^[ \t]*+(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\()", Does.ON),
         rule(r"^[ \t]*+(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\()", Does.OFF),

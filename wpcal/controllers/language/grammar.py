@@ -99,6 +99,8 @@ class Grammar:
     mark: str = ""  #: Pattern of a mark that the programs of two robots share.
     #: From lines and path of a program of two robots to what is wrong with it.
     judge_step: Callable[[list[str], Path], Iterator[Complaint]] | None = None
+    #: Pattern of a whole instruction, after its comments, without effect on motion: waits, messages, outputs.
+    harmless: str = ""
     calls: str = ""  #: Pattern of a call of another program; its name is the group ``name``.
     tools: Callable[[str], dict[str, RigidTransform]] | None = None  #: From a text to ``T_flange_tool`` by name.
     tools_in_words: str = ""  #: What states a tool.
@@ -121,6 +123,16 @@ class Grammar:
                 if match := each.pattern.match(line):
                     yield from each.instructions(match, number)
                     break
+
+    def is_harmless(self, line: str) -> bool:
+        """Tell whether a line moves nothing: blank, a comment, an instruction `harmless`, or one that switches the arc.
+
+        Where the arc is switched is judged by itself (`wpcal.controllers.audit.arc`).
+        """
+        if not line.strip() or re.match(self.comment, line) or re.fullmatch(self.harmless, line.strip(), re.IGNORECASE):
+            return True
+        does = {each.does for each in self.instructions(line)}
+        return bool(does) and does <= {Does.ON, Does.OFF}
 
     def chains(self, text: str) -> list[list[Step]]:
         """Return the moves of a text; in each list one leads to the next."""

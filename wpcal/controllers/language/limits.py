@@ -7,6 +7,7 @@ otherwise hold the command for ever or take all memory.
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -21,9 +22,10 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 MOST_STEPS = 100_000
 """Lines that a template runs for one block: a header of 200 lines needs less than 1000."""
-MOST_CHARACTERS = 1_000_000  #: That a block, or a text or list within it, has.
-MOST_PRODUCT = 10_000_000
+MOST_CHARACTERS = 10_000_000  #: That a block, or a text or list within it, has.
+MOST_PRODUCT = 20_000_000
 """Of the lengths and numbers that a function gets: what it makes is not larger, whatever it repeats."""
+_WIDE = re.compile(r"\d{4}|%[^a-zA-Z]{0,9}\*|\{[^{}]{0,99}\{")
 
 
 class _Generator(CodeGenerator):
@@ -56,21 +58,24 @@ class LimitedEnvironment(ImmutableSandboxedEnvironment):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self.filters = {name: _limited(what) for name, what in self.filters.items() if name != "format"}
+        filled = self.filters["format"]
+        self.filters = {name: _limited(what) for name, what in self.filters.items()}
+        self.filters["format"] = lambda text, *args, **kwargs: filled(_narrow(text), *args, **kwargs)
 
     def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
         """Refuse what would be too large before it is computed."""
         if operator == "%" and isinstance(left, str):
-            raise SecurityError("% in a text is not allowed: write ~ and the filter round")
+            _narrow(left)
         if operator == "**" or (operator == "*" and not _is_number(left, right)):
             _refuse_large((left, right))
         return _refuse_long(super().call_binop(context, operator, left, right))
 
     def wrap_str_format(self, value: Any) -> Callable[..., str] | None:
-        """Refuse the format methods of texts: a width in a text is not seen before it is filled."""
-        if super().wrap_str_format(value) is not None:
-            raise SecurityError("format of a text is not allowed: write ~ and the filter round")
-        return None
+        """Refuse wide fields in the format methods of texts."""
+        formatted = super().wrap_str_format(value)
+        if formatted is not None:
+            _narrow(value.__self__)
+        return formatted
 
     def call(self, context: Any, called: Any, /, *args: Any, **kwargs: Any) -> Any:
         """Call a function or a method of a text within the limits."""
@@ -114,6 +119,13 @@ def _limited(made_by: Callable[..., Any]) -> Callable[..., Any]:
         return _refuse_long(made_by(*args, **kwargs))
 
     return within
+
+
+def _narrow(text: Any) -> Any:
+    """Return the pattern of a format; `SecurityError` when a field of it is wide, or a value gives its width."""
+    if _WIDE.search(str(text)):
+        raise SecurityError("a field of more than 999 characters, or one whose width is a value")
+    return text
 
 
 def _is_number(*values: Any) -> bool:

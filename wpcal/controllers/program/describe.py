@@ -110,7 +110,7 @@ def describe(program: WeldProgram) -> list[str]:
     if program.planned is not None:
         lines += program.planned.about
         lines += [] if program.tolerance is None else [describe_moves(program)]
-        return [*lines, arc_in_words(program.arc), *program.checked, *woven, *PLAN_NOT_CHECKED]
+        return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *PLAN_NOT_CHECKED]
     lines += [
         f"wire leaves the tip along +{torch.tool_axis.value} of the tool, z_sense inward",
         f"work angle {math.degrees(torch.work_rad):g} deg, travel {math.degrees(torch.travel_rad):g} deg (+ push)",

@@ -55,6 +55,7 @@ def _pose(element: ET.Element, path: str) -> RigidTransform:
 _POINT = r"\w++\[\w++\]"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+//",
+    harmless=r'delay\([\d.]+\)|putln\("[^"]*"\)|logMsg\("[^"]*"\)',
     rules=(
         rule(r"^[ \t]*+(?:call arcStart\(|doArc=true)", Does.ON),
         rule(r"^[ \t]*+(?:call arcEnd\(|doArc=false)", Does.OFF),

@@ -79,6 +79,8 @@ def _tools(text: str) -> dict[str, RigidTransform]:
 
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+#",
+    harmless=r'sleep\([\d.]+\)|(?:textmsg|popup)\("[^"]*"\)|'
+    r"set_(?:standard|configurable|tool)_digital_out\(\d+, ?(?:True|False)\)",
     rules=(
         rule(r"^[ \t]*+arc_start\(", Does.ON),
         rule(r"^[ \t]*+arc_end\(", Does.OFF),

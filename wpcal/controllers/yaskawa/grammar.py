@@ -26,6 +26,7 @@ def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
 
 GRAMMAR = Grammar(
     comment=r"^'",
+    harmless=r'TIMER T=[\d.]+|DOUT OT#\(\d+\) (?:ON|OFF)|WAIT IN#\(\d+\)=(?:ON|OFF)|MSG "[^"]*"|PAUSE|NOP',
     rules=(
         rule(r"^ARCON\b", Does.ON),
         rule(r"^ARCOF\b", Does.OFF),

@@ -1,0 +1,168 @@
+"""Motions that a template adds, displaces or leaves out are named with file and line, and nothing is called checked."""
+
+import json
+import re
+
+import pytest
+
+from tests.running import run_here
+from wpcal.controllers.language.post import shipped_templates
+
+OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0", "--only", "W1", "--json")
+ATTACKS = {
+    "rapid": (
+        "MoveL [[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v7000,z0,tTorch;",
+        "MoveAbsJ [[0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1000,fine,tTorch;",
+        "MoveL Offs({{ point }},0,0,-50),{{ speed }},fine,{{ tool }}\\WObj:=wpPart;",
+        "MoveL RelTool({{ point }},0,0,50),{{ speed }},fine,{{ tool }}\\WObj:=wpPart;",
+        "MoveL {{ point }},{{ speed }},fine,tool0\\WObj:=wpPart;",
+        "MoveL {{ point }},{{ speed }},fine,{{ tool }};",
+        "PDispSet [[0,0,50],[1,0,0,0],[0,0,0,0],[0,0,0,0]];",
+        "wpPart.uframe.trans.x := 500;",
+        "{{ point }}.trans.z := 0;",
+        "FOR i FROM 1 TO 9 DO",
+        "SoftAct 1,50;",
+        "GOTO again;",
+        "clean_torch;",
+        "WaitTime 1; MoveJ home,v1000,fine,tool0;",
+        "ENDMODULE",
+    ),
+    "krl": (
+        "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}",
+        "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}",
+        "LIN_REL {Z -50}",
+        "PTP_REL {A1 5}",
+        "$BASE.X=500",
+        "$BASE=$NULLFRAME",
+        "$TOOL=TOOL_DATA[2]",
+        "LIN {{ point }}:{Z -50}",
+        "CLEAN_TORCH()",
+        "LIN {{ point }} C_DIS",
+        "INTERRUPT ON 3",
+    ),
+    "fanuc": (
+        "L PR[5] 100mm/sec FINE",
+        "{{ point and 'L ' }}{{ point }} {{ speed }} FINE Offset,PR[1]",
+        "UFRAME_NUM=2",
+        "UTOOL_NUM=3",
+        "PR[5,3]=PR[5,3]-50",
+        "OFFSET CONDITION PR[1]",
+        "CALL CLEAN",
+        "JMP LBL[1]",
+    ),
+    "inform": (
+        "MOVL P001 V=100.0",
+        "IMOV P001 V=100.0",
+        "SFTON P001",
+        "CALL JOB:CLEAN",
+        "JUMP *AGAIN",
+        "MOVJ {{ point }} VJ=100.00 NWAIT",
+    ),
+    "as": (
+        "DRAW 0,0,-50",
+        "HOME",
+        "LMOVE SHIFT({{ point }} BY 0,0,-50)",
+        "BASE NULL",
+        "TOOL NULL",
+        "LDEPART -50",
+        "CALL clean",
+        "ALIGN",
+    ),
+    "urscript": (
+        "movej([0,-1.57,1.57,0,1.57,0])",
+        "movel(pose_trans({{ point }}, p[0,0,0.05,0,0,0]), {{ speed }})",
+        "set_tcp(p[0,0,0,0,0,0])",
+        "speedl([0,0,-0.1,0,0,0], 0.5, 1)",
+        "force_mode(tool_pose(), [0,0,1,0,0,0], [0,0,10,0,0,0], 2, [1,1,1,1,1,1])",
+        "clean_torch()",
+    ),
+    "val3": (
+        "movej(jHome,{{ tool }},{{ speed }})",
+        "movel(appro({{ point }},{0,0,-50,0,0,0}),{{ tool }},{{ speed }})",
+        "{{ tool }}.trsf.z=0",
+        "call clean()",
+        "{{ point }}.trsf.z=0",
+    ),
+    "pdl2": (
+        "MOVE LINEAR TO POS(0, 0, 0, 0, 0, 0)",
+        "MOVE RELATIVE VEC(0, 0, -50) IN TOOL",
+        "$UFRAME := POS(0, 0, 50, 0, 0, 0)",
+        "$TOOL := POS(0, 0, 0, 0, 0, 0)",
+        "clean_torch",
+    ),
+}
+
+
+@pytest.fixture
+def export(finished_folder, tmp_path):
+    folder = finished_folder()
+
+    def make(language, block, text):
+        own = tmp_path / "shop" / language
+        own.mkdir(parents=True)
+        (own / f"{block}.txt").write_text(text, encoding="utf-8")
+        ended = run_here("export", folder, "-f", language, *OPTIONS, "-o", tmp_path, "--template", own.parent)
+        folder_of_programs = tmp_path / language
+        if ended.returncode == 2:
+            assert not folder_of_programs.exists()
+            return ended, {}, {}
+        written = {p.name: p.read_bytes().decode("latin-1") for p in folder_of_programs.iterdir()}
+        return ended, json.loads(ended.stdout), written
+
+    return make
+
+
+def require_named(answer, written, fragment):
+    """The place that is told holds the line."""
+    found = re.findall(r"NOT CHECKED: (\S+), lines? (\d+)[^:]*: '", answer["not_checked"])
+    assert found, answer["not_checked"]
+    texts = [written[file].splitlines()[int(number) - 1] for file, number in found]
+    assert any(fragment in text for text in texts), (fragment, texts)
+
+
+@pytest.mark.parametrize(
+    ("language", "attack"), [(language, each) for language, attacks in ATTACKS.items() for each in attacks]
+)
+def test_a_line_that_a_template_adds_is_named(export, language, attack):
+    ended, answer, written = export(language, "air_move", shipped_templates(language)["air_move.txt"] + attack + "\n")
+    if ended.returncode == 2:  # read back, it is no program, or one with other poses
+        assert (ended.stderr.count("wpcal: "), "templates" in ended.stderr) == (1, True), ended.stderr
+        return
+    assert ended.returncode == 1
+    assert answer["checked"] == []
+    start = re.split(r"\{\{|\{%", attack)[0].split("'")[0] or attack.rsplit("}}", 1)[1]
+    require_named(answer, written, start.strip())
+    assert not any("checked against" in text for text in written.values())
+
+
+@pytest.mark.parametrize(
+    ("language", "line"),
+    [
+        ("rapid", "WaitTime 0.5;"),
+        ("rapid", 'TPWrite "at {{ point }}";'),
+        ("rapid", "! SetDO doClean,1;"),
+        ("krl", "$OUT[7]=TRUE"),
+        ("fanuc", "WAIT   1.00(sec)"),
+        ("inform", "TIMER T=0.50"),
+        ("as", "SIGNAL 12"),
+        ("urscript", "sleep(0.5)"),
+        ("val3", "delay(0.5)"),
+        ("pdl2", "DELAY 500"),
+    ],
+)
+def test_a_line_that_moves_nothing_leaves_the_program_checked(export, language, line):
+    ended, answer, _ = export(language, "air_move", shipped_templates(language)["air_move.txt"] + line + "\n")
+    assert answer["checked"], answer["not_checked"]
+    assert ended.returncode == 0
+
+
+def test_another_speed_is_no_other_motion(export):
+    text = shipped_templates("rapid")["air_move.txt"].replace("{{ speed }}", "v200")
+    ended, answer, _ = export("rapid", "air_move", text)
+    assert (ended.returncode, bool(answer["checked"])) == (0, True)
+
+
+def test_a_line_that_a_template_leaves_out_is_named(export):
+    ended, answer, _ = export("krl", "weld_start", "; {{ point }} {{ mark }}\n; {{ mark }}\n$VEL.CP={{ speed }}\n")
+    assert ended.returncode == 1
+    assert "without 'LIN W1_0001', as a template has it" in answer["not_checked"]
