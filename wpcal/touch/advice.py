@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariances
-from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM, largest_error_95
+from wpcal.calibrate.errors.prediction import LEAST_ERROR_MM, USUAL_SIGMA_MM, largest_error_95
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
@@ -347,8 +347,8 @@ def _require_usable(points: int, sigma_mm: float, have: Sequence[ReferenceFeatur
         raise InputError(f"a fit needs at least 3 points, got {points}")
     if len(have) >= points:
         raise InputError(f"{len(have)} points are there already; ask for more than that, got {points}")
-    if not (math.isfinite(sigma_mm) and sigma_mm > 0):
-        raise InputError(f"the teaching error is a positive length, got {sigma_mm} mm")
+    if not LEAST_ERROR_MM <= sigma_mm < math.inf:
+        raise InputError(f"the teaching error is a length of at least {LEAST_ERROR_MM:g} mm, got {sigma_mm} mm")
     if criterion not in (Criterion.MINIMAX, Criterion.LEAST_SQUARES):
         raise InputError(f"points are advised for minimax or least_squares, got {criterion.value}")
 

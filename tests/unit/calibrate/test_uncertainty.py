@@ -100,7 +100,9 @@ def test_a_bound_is_an_even_spread():
     assert TeachingError(bound_mm=0.5).per_axis_mm == pytest.approx(0.5 / np.sqrt(3), rel=0, abs=1e-15)
 
 
-@pytest.mark.parametrize("options", [{"sigma_mm": -1.0}, {"bound_mm": np.inf}, {"sigma_mm": 1.0, "bound_mm": 1.0}])
+@pytest.mark.parametrize(
+    "options", [{"sigma_mm": -1.0}, {"bound_mm": np.inf}, {"sigma_mm": 5e-324}, {"sigma_mm": 1.0, "bound_mm": 1.0}]
+)
 def test_an_impossible_teaching_error_is_refused(options):
     with pytest.raises(InputError, match="teaching error"):
         TeachingError(**options)

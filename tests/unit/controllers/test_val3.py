@@ -5,8 +5,9 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
+from wpcal.controllers.staubli.grammar import read_val3
 from wpcal.controllers.staubli.write import write_val3
-from wpcal.core.errors import InputError
+from wpcal.core.errors import FormatError, InputError
 
 DATA = "{http://www.staubli.com/robotics/VAL3/Data/2}"
 PROGRAM = "{http://www.staubli.com/robotics/VAL3/Program/2}"
@@ -30,3 +31,10 @@ def test_the_program_goes_along_the_seam_and_keeps_the_configuration(make_progra
 def test_an_array_holds_at_most_9999_points(make_program):
     with pytest.raises(InputError, match="seam W1 has 10000 points"):
         write_val3(make_program(n=10_000))
+
+
+@pytest.mark.parametrize("encoding", ["foo1", "utf-7", "idna", "hex"])
+def test_an_encoding_that_no_reader_knows_is_one_line(encoding):
+    with pytest.raises(FormatError, match="is not XML") as caught:
+        read_val3(f'<?xml version="1.0" encoding="{encoding}"?><Database/>', "a.dtx")
+    assert "\n" not in str(caught.value)

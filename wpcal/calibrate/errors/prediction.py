@@ -45,12 +45,15 @@ EXCESS_SAMPLES = 256
 POSTURE_FACTOR = math.sqrt(2.0)
 """A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn."""
 
+LEAST_ERROR_MM = 1e-6
+"""Below 1 nm an error says nothing of a robot, and its square may be no number any more."""
+
 
 @dataclass(frozen=True, slots=True)
 class TeachingError:
     """What is known of the error of a taught point, per axis of the base.
 
-    Raises `InputError` when both are given, or one is negative or not finite.
+    Raises `InputError` when both are given, or one is negative, not finite, or neither 0 nor `LEAST_ERROR_MM` at least.
     """
 
     sigma_mm: float | None = opt(None, "Teaching error: standard deviation per axis.")
@@ -62,6 +65,8 @@ class TeachingError:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value >= 0):
                 raise InputError(f"teaching error: {name} is a length that is not negative, got {value}")
+            if value is not None and 0.0 < value < LEAST_ERROR_MM:
+                raise InputError(f"teaching error: expected {name} 0, or at least {LEAST_ERROR_MM:g}, got {value}")
         if self.sigma_mm is not None and self.bound_mm is not None:
             raise InputError("teaching error: give sigma_mm or bound_mm, not both")
 

@@ -24,6 +24,8 @@ def read_val3(text: str, path: str) -> ProgramPoints:
     except ET.ParseError as error:
         line, column = error.position
         raise FormatError(f"is not XML: {error.msg}", path=path, line=line, column=column) from None
+    except (LookupError, ValueError):
+        raise FormatError("is not XML: its encoding is not known", path=path) from None
     data = {e.get("name", ""): e for e in database.iter() if e.tag.rpartition("}")[2] == "Data"}
     frames, points = {}, []
     for is_frame in (True, False):

@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.core.errors import FormatError, InputError
+from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches.plan import Contact, PlannedBody, SeamPrediction, Search, SearchKind, Served, TouchPlan
@@ -97,6 +98,9 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
         )
     except KeyError as error:
         raise FormatError(f"lacks the field {error.args[0]}", path=path) from None
+    except (TypeError, AttributeError) as error:
+        check_record(record, TOUCHES_SCHEMA, path=path, is_complete=True)  # says what is missing, and where
+        raise FormatError(f"is not a complete plan of touches: {error}", path=path) from None
     except InputError as error:
         raise FormatError(str(error), path=path) from None
 

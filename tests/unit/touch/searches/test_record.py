@@ -83,6 +83,8 @@ def test_the_fingerprint_changes_with_what_the_program_depends_on() -> None:
         (lambda r: r["searches"][0].update(normal=[0, 0, 2]), "T1: its normal is not a unit vector"),
         (lambda r: r["searches"][0].update(R_part_tool=[[1, 0, 0]] * 3), "not a rigid motion"),
         (lambda r: r["searches"][0].update(joints_deg=[[1, 2], [3]]), "rows have different lengths"),
+        (lambda r: r["searches"][1].update(serves={}), "search T2: serves: the field 'seam' is missing"),
+        (lambda r: r.update(bodies=[{}]), "body 0: the field 'name' is missing"),
         (lambda r: r["searches"][1].update(name="t1"), "two searches are named T1"),
         (lambda r: r["searches"][1].update(name="1x"), "search 1x: name: expected"),
     ],
