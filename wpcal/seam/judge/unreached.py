@@ -5,21 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.core.motion import APPROACH_MM
-from wpcal.robot.torch.attitude import TorchSettings, tool_rotations
-from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.leans import STEP_MM, Felt, FeltAt, at_stations, feel_seams
 from wpcal.seam.judge.other_torches import with_other_torches
-from wpcal.seam.judge.reach import find_in_way
 from wpcal.seam.judge.stations import Stretch
 from wpcal.seam.judge.stretches import FELT_CHORD_MM, Cut, cut_at, place_words
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
@@ -48,24 +42,22 @@ def cut_where_unreached(
         torch reaches every station, but a bar across the joint lets it not pass, two stretches meet. With a chord error
         above `FELT_CHORD_MM` the seam itself is free; the chords between its stations need not be.
     """
-    way = _Way(ExactMaterial(graph, trimmed), options.reach.torch)
     done: list[list[Seam]] = [[] for _ in seams]
     todo = list(enumerate(seams))
     is_coarse = options.steps.chord_mm > FELT_CHORD_MM
     for number in range(ROUNDS):
-        held, cuts = [], list[tuple[int, Seam, Cut]]()
+        held = []
         felt_seams = _felt(graph, trimmed, [seam for _, seam in todo], options.reach, is_first=number == 0)
         for (row, _), (seam, felt) in zip(todo, felt_seams, strict=True):
-            laid = felt.lay_on(seam)
-            if felt.is_held:
+            if felt.is_free:
+                done[row].append(felt.lay_on(seam))
+            elif felt.is_held:
                 done[row].append(_blocked(graph, seam, felt.solids))
-            elif felt.is_free and (stretches := way.stretches(laid)):
-                cuts.append((row, laid, Cut(seam, stretches, _cut_reason(graph, seam, stretches, frozenset()))))
-            elif felt.is_free:
-                done[row].append(laid)
             else:
                 held.append((row, seam, felt))
+        todo = []
         finer = _felt_finer(graph, trimmed, [(seam, felt) for _, seam, felt in held], options)
+        cuts = []
         for (row, seam, felt), (dense, solid, solid_after) in zip(held, finer, strict=True):
             if is_coarse and (solid < 0).all() and (solid_after < 0).all():
                 done[row].append(felt.lay_on(seam))
@@ -73,43 +65,16 @@ def cut_where_unreached(
             stretches, passed = _stretches(dense.frames.s_mm, solid, solid_after)
             cuts.append((row, dense, Cut(seam, stretches, _cut_reason(graph, seam, stretches, passed))))
         pieces_of = _pieces(graph, trimmed, [(dense, cut) for _, dense, cut in cuts], options)
-        every = [(row, piece) for (row, *_), pieces in zip(cuts, pieces_of, strict=True) for piece in pieces]
-        todo = [(row, piece) for row, piece in every if not piece.blocked_by]
-        for row, piece in every:
-            done[row] += [piece] if piece.blocked_by else []
+        for row, piece in ((row, piece) for (row, *_), pieces in zip(cuts, pieces_of, strict=True) for piece in pieces):
+            if piece.blocked_by:
+                done[row].append(piece)
+            else:
+                todo.append((row, piece))
     left = feel_seams(graph, trimmed, [seam for _, seam in todo], options.reach)
     for (row, seam), felt in zip(todo, left, strict=True):
-        laid = felt.lay_on(seam)
-        solids = felt.solids or frozenset().union(*(stretch.solids for stretch in way.stretches(laid)))
-        done[row].append(_blocked(graph, seam, solids) if solids else laid)
+        done[row].append(felt.lay_on(seam) if felt.is_free else _blocked(graph, seam, felt.solids))
     found = [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
     return with_other_torches(graph, trimmed, found, options.reach, least_mm=options.min_length_mm)
-
-
-class _Way(NamedTuple):
-    """The way of a torch along a seam, as `wpcal export` writes and judges it."""
-
-    material: ExactMaterial
-    torch: TorchShape
-
-    def stretches(self, seam: Seam) -> list[Stretch]:
-        """Return the stretches of a seam with leans, free and not; none if all of it is free."""
-        frames = seam.frames
-        R = tool_rotations(frames.R, TorchSettings(), seam.lean_rad, seam.spin_rad)
-        found = find_in_way(self.material, seam, frames.p, R, self.torch, back_mm=(APPROACH_MM, APPROACH_MM))
-        if not found:
-            return []
-        s = np.interp([place.at for place in found], np.arange(len(frames)), frames.s_mm)
-        length = float(frames.s_mm[-1])
-        own = np.array([self.material.names.index(place.solid) for place in found])
-        ends: list[Stretch] = []
-        for rows in np.split(np.arange(len(s)), np.flatnonzero(np.diff(s) > LEAST_CANDIDATE_MM + 2 * STEP_MM) + 1):
-            low, high = float(s[rows[0]]) - STEP_MM, float(s[rows[-1]]) + STEP_MM
-            low, high = (0.0 if low < LEAST_CANDIDATE_MM else low), min(high, length)
-            high = length if length - high < LEAST_CANDIDATE_MM else high
-            ends += [Stretch(ends[-1].high_mm if ends else 0.0, low, frozenset())] if low > 0.0 else []
-            ends.append(Stretch(low, high, _numbers(own[rows])))
-        return ends if ends[-1].high_mm == length else [*ends, Stretch(ends[-1].high_mm, length, frozenset())]
 
 
 def _felt(
