@@ -123,7 +123,7 @@ def test_excluded_and_distant_features_are_not_advised(sample: Sample) -> None:
         (AdviseOptions(have=("Q1",)), InputError, "no feature 'Q1'"),
         (AdviseOptions(points=2), InputError, "at least 3"),
         (AdviseOptions(points=3, have=("V1", "V2", "V3")), InputError, "3 points are there already"),
-        (AdviseOptions(sigma_mm=0.0), InputError, "positive length"),
+        (AdviseOptions(sigma_mm=0.0), InputError, "a length of at least"),
         (AdviseOptions(near=(0.0, 0.0, 0.0, 1.0)), GeometryError, "the part has 1 places"),
     ],
 )
