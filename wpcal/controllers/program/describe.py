@@ -66,18 +66,16 @@ def find_turned_corners(frames: SeamFrames) -> tuple[TurnedCorner, ...]:
     before, after = travel[[0, *range(len(travel))]], travel[[*range(len(travel)), -1]]
     sides = _angles(x, before), _angles(x, after)
     off, most = np.minimum(*sides), np.maximum(*sides)
+    rows, along = np.flatnonzero(turns > SHARP_RAD) + 1, np.flatnonzero(off <= OFF_RAD)
+    low = np.concatenate([[0], along])[np.searchsorted(along, rows, "right")]
+    high = np.concatenate([along, [len(off) - 1]])[np.searchsorted(along, rows)]
+    ends, of = np.unique(np.stack([low, high]), axis=1, return_inverse=True)
+    farthest = np.array([off[first : last + 1].max() for first, last in ends.T.tolist()])
     found = []
-    for row in (np.flatnonzero(turns > SHARP_RAD) + 1).tolist():
-        low, high = row, row
-        while low > 0 and off[low] > OFF_RAD:
-            low -= 1
-        while high < len(off) - 1 and off[high] > OFF_RAD:
-            high += 1
-        if low < high:
-            at, first, last = (float(frames.s_mm[one]) for one in (row, low, high))
-            found.append(
-                TurnedCorner(at, float(turns[row - 1]), first, last, float(max(off[low : high + 1].max(), most[row])))
-            )
+    for row, first, last, far in zip(rows.tolist(), low.tolist(), high.tolist(), farthest[of.ravel()], strict=True):
+        if first < last:
+            at, begin, end = (float(frames.s_mm[one]) for one in (row, first, last))
+            found.append(TurnedCorner(at, float(turns[row - 1]), begin, end, float(max(far, most[row]))))
     return tuple(found)
 
 
