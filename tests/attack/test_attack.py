@@ -31,6 +31,7 @@ def harm(found: Counter[str]) -> dict[str, int]:
     return {what: found[what] for what in NEVER if found[what]}
 
 
+@pytest.mark.deep
 def test_killed_at_every_change_of_a_folder(job: Job) -> None:
     found = kill_at_every_change(job)
     assert harm(found) == {}
@@ -42,6 +43,7 @@ def test_killed_at_random_moments(job: Job, number: signal.Signals) -> None:
     assert harm(kill_at_random(job, number, 3, random.Random(15))) == {}
 
 
+@pytest.mark.deep
 def test_no_disk_and_nowhere_to_write(job: Job) -> None:
     found = fill_disk(job, DISKS_KB)
     assert harm(found) == {}
@@ -49,6 +51,7 @@ def test_no_disk_and_nowhere_to_write(job: Job) -> None:
     assert forbid_writing(job)["refused in one line"] == 3
 
 
+@pytest.mark.deep
 def test_a_disk_mounted_read_only(job: Job) -> None:
     names = ("bases", "demo", "pick", "sheet")
     try:
@@ -59,6 +62,7 @@ def test_a_disk_mounted_read_only(job: Job) -> None:
     assert (found["refused in one line"], found["input on the disk is read"]) == (len(names), 1)
 
 
+@pytest.mark.deep
 def test_signals_end_the_picker(job: Job) -> None:
     """SIGHUP made the server hang when a page was connected."""
     served = end_while_serving(job.folder, (signal.SIGHUP,))

@@ -63,6 +63,7 @@ def test_beside_a_batch_no_other_writes_into_its_folder_and_no_result_of_others_
     place.nothing_left()
 
 
+@pytest.mark.deep
 def test_what_a_power_cut_left_half_is_mended(reference: Reference, tmp_path: Path) -> None:
     """Half a line of the summary, half a record, half of each kept answer."""
     place = Place(reference.jobs, tmp_path / "place")

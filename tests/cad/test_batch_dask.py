@@ -115,6 +115,7 @@ def is_soon(true: Callable[[], bool]) -> bool:
     return true()
 
 
+@pytest.mark.deep
 def test_a_worker_is_killed_and_the_bytes_are_the_same(folder: Path, tmp_path: Path) -> None:
     with dask_processes(tmp_path / "processes") as dask:
         homes = [dask.add_worker(), dask.add_worker()]
@@ -272,6 +273,7 @@ def test_what_keeps_a_batch_from_starting_is_one_line(
     assert "pip install 'wpcal[dask]'" in done.stderr
 
 
+@pytest.mark.deep
 def test_the_script_for_object_storage_copies_there_and_back(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import fsspec
 

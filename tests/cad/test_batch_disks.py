@@ -66,6 +66,7 @@ def check_out_disk(reference: Reference, folder: Path, size_kb: int) -> None:
         place.nothing_left()
 
 
+@pytest.mark.deep
 def test_the_disk_of_the_output_is_full(reference: Reference, tmp_path: Path) -> None:
     check_out_disk(reference, tmp_path / "place", IN_CI)
 

@@ -55,6 +55,7 @@ def resume(reference: Reference, place: Place) -> None:
     place.nothing_left()
 
 
+@pytest.mark.deep
 def test_a_batch_that_is_killed_again_and_again_ends_as_if_it_had_not_been(
     reference: Reference, tmp_path: Path
 ) -> None:

@@ -24,6 +24,7 @@ for name, sample in SAMPLES.items():
 """
 
 
+@pytest.mark.deep
 def test_samples_are_the_same_bytes_in_every_process() -> None:
     command = [sys.executable, "-c", DIGESTS]
     runs = {subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(RUNS)}

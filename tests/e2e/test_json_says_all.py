@@ -123,7 +123,10 @@ def test_every_command_has_json() -> None:
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
     ("command", "line"),
-    [*((name, line) for name, line in COMMANDS.items() if name not in NO_RECORD), *ODD.items()],
+    [
+        *((name, line) for name, line in COMMANDS.items() if name not in NO_RECORD),
+        *(pytest.param(*each, marks=[pytest.mark.deep] if each[0] == "plan" else []) for each in ODD.items()),
+    ],
     ids=[*(name for name in COMMANDS if name not in NO_RECORD), *(f"{name}, odd" for name in ODD)],
 )
 def test_json_has_every_number_and_sentence_of_the_console(

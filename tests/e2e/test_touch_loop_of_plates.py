@@ -15,6 +15,7 @@ from cad.workpiece.advise_bodies import tacked_bodies
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
+from tests.few import few
 from tests.running import run_here
 from tests.touch_robots.loop import CONFIG, T_FLANGE_TOOL, displacement, planned_frame, run_program
 from tests.touch_robots.robot import Torch
@@ -94,8 +95,7 @@ def test_the_plan_says_which_plate_each_touch_is_on_and_what_it_serves(planned: 
 
 
 @pytest.mark.parametrize(
-    ("brand", "seed"),
-    [("rapid", 0), ("krl", 1), *(pytest.param("rapid", seed, marks=pytest.mark.deep) for seed in range(2, 14))],
+    ("brand", "seed"), few([("rapid", 0), ("krl", 1), *(("rapid", seed) for seed in range(2, 14))], 1)
 )
 def test_searches_meet_plates_that_moved_and_the_band_holds(
     brand: str, seed: int, planned: tuple[TouchPlan, Path], tmp_path: Path
