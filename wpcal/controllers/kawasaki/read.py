@@ -39,6 +39,7 @@ _VALUES = re.compile(rf"^(?P<name>#?{_NAME})[ \t]++(?P<values>\S.*)$")
 _POINT = re.compile(rf"^\s*+POINT\s++(?P<name>{_NAME})\s*+=\s*+TRANS\s*+\((?P<values>[^()]*+)\)", re.IGNORECASE)
 _SETTING = re.compile(rf"^\s*+(?P<key>BASE|TOOL)\s++(?P<name>{_NAME})", re.IGNORECASE)
 _MOVE = re.compile(r"^\s*+(?:[LJX]MOVE|C[12]MOVE|[LJ]W[SCE]|C[12]WC)\s++(?P<what>[^;\n]*+)", re.IGNORECASE)
+_PLACE = re.compile(r"(?:[^,\[]++|\[[^\]]*+\]?)*")  # up to a comma that is not between brackets
 _WORD = re.compile(_NAME)
 ADDED = "is added to another transformation in a move; its own coordinates are not a place"
 
@@ -109,11 +110,10 @@ def _parsed(text: str) -> _File:
 
 def _use(found: _File, what: str, base: str, tool: str) -> None:
     """Note the point of a move: alone, or added to another transformation."""
-    place = re.sub(r"\sTILL\b.*$|,(?![^\[]*\]).*$", "", what, flags=re.IGNORECASE).strip()
-    names = [name.lower() for name in _WORD.findall(place)]
-    for name in names:
+    place = _PLACE.findall(re.split(r"\still\b", what.lower(), maxsplit=1)[0])[0].strip()
+    for name in set(_WORD.findall(place)):
         use = found.uses.setdefault(name, _Use())
-        use.is_added |= name != place.lower()
+        use.is_added |= name != place
         use.bases.add(base)
         use.tools.add(tool)
 
