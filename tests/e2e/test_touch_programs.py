@@ -6,8 +6,9 @@ import pytest
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_robots.loop import BRANDS, CONFIG, displacement, planned_frame, run_program
-from tests.touch_robots.robot import CrashError, Senses, inverse
+from tests.touch_robots.robot import CrashError, Senses
 from tests.touch_robots.solid import Solid, triangles_of
+from wpcal.controllers.run.machine import inverted
 
 ROUND_OFF_MM = 2e-3
 """Programs state poses to 0.001 mm and 0.001 degrees or better, and the frame makes 1 µm of that at 100 mm."""
@@ -38,7 +39,7 @@ def test_a_part_in_its_place_is_touched_where_the_plan_says(brand, programs, tee
     ran = run(brand, programs, tee, tmp_path, ((0.0, 0.0, 0.0),))
     assert ran.run.is_finished
     assert ran.run.stops == []
-    places = [(inverse(planned_frame(tee_plan())) @ hit.T_base_tool)[:3, 3] for hit in ran.robot.hits]
+    places = [(inverted(planned_frame(tee_plan())) @ hit.T_base_tool)[:3, 3] for hit in ran.robot.hits]
     planned = [search.planned for search in tee_plan().searches]
     assert np.array(places) == pytest.approx(np.array(planned), abs=ROUND_OFF_MM)
     assert ran.results.exists()

@@ -16,13 +16,15 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.expressions import AND, COMPARE, OR, SIGNS, SUM, Grammar, Parser, tokens_of
-from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedError, inverse, rigid
+from tests.touch_robots.robot import Array, Robot
+from wpcal.controllers.run.expressions import AND, COMPARE, OR, SIGNS, SUM, Parser, Syntax, tokens_of
+from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 TOKEN = re.compile(
     r"'[^']*'|\d+(?:\.\d+)?|\.\d+|LBL|UFRAME_NUM|UTOOL_NUM|[A-Za-z$_][\w$]*|<>|<=|>=|[-+*/=<>()\[\],.!:]"
 )
-GRAMMAR = Grammar(
+GRAMMAR = Syntax(
     TOKEN,
     (OR, AND, {"=": operator.eq, **COMPARE}, SUM, {"*": operator.mul, "/": operator.truediv, "DIV": operator.floordiv}),
     {**SIGNS, "!": operator.not_},
@@ -172,7 +174,7 @@ class Controller:
         return self.tools[self.tool]
 
     def _seen(self, T_base_flange: Array) -> list[float]:
-        return values_of(inverse(self._T_frame()) @ T_base_flange @ self._T_tool())
+        return values_of(inverted(self._T_frame()) @ T_base_flange @ self._T_tool())
 
     # -- running ---------------------------------------------------------------------------------------------------
 
@@ -251,7 +253,7 @@ class Controller:
         if hit is None:
             return self._jump(f"JMP LBL[{skip[1]}]")
         if skip[2] and len(self.robot.hits) > before:
-            self.places[int(skip[2])] = values_of(inverse(self._T_frame()) @ hit)
+            self.places[int(skip[2])] = values_of(inverted(self._T_frame()) @ hit)
         return None
 
     def _set_skip(self, text: str) -> None:

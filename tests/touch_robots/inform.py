@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedError, inverse, rigid
+from tests.touch_robots.robot import Array, Robot
+from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 MESSAGE_LENGTH = 32  #: Characters that MSG shows.
 RANGES = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
@@ -207,7 +209,7 @@ class Controller:
         hit = self.robot.search(goal, T_tool, float(speed), is_edge=False)
         self.is_found = int(hit is not None)
         if hit is not None:
-            self.detected = hit @ inverse(T_tool)
+            self.detected = hit @ inverted(T_tool)
 
     def _gets(self, name: str, system: str) -> None:
         if system == "$B002":
@@ -237,7 +239,7 @@ class Controller:
             T = self._T_frame(place) @ place_of(place.values)
         kind = {"BF": "BASE", "RF": "ROBOT", "UF#": "USER"}[frame]
         new = Place(kind, int(user or 0), place.tool, ())
-        values = tuple(values_of(inverse(self._T_frame(new)) @ T))
+        values = tuple(values_of(inverted(self._T_frame(new)) @ T))
         self.places[to.replace("PX", "P")] = Place(kind, new.user, place.tool, values)
 
     def _set(self, name: str, value: str) -> None:

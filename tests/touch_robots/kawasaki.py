@@ -15,9 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from tests.touch_robots.expressions import Parser, tokens_of
 from tests.touch_robots.kawasaki_text import GRAMMAR, MOST_NAME, Pose, Step, steps_of
-from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedError, inverse
+from tests.touch_robots.robot import Array, Robot
+from wpcal.controllers.run.expressions import Parser, tokens_of
+from wpcal.controllers.run.machine import inverted
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 
 class _ReturnError(Exception):
@@ -153,7 +155,7 @@ class Controller:
         return self.T_tool
 
     def _seen(self, T_base_flange: Array) -> Array:
-        return inverse(self.T_base) @ T_base_flange @ self._tool()
+        return inverted(self.T_base) @ T_base_flange @ self._tool()
 
     # -- running ---------------------------------------------------------------------------------------------------
 
@@ -288,7 +290,7 @@ class Controller:
             return
         hit = self.robot.search(self.T_base @ goal.T, self._tool(), self.speed_mm_s)
         if hit is not None and self.latch is not None:
-            self.latched.append(Pose(self._seen(hit @ inverse(self._tool()))))
+            self.latched.append(Pose(self._seen(hit @ inverted(self._tool()))))
 
     def _do_hsenseset(self, tokens: list[str]) -> None:
         number, signal = self._split("".join(tokens), r"(\d+)=(-?\d+)(?:,.*)?")

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.expressions import COMPARE, PRODUCT, SIGNS, SUM, Grammar, tokens_of
-from tests.touch_robots.robot import ProgramError, inverse, rigid
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of
+from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.program import ProgramError
 
 TOKEN = re.compile(
     r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|\$?#?[A-Za-z][\w.]*|==|<>|<=|>=|=<|[-+*/=<>()\[\],:^]'
@@ -49,13 +50,13 @@ class Pose:
         return Pose(self.T @ other.T)
 
     def __neg__(self) -> Pose:
-        return Pose(inverse(self.T))
+        return Pose(inverted(self.T))
 
     def __sub__(self, other: Pose) -> Pose:
-        return Pose(self.T @ inverse(other.T))
+        return Pose(self.T @ inverted(other.T))
 
 
-GRAMMAR = Grammar(
+GRAMMAR = Syntax(
     TOKEN,
     (
         {"OR": lambda a, b: -1 if a or b else 0},

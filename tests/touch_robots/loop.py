@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots import fanuc, inform, kawasaki, krl, rapid, urscript
-from tests.touch_robots.robot import Array, Robot, Run, Senses, Torch, rigid
+from tests.touch_robots import fanuc, inform, kawasaki, rapid, urscript
+from tests.touch_robots.robot import Array, Robot, Senses, Torch
 from tests.touch_robots.solid import Solid
+from wpcal.controllers.registry import controller_named
+from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.program import Run
 
 T_FLANGE_TOOL = rigid(Rotation.from_euler("xyz", [10.0, 35.0, 20.0], degrees=True), [30.0, -5.0, 410.0])
 """Where the torch is on the flange: no axis of the tool is along one of the flange."""
@@ -39,7 +42,9 @@ class Brand:
 
 BRANDS = {
     "rapid": Brand(rapid.Controller, "tTorch", "run_WPCAL_touch", "WPCAL_touch_res.mod", 5e-4),
-    "krl": Brand(krl.Controller, 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5),
+    "krl": Brand(
+        controller_named("krl").load_interpreter(), 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5, {"signals": {1: True}}
+    ),
     "fanuc": Brand(fanuc.Controller, 1, "WPCAL_TOUCH", "", 5e-4),
     "inform": Brand(inform.Controller, 1, "WPCAL_TOUCH", "VAR.DAT", 5e-4),
     "urscript": Brand(urscript.Controller, 1, "", "log.txt", 5e-4),

@@ -28,7 +28,9 @@ from tests.touch_robots.rapid_data import (
 )
 from tests.touch_robots.rapid_instructions import Instructions, RapidError, RetryError, ReturnError, TryNextError
 from tests.touch_robots.rapid_text import Data, ModuleReader, Routine
-from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedError, inverse, rigid
+from tests.touch_robots.robot import Array, Robot
+from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 ERRORS = {"ERR_WHLSEARCH": 1, "ERR_SIGSUPSEARCH": 2, "ERR_WAIT_MAXTIME": 3, "ERR_FILEACC": 4}
 LEVELS = {"HIGH": 1, "LOW": 0}
@@ -126,12 +128,12 @@ class Controller(Instructions):
             tool, wobj = options.get("TOOL"), options.get("WOBJ", self.data["WOBJ0"].value)
             if tool is None:
                 raise ProgramError("CRobT without \\Tool")
-            seen = inverse(self.frame(wobj)) @ self.robot.reading(self.tool(tool))
+            seen = inverted(self.frame(wobj)) @ self.robot.reading(self.tool(tool))
             return typed("robtarget", [*values_of(seen), [0, 0, 0, 0], [9e9] * 6])
         if name == "POSEMULT":
             return typed("pose", values_of(matrix(arguments[0]) @ matrix(arguments[1])))
         if name == "POSEINV":
-            return typed("pose", values_of(inverse(matrix(arguments[0]))))
+            return typed("pose", values_of(inverted(matrix(arguments[0]))))
         if name in {"DINPUT", "DOUTPUT"}:
             return arguments[0]
         if name == "NUMTOSTR":

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Grammar, Parser
-from tests.touch_robots.robot import Array, ProgramError, rigid
+from tests.touch_robots.robot import Array
+from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax
+from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.program import ProgramError
 
 PARTS = {
     "pos": [("x", "num"), ("y", "num"), ("z", "num")],
@@ -32,7 +34,7 @@ PLAIN = {"num": 0, "dnum": 0, "bool": False, "string": "", "errnum": 0, "intnum"
 TOKEN = re.compile(
     r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|:=|<>|<=|>=|[-+*/=<>()\[\]{},;:.\\%]'
 )
-GRAMMAR = Grammar(
+GRAMMAR = Syntax(
     TOKEN,
     ({**OR, "XOR": operator.xor}, AND, {"=": operator.eq, **COMPARE}, SUM, {**PRODUCT, "DIV": operator.floordiv}),
     {**SIGNS, "NOT": operator.not_},

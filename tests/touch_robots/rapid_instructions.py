@@ -8,7 +8,9 @@ from typing import Any
 
 from tests.touch_robots.rapid_data import Record, matrix, printable, printed, typed, values_of
 from tests.touch_robots.rapid_text import Data
-from tests.touch_robots.robot import Array, ProgramError, Robot, Run, StoppedError, inverse
+from tests.touch_robots.robot import Array, Robot
+from wpcal.controllers.run.machine import inverted
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 STOP_LIMIT_MM_S = 100.0
 """`SearchL\\Stop` is only allowed below this speed."""
@@ -118,7 +120,7 @@ class Instructions:
         hit = self.robot.search(frame @ matrix(target), T_tool, speed_mm_s)
         if hit is None:
             raise RapidError("ERR_WHLSEARCH")
-        place = typed("robtarget", [*values_of(inverse(frame) @ hit), *([printable(v) for v in target.values[2:]])])
+        place = typed("robtarget", [*values_of(inverted(frame) @ hit), *([printable(v) for v in target.values[2:]])])
         self.assign(found, place)
 
     def _do_search_1d(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
@@ -139,7 +141,7 @@ class Instructions:
         if hit is None:
             self._smartac("no touch")
             return
-        seen = inverse(frame) @ hit
+        seen = inverted(frame) @ hit
         if (stop := options.get("SEARCHSTOP")) is not None:
             rest = [printable(v) for v in self.value(through).values[2:]]
             self.assign(stop, typed("robtarget", [*values_of(seen), *rest]))

@@ -6,9 +6,9 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from tests.touch_robots.expressions import tokens_of
 from tests.touch_robots.rapid_data import GRAMMAR, empty, typed
-from tests.touch_robots.robot import ProgramError
+from wpcal.controllers.run.expressions import tokens_of
+from wpcal.controllers.run.program import ProgramError
 
 STORAGE = {"CONST", "VAR", "PERS"}
 MOST_NAME = 32  #: Characters of a name.

@@ -6,43 +6,24 @@ part stands, where on the flange the wire is, how late the controller notices a 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.touch_robots.solid import NEAR_MM, Array, Solid, distance
 from tests.touch_robots.sweep import way_to_contact
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.machine import Place, inverted, rigid
+from wpcal.controllers.run.program import ProgramError
 
 TOUCH_MM = 1e-6  #: Wire and part closer than this touch.
 LEAST_STEP_MM = 0.02  #: Between two looks on the way through the air.
 LEAVING_MM = 2.0  #: The wire is free of what it touched after this way.
 
 
-class ProgramError(AssertionError):
-    """The program says what its controller would refuse, or what this interpreter does not know."""
-
-
 class CrashError(AssertionError):
     """The wire or the nozzle was driven into the part where nothing looked for it."""
-
-
-class StoppedError(Exception):
-    """The program ended itself."""
-
-
-def rigid(rotation: Rotation, translation: Any) -> Array:
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotation.as_matrix(), translation
-    return T
-
-
-def inverse(T: Array) -> Array:
-    back = np.eye(4)
-    back[:3, :3], back[:3, 3] = T[:3, :3].T, -T[:3, :3].T @ T[:3, 3]
-    return back
 
 
 @dataclass
@@ -90,6 +71,7 @@ class Robot:
         self.solid, self.torch, self.senses = solid, torch, senses or Senses()
         self.T_base_flange: Array | None = rigid(Rotation.from_euler("x", np.pi), [500.0, 0.0, 1500.0])
         self.hits: list[Hit] = []
+        self.at = Place("", 0)
         self.is_home = False
         self.air_mm = 0.0
         self._stands_at_touch = False
@@ -127,16 +109,30 @@ class Robot:
 
     # -- moves -----------------------------------------------------------------------------------------------------
 
-    def joint_move(self) -> None:
+    def joint_move(self, joints: Array | None = None) -> None:
         """Move to joint angles: without an arm nobody knows where that is."""
         self.T_base_flange, self.is_home = None, True
 
     def move(self, T_base_tool: Array, T_flange_tool: Array, *, is_line: bool = True) -> None:
         """Go to a pose on a line, turning evenly. The part must not be in the way, without a line at its end only."""
-        goal = T_base_tool @ inverse(T_flange_tool)
+        goal = T_base_tool @ inverted(T_flange_tool)
         start, self.T_base_flange = self.T_base_flange, goal
         self._stands_at_touch = False
         self._check(start if start is not None and is_line else goal, goal)
+
+    def arc(self, via: Array, goal: Array, T_flange_tool: Array) -> None:
+        """Touch programs have no arcs."""
+        raise ProgramError("an arc in a touch program")
+
+    def switch(self, does: Does) -> None:
+        """Nothing is welded here."""
+
+    def output(self, number: object, value: object) -> None:
+        """The sensing voltage is always there, unless `senses` say otherwise."""
+
+    def refuse(self, error: ProgramError) -> None:
+        """End the run."""
+        raise error
 
     def _check(self, start: Array, goal: Array) -> None:
         begin, end = (T @ self.torch.T_flange_tool for T in (start, goal))
@@ -149,7 +145,7 @@ class Robot:
         between = Slerp([0.0, 1.0], turn)
         at, leaving = 0.0, span > 0.0 and self._gap(start) <= TOUCH_MM
         while at <= 1.0:
-            T = rigid(between(at), begin[:3, 3] + at * (end[:3, 3] - begin[:3, 3])) @ inverse(self.torch.T_flange_tool)
+            T = rigid(between(at), begin[:3, 3] + at * (end[:3, 3] - begin[:3, 3])) @ inverted(self.torch.T_flange_tool)
             gap = self._gap(T)
             if gap > TOUCH_MM:
                 leaving = False
@@ -187,7 +183,7 @@ class Robot:
         """
         if self.T_base_flange is None:
             raise ProgramError("a search begins at an unknown place")
-        goal = T_base_tool @ inverse(T_flange_tool)
+        goal = T_base_tool @ inverted(T_flange_tool)
         start = self.T_base_flange
         if self.senses.always_on and not is_edge:
             return self._store(start, start, T_flange_tool, np.zeros(3), speed_mm_s)
@@ -243,20 +239,3 @@ class Robot:
         if self.senses.sigma_mm:
             seen[:3, 3] += self.senses.rng.normal(scale=self.senses.sigma_mm, size=3)
         return seen
-
-
-@dataclass
-class Run:
-    """What a run of a program left: messages, stops, files, and whether it came to its end."""
-
-    messages: list[str] = field(default_factory=list)
-    stops: list[str] = field(default_factory=list)
-    files: dict[str, str] = field(default_factory=dict)
-    is_finished: bool = False
-    outputs: dict[str, bool] = field(default_factory=dict)
-
-    def stop(self, message: str, on_stop: Callable[[str], bool]) -> None:
-        """Stand with a message; the operator lets the program go on, or ends it."""
-        self.stops.append(message)
-        if not on_stop(message):
-            raise StoppedError(message)

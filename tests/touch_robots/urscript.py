@@ -18,8 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from tests.touch_robots.robot import Array, CrashError, Hit, ProgramError, Robot, Run, StoppedError, inverse
+from tests.touch_robots.robot import Array, CrashError, Hit, Robot
 from tests.touch_robots.urscript_text import GRAMMAR, Line, Pose, Task, UrParser, lines_of, matrix, pose_of, printed
+from wpcal.controllers.run.machine import inverted
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 CYCLE_S = 0.002  #: Of the controller.
 INSTANT_S = 1e-9  #: Times that differ by less are the same.
@@ -293,7 +295,7 @@ class Controller:
         way = float(np.linalg.norm((T_goal - begin)[:3, 3]))
         contact = np.inf
         if not (self.robot.senses.never_on or self.robot.senses.always_on):
-            goal_flange = T_goal @ inverse(self.T_tool)
+            goal_flange = T_goal @ inverted(self.T_tool)
             assert self.robot.T_base_flange is not None
             at = self.robot.contact(self.robot.T_base_flange, goal_flange)
             if at is not None:
@@ -320,7 +322,7 @@ class Controller:
         if is_killed and self.now < motion.until_s:
             along = (motion.goal - motion.begin)[:3, 3] / max(np.linalg.norm((motion.goal - motion.begin)[:3, 3]), 1e-9)
             T[:3, 3] += along * motion.speed * self.robot.senses.stop_s * 0.5
-        self.robot.T_base_flange = T @ inverse(motion.T_tool)
+        self.robot.T_base_flange = T @ inverted(motion.T_tool)
 
     def _do_stopl(self, a: float = 1.2, a_turn: float = 1.2) -> None:
         del a, a_turn
@@ -371,7 +373,7 @@ class Controller:
         return pose_of(matrix(a) @ matrix(b))
 
     def _do_pose_inv(self, a: Any) -> Pose:
-        return pose_of(inverse(matrix(a)))
+        return pose_of(inverted(matrix(a)))
 
     def _do_textmsg(self, first: Any, second: Any = "") -> None:
         text = printed(first) + printed(second)

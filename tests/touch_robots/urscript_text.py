@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.expressions import COMPARE, PRODUCT, SIGNS, SUM, Grammar, Parser, tokens_of
-from tests.touch_robots.robot import Array, ProgramError, rigid
+from tests.touch_robots.robot import Array
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Parser, Syntax, tokens_of
+from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.program import ProgramError
 
 TOKEN = re.compile(r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|[-+*/%=<>()\[\],:]')
-GRAMMAR = Grammar(
+GRAMMAR = Syntax(
     TOKEN,
     (
         {"or": lambda a, b: a or b, "xor": operator.xor},

@@ -66,7 +66,9 @@ class Controller:
     brands: tuple[str, ...] = ()  #: What people also call it, lower case: the maker. Taken wherever `name` is.
     #: A `wpcal.controllers.language.grammar.Grammar`. Without one, what `writer` writes is never called checked.
     grammar: str | None = None
-    program_suffixes: tuple[str, ...] = ()  #: Suffixes of the files that it understands.
+    #: The class of a `wpcal.controllers.run` interpreter, which executes its programs.
+    run: str | None = None
+    program_suffixes: tuple[str, ...] = ()  #: Suffixes of the files that both understand.
     #: Whether `writer` writes the lines and arcs of `WeldPath.weld_moves`. Otherwise it gets a pose for every frame.
     takes_arcs: bool = False
     takes_plans: bool = False  #: Whether `writer` writes plans: joint moves between seams, and external axes.
@@ -133,6 +135,10 @@ class Controller:
     def load_grammar(self) -> Grammar | None:
         """Return what understands the programs of this controller; None if nothing does."""
         return None if self.grammar is None else self._load(self.grammar)
+
+    def load_interpreter(self) -> Any:
+        """Return the class that executes the programs of this controller; None if nothing does."""
+        return None if self.run is None else self._load(self.run)
 
     def _load(self, reference: str) -> Any:
         try:

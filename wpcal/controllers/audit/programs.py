@@ -203,11 +203,11 @@ def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name:
         asked_R.append(program.safe_point.R_base)
     asked = np.concatenate(asked_p), np.concatenate(asked_R)
     found = np.array([pose.p_base for pose in read]), np.array([pose.R_base for pose in read])
-    require_same(asked, found, name)
+    require_poses(asked, found, name)
     return len(read)
 
 
-def require_same(asked: Poses, found: Poses, name: str) -> None:
+def require_poses(asked: Poses, found: Poses, name: str) -> None:
     """Refuse a program whose poses, read back, are not those that were asked for; `name` is that of the format."""
     for these, others, what in ((asked, found, "is missing in"), (found, asked, "was not asked for, but is in")):
         row = first_without_match(*these, *others) if len(others[0]) else 0

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, pose_faults, require_same
+from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, pose_faults, require_poses
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
@@ -100,7 +100,7 @@ def _check(files: Mapping[str, str], program: TouchProgram, name: str) -> int:
         raise InputError(f"{name}: {fault.field}: {fault.message}; nothing is written")
     asked = _asked(program)
     read = np.array([pose.p_base for pose in found]).reshape(-1, 3), np.array([pose.R_base for pose in found])
-    require_same(asked, read, name)
+    require_poses(asked, read, name)
     return len(found)
 
 

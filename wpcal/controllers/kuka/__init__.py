@@ -15,6 +15,7 @@ KRL = Controller(
     holder_on_line=True,
     brands=("kuka",),
     grammar="wpcal.controllers.kuka.grammar:GRAMMAR",
+    run="wpcal.controllers.kuka.run:Interpreter",
     program_suffixes=(".src", ".dat"),
     takes_arcs=True,
     takes_plans=True,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-from wpcal.controllers.program.arc import SEAM_MARKS
+from wpcal.controllers.program.arc import DRY_MARKS, SEAM_MARKS
 from wpcal.core.input_file import read_bytes
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import ProgramPoints
@@ -32,6 +32,15 @@ class Does(Enum):
     ON = "arc on"
     OFF = "arc off"
     STOP = "end of a procedure"
+
+
+MARKS = {**dict(zip(SEAM_MARKS, (Does.START, Does.END), strict=True)), **dict.fromkeys(DRY_MARKS, Does.DRY)}
+"""Comments that say where seams are."""
+
+
+def mark_of(comment: str) -> Does | None:
+    """Return what a comment marks, without what begins it; None if nothing."""
+    return MARKS.get(comment.strip(" ;"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +120,7 @@ class Grammar:
         """Yield the instructions of a text."""
         if output is None and self.stated_output and (stated := re.search(self.stated_output, text)):
             output = int(stated[1])
-        start, end = (re.escape(mark) for mark in SEAM_MARKS)
-        marks = ((start, Does.START), (end, Does.END), ("ARC (?:ON|OFF)", Does.DRY))
-        rules = [LineRule(re.compile(rf"{self.comment} ?{what}[ ;]*$"), (does,)) for what, does in marks]
+        rules = [LineRule(re.compile(rf"{self.comment} ?{mark}[ ;]*$"), (does,)) for mark, does in MARKS.items()]
         if output is not None and self.set_output:
             states = (("TRUE", Does.ON), ("FALSE", Does.OFF))
             rules += [rule(self.set_output.format(number=output, state=state), does) for state, does in states]

@@ -11,39 +11,62 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from tests.touch_robots.robot import ProgramError
+from wpcal.controllers.run.program import ProgramError
+
+LONGEST_NUMBER = 40
+MOST_LEVELS = 60  #: Of brackets and signs in an expression.
 
 
 class Environment(Protocol):
     """What a language knows about names."""
 
-    def name(self, name: str) -> Any: ...
-    def call(self, name: str, arguments: list[Any]) -> Any: ...
-    def part(self, value: Any, name: str) -> Any: ...
-    def item(self, value: Any, indices: list[Any]) -> Any: ...
+    def name(self, name: str) -> Any:
+        """Return the value of a name."""
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """Return the value of a function."""
+
+    def part(self, value: Any, name: str) -> Any:
+        """Return a part of a record."""
+
+    def item(self, value: Any, indices: list[Any]) -> Any:
+        """Return an element of an array."""
 
 
 @dataclass(frozen=True)
-class Grammar:
+class Syntax:
     """Tokens and operators of a language; `levels` bind the less the earlier they come."""
 
     token: re.Pattern[str]
     levels: tuple[dict[str, Callable[[Any, Any], Any]], ...]
     prefixes: dict[str, Callable[[Any], Any]]
     literals: dict[str, Any] = field(default_factory=dict)
-    aggregate: tuple[str, str] | None = None
-    """Brackets of a list, as in RAPID."""
+    aggregate: tuple[str, str] | None = None  #: Brackets of a list, as in RAPID.
     index: tuple[str, str] | None = None
     quote: str = '"'
-    is_upper: bool = True
-    """Upper and lower case are the same."""
+    is_upper: bool = True  #: Upper and lower case are the same.
 
 
 def as_number(text: str) -> float | int:
+    """Return a number without a sign."""
+    if len(text) > LONGEST_NUMBER:
+        raise ProgramError(f"a number of {len(text)} digits")
     return int(text) if re.fullmatch(r"\d+", text) else float(text)
 
 
-def tokens_of(text: str, grammar: Grammar) -> list[str]:
+def without_comment(line: str, mark: str, quote: str = '"') -> tuple[str, str]:
+    """Return a line without its comment, and the comment; a mark in a text begins none."""
+    begin = 0
+    for number, part in enumerate(line.split(quote)):
+        if number % 2 == 0 and mark in part:
+            at = begin + part.index(mark)
+            return line[:at], line[at + len(mark) :]
+        begin += len(part) + len(quote)
+    return line, ""
+
+
+def tokens_of(text: str, grammar: Syntax) -> list[str]:
+    """Return the tokens of a text; `ProgramError` where there is none."""
     found, at = [], 0
     while at < len(text):
         if text[at].isspace():
@@ -51,7 +74,7 @@ def tokens_of(text: str, grammar: Grammar) -> list[str]:
             continue
         match = grammar.token.match(text, at)
         if match is None:
-            raise ProgramError(f"cannot be read: {text[at:]!r} in {text!r}")
+            raise ProgramError(f"cannot be read: {text[at : at + 40]!r}")
         found.append(match[0])
         at = match.end()
     return found
@@ -60,16 +83,20 @@ def tokens_of(text: str, grammar: Grammar) -> list[str]:
 class Parser:
     """Reads one expression from tokens, and evaluates it at once."""
 
-    def __init__(self, tokens: list[str], grammar: Grammar, environment: Environment) -> None:
+    def __init__(self, tokens: list[str], grammar: Syntax, environment: Environment) -> None:
         self.tokens, self.grammar, self.environment, self.at = tokens, grammar, environment, 0
+        self.depth = 0
 
     def peek(self) -> str:
+        """Return the next token; empty at the end."""
         return self.tokens[self.at] if self.at < len(self.tokens) else ""
 
     def word(self) -> str:
+        """Return the next token, in capitals where the language does not tell them apart."""
         return self.peek().upper() if self.grammar.is_upper else self.peek()
 
     def take(self, expected: str | None = None) -> str:
+        """Return the next token and go on."""
         token = self.peek()
         if token == "" or (expected is not None and token.upper() != expected.upper()):
             raise ProgramError(f"expected {expected or 'more'} at {token!r} in {' '.join(self.tokens)!r}")
@@ -77,27 +104,43 @@ class Parser:
         return token
 
     def end(self) -> None:
+        """Refuse what is left."""
         if self.peek():
             raise ProgramError(f"{self.peek()!r} is too much in {' '.join(self.tokens)!r}")
 
     def value(self, level: int = 0) -> Any:
+        """Return the value of an expression; `ProgramError` if there is none."""
         if level == len(self.grammar.levels):
             return self.prefixed()
         left = self.value(level + 1)
         while self.word() in self.grammar.levels[level]:
             function = self.grammar.levels[level][self.word()]
             self.at += 1
-            left = function(left, self.value(level + 1))
+            left = self._applied(function, left, self.value(level + 1))
         return left
 
     def prefixed(self) -> Any:
+        """Return the value behind signs."""
+        self.depth += 1
+        if self.depth > MOST_LEVELS:
+            raise ProgramError(f"more than {MOST_LEVELS} brackets or signs in one another")
         if self.word() in self.grammar.prefixes:
             function = self.grammar.prefixes[self.word()]
             self.at += 1
-            return function(self.prefixed())
-        return self.with_parts(self.primary())
+            found = self._applied(function, self.prefixed())
+        else:
+            found = self.with_parts(self.primary())
+        self.depth -= 1
+        return found
+
+    def _applied(self, function: Callable[..., Any], *values: Any) -> Any:
+        try:
+            return function(*values)
+        except (TypeError, ValueError, AttributeError, ArithmeticError) as error:
+            raise ProgramError(f"{' '.join(self.tokens)[:80]!r} has no value: {error}") from None
 
     def values(self, closing: str) -> list[Any]:
+        """Return values between commas, and take what closes them."""
         found: list[Any] = []
         while self.peek() != closing:
             if found:
@@ -107,6 +150,7 @@ class Parser:
         return found
 
     def primary(self) -> Any:
+        """Return a literal, a list, a name, a call, or what is in brackets."""
         token = self.take()
         if token == "(":
             inside = self.value()
@@ -118,6 +162,9 @@ class Parser:
             return token[1:-1]
         if token[0].isdigit() or (token[0] == "." and token[1:2].isdigit()):
             return as_number(token)
+        return self._named(token)
+
+    def _named(self, token: str) -> Any:
         word = token.upper() if self.grammar.is_upper else token
         if word in self.grammar.literals:
             return self.grammar.literals[word]
@@ -125,10 +172,12 @@ class Parser:
             raise ProgramError(f"{token!r} is no value in {' '.join(self.tokens)!r}")
         if self.peek() == "(":
             self.take("(")
-            return self.environment.call(word, self.values(")"))
+            given = self.values(")")
+            return self._applied(lambda: self.environment.call(word, given))
         return self.environment.name(word)
 
     def with_parts(self, value: Any) -> Any:
+        """Return the part or element that is asked for."""
         while True:
             if self.peek() == ".":
                 self.take(".")

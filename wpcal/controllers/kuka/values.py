@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Grammar, Parser
-from tests.touch_robots.robot import Array, ProgramError, rigid
+from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax
+from wpcal.controllers.run.machine import Matrix, rigid
+from wpcal.controllers.run.program import ProgramError
 
 CARTESIAN = {"FRAME", "POS", "E6POS", "E3POS"}
 AXES = {"AXIS", "E6AXIS"}
-TOKEN = re.compile(r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|[$#A-Za-z_][\w$]*|==|<>|<=|>=|[-+*/:=<>()\[\]{},.]')
+TOKEN = re.compile(
+    r'"[^"]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|[$#A-Za-z_][\w$]*|\'[BHbh][0-9A-Fa-f]+\''
+    r"|==|<>|<=|>=|[-+*/:=<>()\[\]{},.#]"
+)
 
 
 @dataclass
@@ -23,9 +27,9 @@ class Aggregate:
     """A structure: names and values in order."""
 
     values: dict[str, Any]
-    kind: str = ""
+    kind: str = ""  #: Empty where a literal does not name it.
 
-    def matrix(self) -> Array:
+    def matrix(self) -> Matrix:
         """Return a frame: A about z, then B about the new y, then C about the new x."""
         missing = {"X", "Y", "Z", "A", "B", "C"} - set(self.values)
         if missing:
@@ -34,17 +38,18 @@ class Aggregate:
         return rigid(Rotation.from_euler("ZYX", [a, b, c], degrees=True), [x, y, z])
 
 
-def frame(T: Array, kind: str = "FRAME", rest: dict[str, Any] | None = None) -> Aggregate:
+def frame_value(T: Matrix, kind: str = "FRAME", rest: dict[str, Any] | None = None) -> Aggregate:
+    """Return a matrix as a structure in the digits of the controller."""
     angles = Rotation.from_matrix(T[:3, :3]).as_euler("ZYX", degrees=True)
     values = dict(zip("XYZABC", (float(np.float32(v)) for v in (*T[:3, 3], *angles)), strict=True))
     return Aggregate({**values, **(rest or {})}, kind)
 
 
 def _multiply(a: Any, b: Any) -> Any:
-    return frame(a.matrix() @ b.matrix())
+    return frame_value(a.matrix() @ b.matrix())
 
 
-GRAMMAR = Grammar(
+GRAMMAR = Syntax(
     TOKEN,
     ({**OR, "EXOR": operator.xor}, AND, {"==": operator.eq, **COMPARE}, SUM, PRODUCT, {":": _multiply}),
     {**SIGNS, "NOT": operator.not_},
@@ -58,16 +63,20 @@ class KrlParser(Parser):
     """Knows structures, which name their parts, and constants with #."""
 
     def primary(self) -> Any:
+        """Return a structure, a constant, or what every language has."""
         if self.peek() == "{":
             self.take()
-            kind, values = "", {}
-            if self.tokens[self.at + 1] == ":":
+            kind, values = "", dict[str, Any]()
+            if self.tokens[self.at + 1 : self.at + 2] == [":"]:
                 kind = self.take().upper()
                 self.take(":")
             while self.peek() != "}":
                 if values:
                     self.take(",")
                 name = self.take().upper()
+                if self.peek() == "[":  # a text
+                    self.take()
+                    self.take("]")
                 values[name] = self.value()
             self.take("}")
             return Aggregate(values, kind)
@@ -77,6 +86,7 @@ class KrlParser(Parser):
 
 
 def printed(value: Any) -> str:
+    """Write a value as a data list has it."""
     if isinstance(value, Aggregate):
         return "{" + ",".join(f"{name} {printed(v)}" for name, v in value.values.items()) + "}"
     if isinstance(value, bool):

@@ -1,0 +1,85 @@
+"""What an interpreter moves, unaware of languages: poses in `base`, mm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.program import ProgramError
+from wpcal.core.arrays import FloatArray
+
+Matrix: TypeAlias = FloatArray
+"""A pose, shape (4, 4)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a program is, and what it moves with."""
+
+    file: str
+    line: int  #: From 1 on.
+    tool: str = ""  #: Name or number.
+    frame: str = ""  #: Name or number.
+    speed_mm_s: float | None = None
+
+
+class Machine(Protocol):
+    """A robot, or what writes down where a robot would go.
+
+    `at`: Set by the interpreter before each call.
+    """
+
+    at: Place
+
+    def T_base_tool(self, T_flange_tool: Matrix) -> Matrix:
+        """Return where the tool is; `ProgramError` when nobody knows."""
+
+    def reading(self, T_flange_tool: Matrix) -> Matrix:
+        """Return where the controller says that the standing tool is."""
+
+    def is_on(self) -> bool:
+        """Tell whether the touch signal is on."""
+
+    def move(self, T_base_tool: Matrix, T_flange_tool: Matrix, *, is_line: bool = True) -> None:
+        """Go to a pose, on a line or by the joints."""
+
+    def arc(self, via: Matrix, goal: Matrix, T_flange_tool: Matrix) -> None:
+        """Go to a pose on the circle through the place of `via`."""
+
+    def joint_move(self, joints: FloatArray | None = None) -> None:
+        """Go to joint angles, shape (6,), deg; None where the program does not say them."""
+
+    def search(
+        self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True
+    ) -> Matrix | None:
+        """Go to a pose on a line until the signal comes; return the stored pose of the tool, or None without one.
+
+        `is_edge`: only a signal that comes on the way counts, not one that is on at the start.
+        """
+
+    def switch(self, does: Does) -> None:
+        """Switch the arc, or pass a mark of a seam."""
+
+    def output(self, number: Any, value: Any) -> None:
+        """Set a digital output."""
+
+    def refuse(self, error: ProgramError) -> None:
+        """Take an instruction that is unknown or that the controller would refuse; raise it, or write it down."""
+
+
+def rigid(rotation: Rotation, translation: Any) -> Matrix:
+    """Return a rotation and a translation as one matrix."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation.as_matrix(), translation
+    return T
+
+
+def inverted(T: Matrix) -> Matrix:
+    """Return the inverse of a rigid matrix."""
+    back = np.eye(4)
+    back[:3, :3], back[:3, 3] = T[:3, :3].T, -T[:3, :3].T @ T[:3, 3]
+    return back

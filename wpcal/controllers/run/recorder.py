@@ -1,0 +1,98 @@
+"""A machine that only writes down where it is sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.machine import Matrix, Place, inverted
+from wpcal.controllers.run.program import ProgramError
+from wpcal.controllers.run.trace import Motion, Switch, Trace, Unknown
+from wpcal.core.arrays import FloatArray
+
+
+class Recorder:
+    """Writes a `Trace`.
+
+    Parameters
+    ----------
+    flange_of : From joints, shape (6,), deg, to T_base_flange. Without it nobody knows where joint moves end.
+    arc_output : Number of the digital output that switches the arc.
+    """
+
+    def __init__(
+        self, flange_of: Callable[[FloatArray], Matrix] | None = None, *, arc_output: int | None = None
+    ) -> None:
+        self.trace, self.flange_of, self.arc_output = Trace(), flange_of, arc_output
+        self.at = Place("", 0)
+        self.T_base_flange: FloatArray | None = None
+        self._arc_on, self._in_seam, self._seams = False, False, 0
+
+    def T_base_tool(self, T_flange_tool: Matrix) -> Matrix:
+        """Return where the tool is."""
+        if self.T_base_flange is None:
+            raise ProgramError("the place of the robot is asked for before its first move to a point")
+        return self.T_base_flange @ T_flange_tool
+
+    reading = T_base_tool
+
+    def is_on(self) -> bool:
+        """Return False: nothing is touched until a search ends."""
+        return False
+
+    def move(self, T_base_tool: Matrix, T_flange_tool: Matrix, *, is_line: bool = True) -> None:
+        """Write a line, or a move by the joints."""
+        self._write("L" if is_line else "J", T_base_tool, T_flange_tool)
+
+    def arc(self, via: Matrix, goal: Matrix, T_flange_tool: Matrix) -> None:
+        """Write an arc."""
+        self._write("C", goal, T_flange_tool, via=via)
+
+    def joint_move(self, joints: FloatArray | None = None) -> None:
+        """Write a move to joints, shape (6,), deg."""
+        is_known = joints is not None and self.flange_of is not None
+        flange = self.flange_of(joints) if is_known and self.flange_of is not None and joints is not None else None
+        self._write("J", flange, np.eye(4), joints=joints)
+
+    def search(
+        self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True
+    ) -> Matrix | None:
+        """Write a search, which finds the part at the end of its stroke."""
+        self._write("S", T_base_tool, T_flange_tool)
+        return T_base_tool
+
+    def switch(self, does: Does) -> None:
+        """Write down a switch of the arc, or a mark of a seam."""
+        self.trace.events.append(Switch(self.at, does))
+        if does in (Does.ON, Does.OFF):
+            self._arc_on = does is Does.ON
+        elif does in (Does.START, Does.END, Does.STOP):
+            self._in_seam = does is Does.START
+            self._seams += self._in_seam
+
+    def output(self, number: Any, value: Any) -> None:
+        """Switch the arc, if this output does."""
+        if self.arc_output is not None and number == self.arc_output:
+            self.switch(Does.ON if value else Does.OFF)
+
+    def refuse(self, error: ProgramError) -> None:
+        """Write down what is not followed."""
+        self.trace.unknowns.append(Unknown(self.at, error.what))
+
+    def _write(
+        self,
+        kind: str,
+        goal: Matrix | None,
+        T_flange_tool: Matrix,
+        *,
+        via: Matrix | None = None,
+        joints: FloatArray | None = None,
+    ) -> None:
+        start = None if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
+        seam = self._seams if self._in_seam else 0
+        self.trace.events.append(Switch(self.at, Does.MOVE))
+        self.trace.motions.append(Motion(self.at, kind, start, goal, T_flange_tool, via, joints, self._arc_on, seam))
+        self.T_base_flange = None if goal is None else goal @ inverted(T_flange_tool)
