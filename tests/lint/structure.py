@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LIMITS = {
     "lines of wpcal and cad": 108_100,
-    "lines of tests": 60_000,
+    "lines of tests": 60_150,
     "rooms": 20,
     "arrows between rooms": 101,
     "functions and classes of one name in several files": 11,
