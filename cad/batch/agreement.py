@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from cad.batch.compare import differences_of
 from cad.batch.job_record import JobInputs
 from wpcal.core.errors import WpcalError
 from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.pages.report import build_report
-from wpcal.results.diff import Difference
-from wpcal.results.folder import CALIBRATION_FILE, read_record, read_result_folder
+from wpcal.results.agree import CALIBRATION_FILE
+from wpcal.results.differences import Difference, differences_of
+from wpcal.results.folder import read_record, read_result_folder
 from wpcal.seam.record import seams_csv
 
 REPORT = "report.html"

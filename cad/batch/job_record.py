@@ -16,7 +16,7 @@ from wpcal.core.records import read_json, to_json
 from wpcal.core.schemas import required_fields
 from wpcal.core.version import __version__
 from wpcal.core.whole_folder import put_in_place
-from wpcal.results.folder import JOB_FILE, JOB_SCHEMA
+from wpcal.results.agree import JOB_FILE, JOB_SCHEMA
 
 _BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
 SUMMARY_SCHEMA = "wpcal/job-summary/1"

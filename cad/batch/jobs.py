@@ -34,7 +34,7 @@ from wpcal.core.input_file import noted_files
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
 from wpcal.core.whole_folder import flush_later
-from wpcal.results.folder import JOB_FILE
+from wpcal.results.agree import JOB_FILE
 from wpcal.seam.options import SeamOptions
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
 from wpcal.core.input_file import noted_files, sha256_of
 from wpcal.core.progress import Progress, no_progress
-from wpcal.results.folder import JOB_FILE, SEAMS_FILE
+from wpcal.results.agree import JOB_FILE, SEAMS_FILE
 
 
 def asked_inputs(

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from cad.batch.compare import differences_of, walk
 from cad.batch.job_record import SUMMARY_SCHEMA, read_job_record
 from cad.batch.summary import CSV, CSV_COLUMNS, FAILED, JSONL, NUMBERS, csv_row
 from wpcal.core.csv_text import csv_text
@@ -16,8 +15,8 @@ from wpcal.core.errors import FormatError
 from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
-from wpcal.results.diff import Difference
-from wpcal.results.folder import JOB_FILE
+from wpcal.results.agree import JOB_FILE
+from wpcal.results.differences import Difference, differences_of, walk
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")
 """Fields of a line that are those of the job's result."""

@@ -30,7 +30,7 @@ from wpcal.core.progress import Progress
 from wpcal.core.records import check_writable, write_file
 from wpcal.core.transform import RigidTransform
 from wpcal.pages.report import seam_columns
-from wpcal.results.folder import SEAMS_FILE
+from wpcal.results.agree import SEAMS_FILE
 from wpcal.results.next_steps import next_steps
 from wpcal.seam.member.note import take_members
 from wpcal.seam.options import Judging

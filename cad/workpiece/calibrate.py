@@ -29,7 +29,8 @@ from wpcal.core.progress import Progress, no_progress
 from wpcal.core.records import new_directory, to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import counted
-from wpcal.results.folder import CALIBRATION_FILE, PART_FILE, files_of_run
+from wpcal.results.agree import CALIBRATION_FILE, PART_FILE
+from wpcal.results.folder import files_of_run
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam import Seam, SeamOptions
 from wpcal.seam.record import seams_csv, seams_record

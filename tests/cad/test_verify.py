@@ -13,11 +13,12 @@ from typing import Any
 
 import pytest
 
-from cad.batch.compare import compare_claim, differences_of, walk
+from cad.batch.compare import compare_claim
 from cad.batch.job_record import read_job_record
 from tests.record_checks import check_record
 from tests.running import kernel_work_here, run_here
 from wpcal.core.input_file import sha256_of
+from wpcal.results.differences import differences_of, walk
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 NUMBER = re.compile(rb"\d+")

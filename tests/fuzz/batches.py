@@ -25,7 +25,7 @@ from wpcal.core.record_check import check_record
 from wpcal.core.records import to_json
 from wpcal.core.version import __version__
 from wpcal.pages.drift import build_drift_page
-from wpcal.results.folder import JOB_FILE
+from wpcal.results.agree import JOB_FILE
 from wpcal.study.drift import read_drift_jobs
 from wpcal.study.drift.record import drift_record
 

@@ -49,8 +49,9 @@ from wpcal.pages.report import build_report
 from wpcal.planning.cell.cell_check import check_cell, check_record
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.seam_file import read_seam_path
+from wpcal.results.agree import JOB_FILE
 from wpcal.results.diff import compare_folders
-from wpcal.results.folder import JOB_FILE, read_finished, read_result_folder
+from wpcal.results.folder import read_finished, read_result_folder
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.seam import SeamOptions, detect_seams
 from wpcal.seam.edit import read_edits

@@ -15,8 +15,9 @@ import pytest
 
 from tests.running import run_here
 from wpcal.core.records import read_json
+from wpcal.results.agree import PART_FILE
 from wpcal.results.diff import assert_calibration_close, assert_seams_close
-from wpcal.results.folder import PART_FILE, RECORD_SCHEMAS
+from wpcal.results.folder import RECORD_SCHEMAS
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "fixtures"

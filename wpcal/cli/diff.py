@@ -18,8 +18,11 @@ from wpcal.cli.shared_help import JSON_HELP
 def diff(*, out: Path, golden: Path, atol_mm: float, as_json: bool) -> int:
     """Compare calibration.json and seams.json in OUT with those in GOLDEN; ends with code 1 if they differ."""
     from wpcal.core.records import to_json
+    from wpcal.results.agree import require_as_written
     from wpcal.results.diff import compare_folders
 
+    for folder in (out, golden):
+        require_as_written(folder)
     differences = compare_folders(out, golden, atol_mm=atol_mm)
     if as_json:
         found = [d.to_record() for d in differences]

@@ -44,6 +44,7 @@ def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int,
     from wpcal.core.errors import InputError
     from wpcal.core.records import to_json, write_file
     from wpcal.pages.drift import build_drift_page
+    from wpcal.results.agree import CALIBRATION_FILE, require_as_written
     from wpcal.study.drift import read_drift_jobs
     from wpcal.study.drift.record import drift_record
 
@@ -52,6 +53,8 @@ def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int,
         raise InputError(f"{out}: expected the name of a page, as drift.html")
     for path in (out, beside):
         require_new(path, overwrite=force)
+    for job in (job for folder in folders for job in sorted(folder.glob("*/job.json"))):
+        require_as_written(job.with_name(CALIBRATION_FILE))
     with shown_progress("reading jobs") as progress:
         jobs, failed = read_drift_jobs(folders, advance=lambda done: progress(f"reading jobs: {done}"))
         parts, left_out = _watched(jobs, part, first=first, failed=len(failed))

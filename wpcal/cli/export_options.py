@@ -129,6 +129,7 @@ class WeldProgramAsked:
 
     def build(self, folder: Path, *, progress: Progress) -> WeldPrograms:
         """Read the calibration, and return what puts the torch on its seams as the options say."""
+        from wpcal.cli.outputs import say_note
         from wpcal.controllers.program.weld_program import build_program
         from wpcal.core.robot_space import RobotSpace
         from wpcal.results.folder import read_finished
@@ -137,6 +138,7 @@ class WeldProgramAsked:
         tolerance, arm = self.path.tolerance, self.arm.read()
         space = RobotSpace.NOMINAL if arm is None else arm.arm.space
         whole = read_finished(folder, space=space)
+        say_note(whole.note)
         finished = self.selection.select(whole)
         shape = self.shape.to_shape(whole.torch)
         torch = self.spin.spun(self.torch, shape)

@@ -32,7 +32,7 @@ def touches_file(folder: Path) -> Path | None:
     Raises `InputError` when the folder holds a calibration, too.
     """
     from wpcal.core.errors import InputError
-    from wpcal.results.folder import CALIBRATION_FILE
+    from wpcal.results.agree import CALIBRATION_FILE
     from wpcal.touch.searches.record import TOUCHES_FILE
 
     if folder.is_file() and folder.suffix.lower() == ".json" and folder.name != CALIBRATION_FILE:

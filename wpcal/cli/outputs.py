@@ -1,4 +1,4 @@
-"""What a command checks about the files it will write, and how programs are written."""
+"""What a command checks about the files that it reads and will write, and how programs are written."""
 
 from __future__ import annotations
 
@@ -27,6 +27,24 @@ def require_new(path: Path, *, overwrite: bool) -> None:
         reason = os.strerror(errno.ENOTDIR if path.parent.exists() else errno.ENOENT).lower()
         raise InputError(f"{path}: cannot be written: {reason}")
     require_place(path)
+
+
+def say_note(note: str | None) -> None:
+    """Say a note of a result folder on stderr."""
+    if note is not None:
+        click.echo(f"wpcal: {note}", err=True)
+
+
+def require_result(seams: Path, *others: Path) -> None:
+    """Refuse a result folder, or the file of its seams, that was changed; of other files only themselves.
+
+    Raises `FormatError` as `wpcal.results.agree.require_as_written`.
+    """
+    from wpcal.results.agree import CALIBRATION_FILE, PART_FILE, require_as_written
+
+    say_note(require_as_written(seams, also=(CALIBRATION_FILE, PART_FILE)))
+    for other in others:
+        require_as_written(other)
 
 
 def write_programs(

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from wpcal.cli.option_groups import command, option_of
+from wpcal.cli.outputs import require_result
 from wpcal.cli.part_option import part_option, read_part_option
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP
 
@@ -54,6 +55,7 @@ def place(
     from wpcal.planning.sequence.targets import SequenceTargets
     from wpcal.seam.names import split_names
 
+    require_result(result, cell_json)
     cell = read_one_robot(cell_json)
     names = None if only is None else split_names(only)
     given = read_sequence_input(result, cell, names, part_glb=read_part_option(part))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from wpcal.cli.option_groups import command, takes
+from wpcal.cli.outputs import require_result
 from wpcal.cli.part_option import part_option
 from wpcal.cli.plan_sequence import PlanPrograms
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
@@ -105,6 +106,7 @@ def plan(
         return run_cell_check(cell_json, output, force=force, as_json=as_json)
     if seams_json is None or output is None:
         raise _incomplete({"RESULT": seams_json, "-o": output})
+    require_result(seams_json, cell_json)
     cell = _cell(cell_json, output, needs_pymoo=bool(genetic.generations), force=force)
     if cell.has_two_robots:
         from wpcal.cli.two_robots import TwoRobotRequest, run_seams_of_two_robots

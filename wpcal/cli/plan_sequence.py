@@ -148,7 +148,8 @@ def _with_welds(
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
     from wpcal.controllers.program.planned_program import PlanOutput
-    from wpcal.results.folder import CALIBRATION_FILE, read_record
+    from wpcal.results.agree import CALIBRATION_FILE
+    from wpcal.results.folder import read_record
 
     T_base_part, seams = given.in_base(cell)
     names = {each.name for each in given.seams}

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from wpcal.cli.outputs import say_note
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 
@@ -22,11 +23,15 @@ def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int
     """
     from wpcal.core.records import to_json, write_file
     from wpcal.pages.report import build_report
+    from wpcal.results.agree import PAGE_FILE, note_written
     from wpcal.results.folder import read_result_folder
 
     found = read_result_folder(folder)
-    target = out or folder / "report.html"
+    say_note(found.note)
+    target = out or folder / PAGE_FILE
     write_file(target, build_report(found.calibration, found.seams, found.part_glb), overwrite=force)
+    if target.absolute() == (folder / PAGE_FILE).absolute():
+        note_written(folder, PAGE_FILE)
     verdict = found.calibration["verdict"]
     if as_json:
         click.echo(to_json({"schema": "wpcal/report/1", "verdict": verdict, "file": str(target)}), nl=False)

@@ -41,7 +41,7 @@ class TwoRobotRequest:
     @property
     def seams_json(self) -> Path:
         """The file with the seams."""
-        from wpcal.results.folder import SEAMS_FILE
+        from wpcal.results.agree import SEAMS_FILE
 
         return self.result / SEAMS_FILE if self.result.is_dir() else self.result
 

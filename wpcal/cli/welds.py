@@ -131,11 +131,12 @@ def welds(
     the command again: what you changed is kept, and what follows from it (passes, speed) is computed anew.
     `wpcal export --welds` uses it.
     """
-    from wpcal.cli.outputs import require_new
+    from wpcal.cli.outputs import require_new, say_note
     from wpcal.core.records import to_json, write_file
     from wpcal.core.robot_space import RobotSpace
     from wpcal.core.wording import listed
-    from wpcal.results.folder import SEAMS_FILE, read_finished, read_record
+    from wpcal.results.agree import SEAMS_FILE
+    from wpcal.results.folder import read_finished, read_record
     from wpcal.weld.record import welds_record
     from wpcal.weld.rules import shipped_text
     from wpcal.weld.xmcf.write import xmcf_text
@@ -147,6 +148,7 @@ def welds(
     table = rules.read()
     space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])  # no pose is computed here
     finished = read_finished(folder, space=space)
+    say_note(finished.note)
     stated = stating.read(output, table, finished)
     chosen = selection.select(finished)
     found = _find(finished, chosen, table, stated.welds, source=stated.source)

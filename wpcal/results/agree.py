@@ -1,16 +1,27 @@
-"""Whether the files of one result folder come from one calibration."""
+"""Whether the files of one result folder come from one calibration, and are as it wrote them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import csv
+import io
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.errors import FormatError, FrameError
-from wpcal.core.input_file import holds_file, read_bytes, sha256_of
+from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
+from wpcal.core.records import read_json, to_json, write_file
 from wpcal.core.transform import RigidTransform
+from wpcal.results.differences import walk
+from wpcal.seam.record import seams_csv
 
+CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
+TABLE_FILE, PAGE_FILE = "seams.csv", "report.html"
+JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
+"""The request for the results, which `wpcal verify` does again, and the SHA-256 of every file of the folder."""
 SAME_POSE_MM = 1e-9
 """All files are written with all digits from one result: a larger difference of positions means two calibrations."""
 SAME_POSE_RAD = 1e-9
@@ -45,19 +56,108 @@ def check_same_part(part_glb: bytes, calibration: Mapping[str, Any], *, path: Pa
         raise FormatError("was made from another STEP file than calibration.json", path=str(path))
 
 
-def files_changed(folder: Path, request: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the names of files that are not as `wpcal calibrate` wrote them; missing ones are not named."""
-    for name, written in request["files"].items():
-        if holds_file(folder, name) and sha256_of(read_bytes(folder / name)) != written:
-            yield name
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """A file of a result folder that is not as it was written."""
+
+    name: str
+    listed_in: str  #: The file with its SHA-256.
+    field: str  #: The first value that was changed; empty if no other file of the folder states it.
+
+    def __str__(self) -> str:
+        """Say it after the name of the file."""
+        where = f", at {self.field}" if self.field else ""
+        edited = ", with --seams for edited seams" * (self.name == SEAMS_FILE)
+        what = f"was changed after wpcal calibrate wrote it{where} (SHA-256 in {self.listed_in})"
+        return f"{what}; calibrate again{edited}"
 
 
-def check_same_run(folder: Path, calibration: Mapping[str, Any]) -> None:
-    """Refuse files of another run than ``calibration.json``. A file that is not there is not missed.
+def changed_files(folder: Path, names: Iterable[str] | None = None) -> Iterator[Changed]:
+    """Yield the files that are not as the calibration of the folder wrote them; missing ones are not named.
 
-    Raises `FormatError` when a listed file has another SHA-256.
+    `names`: Those that are looked at; all if None.
+    Raises `InputError` or `FormatError` when ``job.json``, or ``calibration.json`` without it, cannot be read.
     """
-    for name, expected in calibration.get("files", {}).items():
-        if holds_file(folder, name) and sha256_of(read_bytes(folder / name)) != expected:
-            what = "is not the file that the calibration in calibration.json wrote; calibrate again, or move it away"
-            raise FormatError(what, path=str(folder / name))
+    source, hashes = _written(folder)
+    for name in hashes if names is None else names:
+        if name in hashes and holds_file(folder, name) and _sha256(folder / name) != hashes[name]:
+            yield Changed(name, source, _changed_value(folder, name, hashes))
+
+
+def require_as_written(path: Path, *, also: Iterable[str] = ()) -> str | None:
+    """Refuse the records of a result folder, or one file of it, if they are not as the calibration wrote them.
+
+    Returns what is to be said if nothing could be compared; None if all was, or this is no result folder.
+
+    `also`: Further files of the folder that are read.
+    Raises `FormatError` with file and field of the first change, or as `changed_files` does.
+    """
+    folder, names = (
+        (path, (CALIBRATION_FILE, SEAMS_FILE, PART_FILE, *also))
+        if path.is_dir()
+        else (
+            path.parent,
+            (path.name, *also),
+        )
+    )
+    for each in changed_files(folder, names):
+        raise FormatError(str(each), path=str(folder / each.name))
+    if holds_file(folder, JOB_FILE) or not holds_file(folder, CALIBRATION_FILE):
+        return None
+    return f"{folder} has no {JOB_FILE}: nothing says whether its records are as they were written"
+
+
+def note_written(folder: Path, name: str) -> None:
+    """Write the SHA-256 of a file that was made again from the others into ``job.json``, where there is one."""
+    if holds_file(folder, JOB_FILE):
+        record = read_json(folder / JOB_FILE, schema=JOB_SCHEMA)
+        files = {**record["files"], name: _sha256(folder / name)}
+        text = to_json({**record, "files": dict(sorted(files.items()))})
+        write_file(folder / JOB_FILE, text, overwrite=True)
+
+
+def _sha256(path: Path) -> str:
+    return sha256_of(read_bytes(path, most_mb=MOST_STEP_MB))
+
+
+def _written(folder: Path) -> tuple[str, Mapping[str, str]]:
+    """Return the file of a folder that lists hashes, and them; scripts write no ``job.json``."""
+    for name, schema in ((JOB_FILE, JOB_SCHEMA), (CALIBRATION_FILE, "wpcal/calibration/1")):
+        if holds_file(folder, name):
+            return name, read_json(folder / name, schema=schema).get("files", {})
+    return JOB_FILE, {}
+
+
+def _changed_value(folder: Path, name: str, hashes: Mapping[str, str]) -> str:
+    """Return the first value of a changed file that a file that is not changed states otherwise; empty without one."""
+    try:
+        mine = _stated(name, read_bytes(folder / name))
+        for other in (TABLE_FILE, SEAMS_FILE, PAGE_FILE):
+            if other == name or not (other in hashes and holds_file(folder, other)):
+                continue
+            data = read_bytes(folder / other)
+            for key, said in _stated(other, data).items() if sha256_of(data) == hashes[other] else ():
+                for each in walk(mine.get(key, said), said, ""):
+                    return f"{each.where.strip()} ({each.found}, was {each.expected})"
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        pass  # the file cannot be read as what it was: its own reader says why
+    return ""
+
+
+def _stated(name: str, data: bytes) -> dict[str, Any]:
+    """Return what a file says that another one says, too."""
+    if name == TABLE_FILE:
+        return {"frames": _rows(data.decode())}
+    if name == PAGE_FILE:
+        page = json.loads(data.decode().partition('id="data">')[2].partition("</script>")[0])
+        return {"calibration": page["calibration"], "seams": page["seams"]}
+    record = json.loads(data) if name in (CALIBRATION_FILE, SEAMS_FILE) else {}
+    if name != SEAMS_FILE:
+        return {"calibration": record, "pose": {"T_base_part": record.get("T_base_part")}}
+    heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in record["seams"]]
+    return {"frames": _rows(seams_csv(record)), "seams": heads, "pose": {"T_base_part": record["T_base_part"]}}
+
+
+def _rows(table: str) -> dict[str, dict[str, str]]:
+    rows = csv.DictReader(io.StringIO(table))
+    return {f"seam {row['seam']}: point {row['point']}:": row for row in rows}

@@ -6,14 +6,15 @@ Positions are compared as distances in mm. Rotations are compared by how far the
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.results.folder import CALIBRATION_FILE, RECORD_SCHEMAS, SEAMS_FILE, read_record
+from wpcal.results.agree import CALIBRATION_FILE, SEAMS_FILE
+from wpcal.results.differences import Difference
+from wpcal.results.folder import RECORD_SCHEMAS, read_record
 
 LEVER_MM = 1000.0
 """A rotation is measured by the arc at this distance: the size of a large welded part."""
@@ -21,20 +22,6 @@ EQUAL_MM = 0.01
 """Distances up to this count as equal: a tenth of the repeatability of a robot."""
 COMPARED_NUMBERS = ("objective_mm", "lower_bound_mm", "rms_mm")
 COMPARED_WORDS = ("verdict", "criterion", "certified", "robot_space")
-
-
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """One thing that differs."""
-
-    where: str  #: File, seam or point, and field.
-    found: str
-    expected: str
-    off_by: str = ""  #: Number with unit; empty for words.
-
-    def to_record(self) -> dict[str, str]:
-        """Return plain values for a JSON file."""
-        return asdict(self)
 
 
 def compare_folders(found: Path, golden: Path, *, atol_mm: float = EQUAL_MM) -> list[Difference]:

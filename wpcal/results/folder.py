@@ -17,16 +17,22 @@ from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.schemas import required_fields
 from wpcal.core.transform import RigidTransform
-from wpcal.results.agree import agreed_pose, check_same_part, check_same_run
+from wpcal.results.agree import (
+    CALIBRATION_FILE,
+    JOB_FILE,
+    JOB_SCHEMA,
+    PART_FILE,
+    SEAMS_FILE,
+    agreed_pose,
+    check_same_part,
+    require_as_written,
+)
 from wpcal.robot.torch.file import torch_of_seams
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
 from wpcal.seam.record import SEAMS_SCHEMA, errors_from_record, seams_from_record
 from wpcal.seam.seam import Seam
 
-CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
-JOB_FILE, JOB_SCHEMA = "job.json", "wpcal/job/1"
-"""The request for the results, which `wpcal verify` does again."""
 RECORD_SCHEMAS = {CALIBRATION_FILE: CALIBRATION_SCHEMA, SEAMS_FILE: SEAMS_SCHEMA}
 """The records of a result folder and what they are."""
 _WRONG_SPACE = {
@@ -47,6 +53,7 @@ class ResultFolder:
     seams: dict[str, Any]
     T_base_part: RigidTransform  #: The pose that both records state.
     part_glb: bytes | None  #: ``part.glb``, the part's triangles, where there is one.
+    note: str | None  #: What is to be said if the files could not be compared with what was written.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +68,7 @@ class FinishedCalibration:
     #: ``part.glb``, the part's triangles, where there is one; with each solid where its body moved.
     part_glb: bytes | None = None
     torch: TorchShape | None = None  #: The torch with which reach was felt; None in files from before it was written.
+    note: str | None = None  #: As of `ResultFolder`.
 
     def select(self, names: Sequence[str] | None = None, *, everything: bool = False) -> FinishedCalibration:
         """Return the accepted seams, those named (``W1``, ``W5-W8``), or all of them.
@@ -99,25 +107,26 @@ def read_record(folder: Path, name: str) -> dict[str, Any]:
     return record
 
 
-def read_result_folder(folder: Path) -> ResultFolder:
+def read_result_folder(folder: Path, *, is_compared: bool = True) -> ResultFolder:
     """Read ``calibration.json``, ``seams.json`` and, where it is there, ``part.glb``.
 
+    `is_compared`: Whether a file that was changed after the calibration wrote it is refused.
     Raises `InputError` when the folder or a record is not there.
     Raises `FrameError` when the seams are not in `base`.
-    Raises `FormatError` when a file breaks its format, or the files do not come from one calibration.
+    Raises `FormatError` when a file breaks its format, was changed, or is not from the same calibration as the others.
     """
     if not folder.is_dir():
         raise InputError(
             f"{folder}: no such folder; expected the folder of a finished calibration or of a plan of touches"
         )
     calibration, seams = (read_record(folder, name) for name in RECORD_SCHEMAS)
+    note = require_as_written(folder, also=calibration.get("files", ())) if is_compared else None
     T_base_part = agreed_pose(calibration, seams, path=folder / SEAMS_FILE)
-    check_same_run(folder, calibration)
     part_glb = None
     if (folder / PART_FILE).is_file():
         part_glb = read_bytes(folder / PART_FILE)
         check_same_part(part_glb, calibration, path=folder / PART_FILE)
-    return ResultFolder(folder, calibration, seams, T_base_part, part_glb)
+    return ResultFolder(folder, calibration, seams, T_base_part, part_glb, note)
 
 
 def files_of_run(folder: Path) -> tuple[str, ...]:
@@ -144,13 +153,15 @@ def _is_request(path: Path) -> bool:
         return False
 
 
-def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> FinishedCalibration:
-    """Read a result folder with its seams as `Seam` objects.
+def read_finished(
+    folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL, is_compared: bool = True
+) -> FinishedCalibration:
+    """Read a result folder with its seams as `Seam` objects; parameters as of `read_result_folder`.
 
     Raises `InputError` or `FormatError` as `read_result_folder` does.
     Raises `FrameError` when the seams are not in `base`, or in another robot space than expected.
     """
-    found = read_result_folder(folder)
+    found = read_result_folder(folder, is_compared=is_compared)
     path = folder / SEAMS_FILE
     stated = RobotSpace.parse(found.seams["robot_space"])
     if stated is not space:
@@ -160,4 +171,4 @@ def read_finished(folder: Path, *, space: RobotSpace = RobotSpace.NOMINAL) -> Fi
     glb = found.part_glb
     if glb is not None:
         glb = moved_glb(glb, found.calibration, path=str(folder / PART_FILE))
-    return FinishedCalibration(found.T_base_part, seams, errors, found.calibration, glb, torch)
+    return FinishedCalibration(found.T_base_part, seams, errors, found.calibration, glb, torch, found.note)

@@ -8,7 +8,7 @@ from wpcal.brep.mesh import PartMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.controllers.program import MotionSettings, build_program
 from wpcal.core.errors import FormatError, FrameError, GeometryError, InputError
-from wpcal.results.agree import SAME_POSE_MM, check_same_run
+from wpcal.results.agree import SAME_POSE_MM, require_as_written
 from wpcal.results.folder import read_finished, read_result_folder
 from wpcal.robot.torch.attitude import TorchSettings
 
@@ -62,12 +62,12 @@ def test_a_file_of_another_run_is_refused(finished_folder, name):
     record = json.loads((folder / "calibration.json").read_text())
     record["files"] = {name: hashlib.sha256(b"the file of this run").hexdigest()}
     (folder / "calibration.json").write_text(json.dumps(record))
-    check_same_run(folder, record)
+    require_as_written(folder, also=[name])
     (folder / name).write_bytes(b"the file of another run")
-    with pytest.raises(FormatError, match=f"{name}: is not the file that the calibration"):
+    with pytest.raises(FormatError, match=f"{name}: was changed after wpcal calibrate wrote it"):
         read_result_folder(folder)
     (folder / name).unlink()
-    check_same_run(folder, record)
+    require_as_written(folder, also=[name])
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path):

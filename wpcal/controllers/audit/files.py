@@ -21,19 +21,9 @@ from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
-from wpcal.core.records import read_json
 from wpcal.core.robot_space import RobotSpace
-from wpcal.results.agree import files_changed
-from wpcal.results.folder import (
-    CALIBRATION_FILE,
-    JOB_FILE,
-    JOB_SCHEMA,
-    PART_FILE,
-    SEAMS_FILE,
-    FinishedCalibration,
-    read_finished,
-    read_record,
-)
+from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, PART_FILE, SEAMS_FILE, changed_files
+from wpcal.results.folder import FinishedCalibration, read_finished, read_record
 from wpcal.robot.kinematics.urdf import read_urdf
 from wpcal.seam.judge.stations import start_mm
 
@@ -54,7 +44,7 @@ def audit_path(path: Path, around: Surroundings | None = None, *, progress: Prog
     """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
-    audit = _Audit(around or Surroundings(), is_named=not path.is_dir())
+    audit = _Audit(around or Surroundings(), path)
     paths = sorted(_files_in(path, MOST_LEVELS)) if path.is_dir() else [path]
     found = []
     for count, one in enumerate(paths, 1):
@@ -92,9 +82,10 @@ def _result_folder_of(folder: Path) -> Path | None:
 class _Audit:
     """Audits files one by one, and reads each result folder once."""
 
-    def __init__(self, around: Surroundings, *, is_named: bool) -> None:
-        self.around, self.is_named = around, is_named
+    def __init__(self, around: Surroundings, root: Path) -> None:
+        self.around, self.root, self.is_named = around, root, not root.is_dir()
         self.of_folder: dict[Path, Surroundings] = {}
+        self.refused: dict[Path, Fault] = {}
 
     def file(self, path: Path) -> FileAudit | None:
         """Audit one file; None for a kind that wpcal does not know."""
@@ -133,18 +124,22 @@ class _Audit:
             return FileAudit(str(path), f"touch program ({suffix})", tuple(touch_faults(raw, path)), TOUCHES_CHECKED)
         if not is_weld_program(path):
             return FileAudit(str(path), f"program ({suffix})", tuple(arc_faults(raw, path, output)))
-        around = self._with_part(_result_folder_of(path.parent))
-        return FileAudit(str(path), f"program ({suffix})", tuple(audit_program(raw, path, around)), str(around))
+        result = _result_folder_of(path.parent)
+        around = self._with_part(result)
+        faults = audit_program(raw, path, around)
+        if result in self.refused and self.root.absolute() not in (result.absolute(), *result.absolute().parents):
+            faults = [*faults, self.refused[result]]
+        return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
 
     def _with_part(self, result: Path | None) -> Surroundings:
-        """Add the part as calibrated; without it if its own files have faults, which their own audit lists."""
+        """Add the part as calibrated; without it if the files of the result folder have faults."""
         if result is None or self.around.part is not None:
             return self.around
         if result not in self.of_folder:
             try:
                 self.of_folder[result] = self._of(result)
-            except WpcalError:
-                self.of_folder[result] = self.around
+            except WpcalError as error:
+                self.of_folder[result], self.refused[result] = self.around, _fault_of_result(result, error)
         return self.of_folder[result]
 
     def _of(self, result: Path) -> Surroundings:
@@ -157,25 +152,26 @@ class _Audit:
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
 
 
-def _finished(folder: Path) -> FinishedCalibration:
+def _finished(folder: Path, *, is_compared: bool = True) -> FinishedCalibration:
     space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])
-    return read_finished(folder, space=space)
+    return read_finished(folder, space=space, is_compared=is_compared)
 
 
 def _changed_files(folder: Path) -> list[Fault]:
-    """Return a fault per file that is not as the calibration of ``job.json`` wrote it."""
-    what = "was changed after wpcal calibrate wrote it; calibrate again"
-    names = files_changed(folder, read_json(folder / JOB_FILE, schema=JOB_SCHEMA))
-    return [Fault(what + ", with --seams for edited seams" * (name == SEAMS_FILE), field=name) for name in names]
+    return [Fault(str(each), field=each.name) for each in changed_files(folder)]
 
 
 def _faults_of_folder(folder: Path) -> list[Fault]:
-    """Return what does not agree among the files of a result folder."""
+    """Return what does not agree among the files of a result folder; changed ones are faults of ``job.json``."""
     if not (folder / SEAMS_FILE).is_file():
         return []
     try:
-        _finished(folder)
+        _finished(folder, is_compared=not (folder / JOB_FILE).is_file())
     except WpcalError as error:
-        path = error.path if isinstance(error, FormatError) and error.path else str(folder / SEAMS_FILE)
-        return [replace(Fault.of(error, path), field=Path(path).name)]
+        return [_fault_of_result(folder, error)]
     return []
+
+
+def _fault_of_result(folder: Path, error: WpcalError) -> Fault:
+    path = error.path if isinstance(error, FormatError) and error.path else str(folder / SEAMS_FILE)
+    return replace(Fault.of(error, path), field=Path(path).name)
