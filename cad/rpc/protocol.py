@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from cad.rpc.messages import MessageFaultError, Request
-from cad.rpc.types import METHODS, answer_schema
+from cad.rpc.types import METHODS, answer_schema, method_type
 from wpcal.core.errors import FormatError
 from wpcal.core.printable import printable
 from wpcal.core.record_check import check_complete
@@ -29,7 +29,7 @@ def schema_of(name: str) -> Mapping[str, Any]:
     """Return the JSON Schema of a method, of its ``params`` and ``result``, or of `ANSWER`."""
     if name == ANSWER:
         return answer_schema()
-    return schema.schema_of(METHODS[name], f"urn:wpcal:schema:rpc-{name}:1", inline=True)
+    return schema.schema_of(method_type(name), f"urn:wpcal:schema:rpc-{name}:1", inline=True)
 
 
 @cache

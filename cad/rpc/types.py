@@ -2,10 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from wpcal.records.parts import Count, D, Matrix, Maybe, Open, Record, Rotation, Text, Vector, inlined
 from wpcal.records.schema import DRAFT
+
+Handle = Annotated[str, D("Handle of an opened part, from the method open.")]
+Given = Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
+Notes = Annotated[list[str], D("What is odd.")]
 
 
 class ResultLine(Record):
@@ -53,18 +57,28 @@ class Decision(Record):
     edit: Annotated[dict[str, Any], D("As in seams.json: accept, reject, reverse, name, range_mm, other_side, join.")]
 
 
+Decisions = Annotated[list[Decision], D("Decisions about seams.")]
+
+
 class Params(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
     taught: Annotated[Taught, D("Touched points: columns and rows of text, or the path of a file.")]
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
-    decisions: Maybe[Annotated[list[Decision], D("Decisions about seams.")]] = UNSET
+    options: Maybe[Given] = UNSET
+    decisions: Maybe[Decisions] = UNSET
     frames: Maybe[Annotated[bool, D("Also return the seams with their frames in base.")]] = UNSET
 
 
 class ResultRecord(Open):
     schema: Literal["wpcal/calibration/1"]
+
+
+CalibrationRecord = Annotated[ResultRecord, D("The record wpcal/calibration/1.")]
+
+
+class OnPart(Record):
+    handle: str
+    sha256: Annotated[str, D("Hash of the part's file.")]
+    reread: Annotated[bool, D("Whether the file changed and was read again.")]
 
 
 class Point(Open):
@@ -107,28 +121,18 @@ class Seam(Open):
     frames: Frames
 
 
-class Result(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
-    record: Annotated[ResultRecord, D("The record wpcal/calibration/1.")]
+SeamInColumns = Annotated[Seam, D("As in seams.json; its frames are columns.")]
+
+
+class Result(OnPart):
+    record: CalibrationRecord
     T_base_part: Annotated[Matrix, D("Row by row, mm.")]
     points: list[Point]
     features: Annotated[dict[str, str], D("The feature of every row, by the number of the row.")]
     u95_mm: Annotated[list[U95Mm], D("95 % error at every frame of each seam.")]
-    seams: list[Annotated[Seam, D("As in seams.json; its frames are columns.")]] | None
-    notes: Annotated[list[str], D("What is odd.")]
+    seams: list[SeamInColumns] | None
+    notes: Notes
     steps: Annotated[list[str], D("What to do next.")]
-
-
-class Calibrate(Record):
-    """wpcal rpc calibrate, version 1
-
-    Fit a part; nothing is written. Method calibrate of wpcal rpc.
-    """
-
-    params: Maybe[Params] = UNSET
-    result: Maybe[Result] = UNSET
 
 
 class CancelParams(Record):
@@ -139,55 +143,23 @@ class CancelResult(Record):
     cancelled: bool
 
 
-class Cancel(Record):
-    """wpcal rpc cancel, version 1
-
-    Cancel a request. Method cancel of wpcal rpc.
-    """
-
-    params: Maybe[CancelParams] = UNSET
-    result: Maybe[CancelResult] = UNSET
-
-
 class CloseParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
 
 
 class CloseResult(Record):
     pass
 
 
-class Close(Record):
-    """wpcal rpc close, version 1
-
-    Forget a part. Method close of wpcal rpc.
-    """
-
-    params: Maybe[CloseParams] = UNSET
-    result: Maybe[CloseResult] = UNSET
-
-
 class ExportParams(Record):
     folder: Annotated[Text, D("A result folder, or one with a touch plan.")]
     formats: Annotated[Annotated[list[Text], Meta(min_length=1)], D("Names of formats or makers.")]
     out: Maybe[Annotated[Text, D("A folder to write into.")]] = UNSET
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
+    options: Maybe[Given] = UNSET
 
 
 class ExportResult(Open):
     schema: Literal["wpcal/export/1"]
-
-
-class Export(Record):
-    """wpcal rpc export, version 1
-
-    Write programs. Method export of wpcal rpc.
-    """
-
-    params: Maybe[ExportParams] = UNSET
-    result: Maybe[Annotated[ExportResult, D("The record wpcal/export/1.")]] = UNSET
 
 
 class Format(Record):
@@ -210,30 +182,10 @@ class FormatsResult(Record):
     options: list[Option]
 
 
-class Formats(Record):
-    """wpcal rpc formats, version 1
-
-    The formats of export. Method formats of wpcal rpc.
-    """
-
-    params: Maybe[CloseResult] = UNSET
-    result: Maybe[FormatsResult] = UNSET
-
-
 class HelloResult(Record):
     wpcal: str
     protocol: Literal[1]
     methods: list[str]
-
-
-class Hello(Record):
-    """wpcal rpc hello, version 1
-
-    The first request. Method hello of wpcal rpc.
-    """
-
-    params: Maybe[CloseResult] = UNSET
-    result: Maybe[HelloResult] = UNSET
 
 
 class OpenParams(Record):
@@ -252,27 +204,14 @@ class Feature(Open):
     ease: str
 
 
-class OpenResult(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+class OpenResult(OnPart):
     path: str
     unit: str
     size: str
     solids: list[str]
     features: Annotated[list[Feature], D("As in wpcal/features/1.")]
     members: list[dict[str, Any]]
-    notes: Annotated[list[str], D("What is odd.")]
-
-
-class OpenOpen(Record):
-    """wpcal rpc open, version 1
-
-    Read a STEP file. Method open of wpcal rpc.
-    """
-
-    params: Maybe[OpenParams] = UNSET
-    result: Maybe[OpenResult] = UNSET
+    notes: Notes
 
 
 class OptionsParams(Record):
@@ -283,16 +222,6 @@ class OptionsResult(Record):
     options: list[Option]
 
 
-class Options(Record):
-    """wpcal rpc options, version 1
-
-    The options of a method. Method options of wpcal rpc.
-    """
-
-    params: Maybe[OptionsParams] = UNSET
-    result: Maybe[OptionsResult] = UNSET
-
-
 class PageParams(Record):
     folder: Annotated[Text, D("A result folder.")]
 
@@ -301,136 +230,59 @@ class PageResult(Record):
     path: str
 
 
-class Page(Record):
-    """wpcal rpc page, version 1
-
-    The page of a result folder. Method page of wpcal rpc.
-    """
-
-    params: Maybe[PageParams] = UNSET
-    result: Maybe[PageResult] = UNSET
-
-
 class PlanParams(Record):
     folder: Annotated[Text, D("A result folder.")]
     cell: Annotated[Text, D("The cell.")]
     out: Annotated[Text, D("A folder to write into.")]
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
-
-
-class Plan(Record):
-    """wpcal rpc plan, version 1
-
-    Plan welds in a cell and write the plan. Method plan of wpcal rpc.
-    """
-
-    params: Maybe[PlanParams] = UNSET
-    result: Maybe[Annotated[dict[str, Any], D("The record of the command.")]] = UNSET
+    options: Maybe[Given] = UNSET
 
 
 class ReadTaughtParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
     path: Annotated[Text, D("A table or a program; with text only its name.")]
     text: Maybe[Annotated[str, D("The content, if there is no file.")]] = UNSET
     touches: Maybe[Annotated[Text, D("The plan touches.json whose program stored the results.")]] = UNSET
     setup: Maybe[Annotated[Text, D("The touch setup of the cell.")]] = UNSET
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
+    options: Maybe[Given] = UNSET
 
 
-class ReadTaughtResult(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+class ReadTaughtResult(OnPart):
     columns: list[str]
     rows: list[list[str]]
     left_out: list[str]
-    notes: Annotated[list[str], D("What is odd.")]
-
-
-class ReadTaught(Record):
-    """wpcal rpc read_taught, version 1
-
-    Rows of a file. Method read_taught of wpcal rpc.
-    """
-
-    params: Maybe[ReadTaughtParams] = UNSET
-    result: Maybe[ReadTaughtResult] = UNSET
+    notes: Notes
 
 
 class SaveParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
     taught: Annotated[Taught, D("Touched points: columns and rows of text, or the path of a file.")]
     table: Maybe[Annotated[Text, D("The file in which rows of the request are written.")]] = UNSET
     out: Annotated[Text, D("The result folder.")]
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
-    decisions: Maybe[Annotated[list[Decision], D("Decisions about seams.")]] = UNSET
+    options: Maybe[Given] = UNSET
+    decisions: Maybe[Decisions] = UNSET
 
 
-class SaveResult(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
-    record: Annotated[ResultRecord, D("The record wpcal/calibration/1.")]
+class SaveResult(OnPart):
+    record: CalibrationRecord
     files: list[str]
-    notes: Annotated[list[str], D("What is odd.")]
+    notes: Notes
     command: str
 
 
-class Save(Record):
-    """wpcal rpc save, version 1
-
-    Write the result folder. Method save of wpcal rpc.
-    """
-
-    params: Maybe[SaveParams] = UNSET
-    result: Maybe[SaveResult] = UNSET
-
-
 class SeamsParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
-    decisions: Maybe[Annotated[list[Decision], D("Decisions about seams.")]] = UNSET
+    handle: Handle
+    options: Maybe[Given] = UNSET
+    decisions: Maybe[Decisions] = UNSET
 
 
-class SeamsResult(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+class SeamsResult(OnPart):
     frame: Maybe[Literal["part"]] = UNSET
     judging: Maybe[dict[str, Any]] = UNSET
     members: Maybe[list[dict[str, Any]]] = UNSET
     join_mm: Maybe[float] = UNSET
     torch: Maybe[dict[str, Any]] = UNSET
-    seams: list[Annotated[Seam, D("As in seams.json; its frames are columns.")]]
-    notes: Annotated[list[str], D("What is odd.")]
-
-
-class Seams(Record):
-    """wpcal rpc seams, version 1
-
-    The seams of a part. Method seams of wpcal rpc.
-    """
-
-    params: Maybe[SeamsParams] = UNSET
-    result: Maybe[SeamsResult] = UNSET
-
-
-class Shutdown(Record):
-    """wpcal rpc shutdown, version 1
-
-    End the process. Method shutdown of wpcal rpc.
-    """
-
-    params: Maybe[CloseResult] = UNSET
-    result: Maybe[CloseResult] = UNSET
+    seams: list[SeamInColumns]
+    notes: Notes
 
 
 class SuggestParamsTaught(Record):
@@ -439,12 +291,10 @@ class SuggestParamsTaught(Record):
 
 
 class SuggestParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
     taught: Annotated[SuggestParamsTaught, D("The rows so far.")]
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
-    decisions: Maybe[Annotated[list[Decision], D("Decisions about seams.")]] = UNSET
+    options: Maybe[Given] = UNSET
+    decisions: Maybe[Decisions] = UNSET
 
 
 class Touch(Record):
@@ -457,10 +307,7 @@ class Touch(Record):
     sentence: str
 
 
-class SuggestResult(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+class SuggestResult(OnPart):
     features: list[str]
     error_95_mm: float
     seam: str
@@ -476,49 +323,24 @@ class SuggestResult(Record):
     ] = UNSET
 
 
-class Suggest(Record):
-    """wpcal rpc suggest, version 1
-
-    The features to touch next. Method suggest of wpcal rpc.
-    """
-
-    params: Maybe[SuggestParams] = UNSET
-    result: Maybe[SuggestResult] = UNSET
-
-
 class TouchAtParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
     p_mm: Annotated[Vector, D("In the part.")]
     normal: Annotated[Vector, D("Outward, in the part.")]
 
 
-class TouchAtResult(Record):
-    handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+class TouchAtResult(OnPart):
     kind: str
     p_mm: Vector
     normal: Vector
     border_mm: float
 
 
-class TouchAt(Record):
-    """wpcal rpc touch_at, version 1
-
-    What a click on the part touches. Method touch_at of wpcal rpc.
-    """
-
-    params: Maybe[TouchAtParams] = UNSET
-    result: Maybe[TouchAtResult] = UNSET
-
-
 class TouchesParams(Record):
-    handle: Annotated[str, D("Handle of an opened part, from the method open.")]
+    handle: Handle
     out: Annotated[Text, D("A folder to write into.")]
-    options: Maybe[
-        Annotated[dict[str, Any], D("Options of the command, without dashes and with underscores (method options).")]
-    ] = UNSET
-    decisions: Maybe[Annotated[list[Decision], D("Decisions about seams.")]] = UNSET
+    options: Maybe[Given] = UNSET
+    decisions: Maybe[Decisions] = UNSET
 
 
 class TouchesResult(Open):
@@ -528,36 +350,40 @@ class TouchesResult(Open):
     schema: Literal["wpcal/touches/1"]
 
 
-class Touches(Record):
-    """wpcal rpc touches, version 1
-
-    Plan touches and write the plan. Method touches of wpcal rpc.
-    """
-
-    params: Maybe[TouchesParams] = UNSET
-    result: Maybe[TouchesResult] = UNSET
-
-
-METHODS: dict[str, type[Record]] = {
-    "calibrate": Calibrate,
-    "cancel": Cancel,
-    "close": Close,
-    "export": Export,
-    "formats": Formats,
-    "hello": Hello,
-    "open": OpenOpen,
-    "options": Options,
-    "page": Page,
-    "plan": Plan,
-    "read_taught": ReadTaught,
-    "save": Save,
-    "seams": Seams,
-    "shutdown": Shutdown,
-    "suggest": Suggest,
-    "touch_at": TouchAt,
-    "touches": Touches,
+METHODS: dict[str, tuple[str, Any, Any]] = {
+    "calibrate": ("Fit a part; nothing is written.", Params, Result),
+    "cancel": ("Cancel a request.", CancelParams, CancelResult),
+    "close": ("Forget a part.", CloseParams, CloseResult),
+    "export": ("Write programs.", ExportParams, Annotated[ExportResult, D("The record wpcal/export/1.")]),
+    "formats": ("The formats of export.", CloseResult, FormatsResult),
+    "hello": ("The first request.", CloseResult, HelloResult),
+    "open": ("Read a STEP file.", OpenParams, OpenResult),
+    "options": ("The options of a method.", OptionsParams, OptionsResult),
+    "page": ("The page of a result folder.", PageParams, PageResult),
+    "plan": (
+        "Plan welds in a cell and write the plan.",
+        PlanParams,
+        Annotated[dict[str, Any], D("The record of the command.")],
+    ),
+    "read_taught": ("Rows of a file.", ReadTaughtParams, ReadTaughtResult),
+    "save": ("Write the result folder.", SaveParams, SaveResult),
+    "seams": ("The seams of a part.", SeamsParams, SeamsResult),
+    "shutdown": ("End the process.", CloseResult, CloseResult),
+    "suggest": ("The features to touch next.", SuggestParams, SuggestResult),
+    "touch_at": ("What a click on the part touches.", TouchAtParams, TouchAtResult),
+    "touches": ("Plan touches and write the plan.", TouchesParams, TouchesResult),
 }
-"""By the name of the method."""
+"""By the name of the method: what it does, its ``params``, and its ``result``."""
+
+
+def method_type(name: str) -> type[Struct]:
+    """Return the type of which a method has the fields ``params`` and ``result``."""
+    what, params, result = METHODS[name]
+    said = f"wpcal rpc {name}, version 1\n\n{what} Method {name} of wpcal rpc."
+    kinds = {"params": params | UnsetType, "result": result | UnsetType}
+    fields = {"__doc__": said, "__annotations__": kinds, **dict.fromkeys(kinds, UNSET)}
+    found: type[Struct] = type(Record)(name, (Record,), fields)
+    return found
 
 
 def answer_schema() -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -30,9 +31,14 @@ def require_new(path: Path, *, overwrite: bool) -> None:
 
 
 def say_note(note: str | None) -> None:
-    """Say a note of a result folder on stderr."""
+    """Say a note of a result folder on stderr when the command has ended without an error, which is one line."""
+
+    def say() -> None:
+        if sys.exc_info()[1] is None:
+            click.echo(f"wpcal: {note}", err=True)
+
     if note is not None:
-        click.echo(f"wpcal: {note}", err=True)
+        click.get_current_context().call_on_close(say)
 
 
 def require_result(seams: Path, *others: Path) -> None:
