@@ -22,10 +22,10 @@ class Error(Record):
     code: str
     message: str
     hint: str | None
-    path: Maybe[str | None] = UNSET
-    line: Maybe[int | None] = UNSET
-    column: Maybe[str | int | None] = UNSET
-    row: Maybe[Count | None] = UNSET
+    path: Maybe[str | None]
+    line: Maybe[int | None]
+    column: Maybe[str | int | None]
+    row: Maybe[Count | None]
 
 
 class ErrorLine(Record):
@@ -45,16 +45,16 @@ class ProgressLine(Record):
 
 
 class Taught(Record):
-    columns: Maybe[list[str]] = UNSET
-    rows: Maybe[list[list[str]]] = UNSET
-    path: Maybe[Annotated[Text, D("A table, a program, or the results of a touch program.")]] = UNSET
-    touches: Maybe[Annotated[Text, D("The plan touches.json whose program stored the results.")]] = UNSET
-    setup: Maybe[Annotated[Text, D("The touch setup of the cell.")]] = UNSET
+    columns: Maybe[list[str]]
+    rows: Maybe[list[list[str]]]
+    path: Maybe[Text] = D("A table, a program, or the results of a touch program.")
+    touches: Maybe[Text] = D("The plan touches.json whose program stored the results.")
+    setup: Maybe[Text] = D("The touch setup of the cell.")
 
 
 class Decision(Record):
-    candidate: Annotated[dict[str, Any], D("The candidate of a seam, as in seams.json.")]
-    edit: Annotated[dict[str, Any], D("As in seams.json: accept, reject, reverse, name, range_mm, other_side, join.")]
+    candidate: dict[str, Any] = D("The candidate of a seam, as in seams.json.")
+    edit: dict[str, Any] = D("As in seams.json: accept, reject, reverse, name, range_mm, other_side, join.")
 
 
 Decisions = Annotated[list[Decision], D("Decisions about seams.")]
@@ -62,10 +62,10 @@ Decisions = Annotated[list[Decision], D("Decisions about seams.")]
 
 class Params(Record):
     handle: Handle
-    taught: Annotated[Taught, D("Touched points: columns and rows of text, or the path of a file.")]
-    options: Maybe[Given] = UNSET
-    decisions: Maybe[Decisions] = UNSET
-    frames: Maybe[Annotated[bool, D("Also return the seams with their frames in base.")]] = UNSET
+    taught: Taught = D("Touched points: columns and rows of text, or the path of a file.")
+    options: Maybe[Given]
+    decisions: Maybe[Decisions]
+    frames: Maybe[bool] = D("Also return the seams with their frames in base.")
 
 
 class ResultRecord(Open):
@@ -77,8 +77,8 @@ CalibrationRecord = Annotated[ResultRecord, D("The record wpcal/calibration/1.")
 
 class OnPart(Record):
     handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+    sha256: str = D("Hash of the part's file.")
+    reread: bool = D("Whether the file changed and was read again.")
 
 
 class Point(Open):
@@ -96,13 +96,13 @@ class U95Mm(Record):
 
 
 class Frames(Open):
-    s: Annotated[list[float] | None, D("Length along the seam, mm.")]
-    p: Annotated[list[Vector] | None, D("Points, mm.")]
-    R: Annotated[list[Rotation] | None, D("Axes x, y, z as columns.")]
-    u95: Maybe[list[float] | None] = UNSET
-    slope: Maybe[list[float] | None] = UNSET
-    rotation: Maybe[list[float | None] | None] = UNSET
-    position: Maybe[list[str | None] | None] = UNSET
+    s: list[float] | None = D("Length along the seam, mm.")
+    p: list[Vector] | None = D("Points, mm.")
+    R: list[Rotation] | None = D("Axes x, y, z as columns.")
+    u95: Maybe[list[float] | None]
+    slope: Maybe[list[float] | None]
+    rotation: Maybe[list[float | None] | None]
+    position: Maybe[list[str | None] | None]
 
 
 class Seam(Open):
@@ -116,8 +116,8 @@ class Seam(Open):
     confidence: float
     reasons: list[str]
     against: list[str]
-    candidate: Maybe[Annotated[dict[str, Any], D("The candidate of a seam, as in seams.json.")]] = UNSET
-    edit: Maybe[dict[str, Any]] = UNSET
+    candidate: Maybe[dict[str, Any]] = D("The candidate of a seam, as in seams.json.")
+    edit: Maybe[dict[str, Any]]
     frames: Frames
 
 
@@ -126,17 +126,17 @@ SeamInColumns = Annotated[Seam, D("As in seams.json; its frames are columns.")]
 
 class Result(OnPart):
     record: CalibrationRecord
-    T_base_part: Annotated[Matrix, D("Row by row, mm.")]
+    T_base_part: Matrix = D("Row by row, mm.")
     points: list[Point]
-    features: Annotated[dict[str, str], D("The feature of every row, by the number of the row.")]
-    u95_mm: Annotated[list[U95Mm], D("95 % error at every frame of each seam.")]
+    features: dict[str, str] = D("The feature of every row, by the number of the row.")
+    u95_mm: list[U95Mm] = D("95 % error at every frame of each seam.")
     seams: list[SeamInColumns] | None
     notes: Notes
-    steps: Annotated[list[str], D("What to do next.")]
+    steps: list[str] = D("What to do next.")
 
 
 class CancelParams(Record):
-    id: Annotated[int | str, D("Of the request.")]
+    id: int | str = D("Of the request.")
 
 
 class CancelResult(Record):
@@ -152,10 +152,10 @@ class CloseResult(Record):
 
 
 class ExportParams(Record):
-    folder: Annotated[Text, D("A result folder, or one with a touch plan.")]
-    formats: Annotated[Annotated[list[Text], Meta(min_length=1)], D("Names of formats or makers.")]
-    out: Maybe[Annotated[Text, D("A folder to write into.")]] = UNSET
-    options: Maybe[Given] = UNSET
+    folder: Text = D("A result folder, or one with a touch plan.")
+    formats: Annotated[list[Text], Meta(min_length=1)] = D("Names of formats or makers.")
+    out: Maybe[Text] = D("A folder to write into.")
+    options: Maybe[Given]
 
 
 class ExportResult(Open):
@@ -189,7 +189,7 @@ class HelloResult(Record):
 
 
 class OpenParams(Record):
-    path: Annotated[Text, D("A STEP file.")]
+    path: Text = D("A STEP file.")
 
 
 class Feature(Open):
@@ -200,7 +200,7 @@ class Feature(Open):
     diameter_mm: float | None
     solid: str | None
     touch: str | None
-    faces: Maybe[list[Any]] = UNSET
+    faces: Maybe[list[Any]]
     ease: str
 
 
@@ -209,7 +209,7 @@ class OpenResult(OnPart):
     unit: str
     size: str
     solids: list[str]
-    features: Annotated[list[Feature], D("As in wpcal/features/1.")]
+    features: list[Feature] = D("As in wpcal/features/1.")
     members: list[dict[str, Any]]
     notes: Notes
 
@@ -223,7 +223,7 @@ class OptionsResult(Record):
 
 
 class PageParams(Record):
-    folder: Annotated[Text, D("A result folder.")]
+    folder: Text = D("A result folder.")
 
 
 class PageResult(Record):
@@ -231,19 +231,19 @@ class PageResult(Record):
 
 
 class PlanParams(Record):
-    folder: Annotated[Text, D("A result folder.")]
-    cell: Annotated[Text, D("The cell.")]
-    out: Annotated[Text, D("A folder to write into.")]
-    options: Maybe[Given] = UNSET
+    folder: Text = D("A result folder.")
+    cell: Text = D("The cell.")
+    out: Text = D("A folder to write into.")
+    options: Maybe[Given]
 
 
 class ReadTaughtParams(Record):
     handle: Handle
-    path: Annotated[Text, D("A table or a program; with text only its name.")]
-    text: Maybe[Annotated[str, D("The content, if there is no file.")]] = UNSET
-    touches: Maybe[Annotated[Text, D("The plan touches.json whose program stored the results.")]] = UNSET
-    setup: Maybe[Annotated[Text, D("The touch setup of the cell.")]] = UNSET
-    options: Maybe[Given] = UNSET
+    path: Text = D("A table or a program; with text only its name.")
+    text: Maybe[str] = D("The content, if there is no file.")
+    touches: Maybe[Text] = D("The plan touches.json whose program stored the results.")
+    setup: Maybe[Text] = D("The touch setup of the cell.")
+    options: Maybe[Given]
 
 
 class ReadTaughtResult(OnPart):
@@ -255,11 +255,11 @@ class ReadTaughtResult(OnPart):
 
 class SaveParams(Record):
     handle: Handle
-    taught: Annotated[Taught, D("Touched points: columns and rows of text, or the path of a file.")]
-    table: Maybe[Annotated[Text, D("The file in which rows of the request are written.")]] = UNSET
-    out: Annotated[Text, D("The result folder.")]
-    options: Maybe[Given] = UNSET
-    decisions: Maybe[Decisions] = UNSET
+    taught: Taught = D("Touched points: columns and rows of text, or the path of a file.")
+    table: Maybe[Text] = D("The file in which rows of the request are written.")
+    out: Text = D("The result folder.")
+    options: Maybe[Given]
+    decisions: Maybe[Decisions]
 
 
 class SaveResult(OnPart):
@@ -271,16 +271,16 @@ class SaveResult(OnPart):
 
 class SeamsParams(Record):
     handle: Handle
-    options: Maybe[Given] = UNSET
-    decisions: Maybe[Decisions] = UNSET
+    options: Maybe[Given]
+    decisions: Maybe[Decisions]
 
 
 class SeamsResult(OnPart):
-    frame: Maybe[Literal["part"]] = UNSET
-    judging: Maybe[dict[str, Any]] = UNSET
-    members: Maybe[list[dict[str, Any]]] = UNSET
-    join_mm: Maybe[float] = UNSET
-    torch: Maybe[dict[str, Any]] = UNSET
+    frame: Maybe[Literal["part"]]
+    judging: Maybe[dict[str, Any]]
+    members: Maybe[list[dict[str, Any]]]
+    join_mm: Maybe[float]
+    torch: Maybe[dict[str, Any]]
     seams: list[SeamInColumns]
     notes: Notes
 
@@ -292,9 +292,9 @@ class SuggestParamsTaught(Record):
 
 class SuggestParams(Record):
     handle: Handle
-    taught: Annotated[SuggestParamsTaught, D("The rows so far.")]
-    options: Maybe[Given] = UNSET
-    decisions: Maybe[Decisions] = UNSET
+    taught: SuggestParamsTaught = D("The rows so far.")
+    options: Maybe[Given]
+    decisions: Maybe[Decisions]
 
 
 class Touch(Record):
@@ -312,21 +312,16 @@ class SuggestResult(OnPart):
     error_95_mm: float
     seam: str
     sigma_mm: float
-    touches: Maybe[
-        Annotated[
-            list[Touch],
-            D(
-                "Only if bodies may have moved: what each feature is for. An error is null while the touches "
-                "leave the part free."
-            ),
-        ]
-    ] = UNSET
+    touches: Maybe[list[Touch]] = D(
+        "Only if bodies may have moved: what each feature is for. An error is null while the touches leave the part "
+        "free."
+    )
 
 
 class TouchAtParams(Record):
     handle: Handle
-    p_mm: Annotated[Vector, D("In the part.")]
-    normal: Annotated[Vector, D("Outward, in the part.")]
+    p_mm: Vector = D("In the part.")
+    normal: Vector = D("Outward, in the part.")
 
 
 class TouchAtResult(OnPart):
@@ -338,15 +333,15 @@ class TouchAtResult(OnPart):
 
 class TouchesParams(Record):
     handle: Handle
-    out: Annotated[Text, D("A folder to write into.")]
-    options: Maybe[Given] = UNSET
-    decisions: Maybe[Decisions] = UNSET
+    out: Text = D("A folder to write into.")
+    options: Maybe[Given]
+    decisions: Maybe[Decisions]
 
 
 class TouchesResult(Open):
     handle: str
-    sha256: Annotated[str, D("Hash of the part's file.")]
-    reread: Annotated[bool, D("Whether the file changed and was read again.")]
+    sha256: str = D("Hash of the part's file.")
+    reread: bool = D("Whether the file changed and was read again.")
     schema: Literal["wpcal/touches/1"]
 
 

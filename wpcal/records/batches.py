@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
 from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Record, Sha256, Share, Vector
 
@@ -14,35 +14,28 @@ class Pose(Record):
 
 class Job(Record):
     schema: Literal["wpcal/job-summary/1"]
-    job: Annotated[str, D("Name of the job and of its folder.")]
-    line: Annotated[Number, D("Line in the list of jobs, counted from 1.")]
-    part: Annotated[str, D("As the list names it.")]
-    taught: Annotated[str, D("As the list names it.")]
-    when: Annotated[str | None, D("When its points were touched, as the list says.")]
-    verdict: Annotated[
-        Literal["PASS", "UNSURE", "FAIL", "ERROR"],
-        D("Verdict of the calibration; ERROR if the job did not end with one."),
-    ]
-    worst_residual_mm: Annotated[float | None, D("Largest distance of a fitted or a check point, mm.")]
-    worst_point: Annotated[str | None, D("Its point.")]
-    objective_mm: Annotated[float | None, D("What the criterion minimises, mm.")]
-    bound_mm: Annotated[float | None, D("No rigid transform has a smaller objective, mm.")]
-    worst_seam_error_mm: Annotated[
-        float | None, D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
-    ]
-    worst_seam: Annotated[str | None, D("Its seam.")]
-    pose: Annotated[
-        Pose | None,
-        D(
-            "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, "
-            "c; null if the job failed."
-        ),
-    ]
-    seconds: Annotated[
-        NotNegative | None,
-        D("How long the job took, s: the only field that differs from run to run; null if it failed or is not known."),
-    ]
-    error: Annotated[str | None, D("Why the job failed, in one line.")]
+    job: str = D("Name of the job and of its folder.")
+    line: Number = D("Line in the list of jobs, counted from 1.")
+    part: str = D("As the list names it.")
+    taught: str = D("As the list names it.")
+    when: str | None = D("When its points were touched, as the list says.")
+    verdict: Literal["PASS", "UNSURE", "FAIL", "ERROR"] = D(
+        "Verdict of the calibration; ERROR if the job did not end with one."
+    )
+    worst_residual_mm: float | None = D("Largest distance of a fitted or a check point, mm.")
+    worst_point: str | None = D("Its point.")
+    objective_mm: float | None = D("What the criterion minimises, mm.")
+    bound_mm: float | None = D("No rigid transform has a smaller objective, mm.")
+    worst_seam_error_mm: float | None = D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
+    worst_seam: str | None = D("Its seam.")
+    pose: Pose | None = D(
+        "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, c; null if "
+        "the job failed."
+    )
+    seconds: NotNegative | None = D(
+        "How long the job took, s: the only field that differs from run to run; null if it failed or is not known."
+    )
+    error: str | None = D("Why the job failed, in one line.")
 
 
 class Batch(Record):
@@ -52,42 +45,37 @@ class Batch(Record):
     """
 
     schema: Literal["wpcal/batch/1"]
-    seconds: Annotated[NotNegative, D("How long this run took, s.")]
-    kept: Annotated[Count, D("Jobs that were complete before.")]
-    verdicts: Annotated[dict[str, Number], D("Number of jobs with each verdict.")]
-    jobs: Annotated[list[Annotated[Job, D("One job of wpcal batch.")]], D("The lines of summary.jsonl.")]
+    seconds: NotNegative = D("How long this run took, s.")
+    kept: Count = D("Jobs that were complete before.")
+    verdicts: dict[str, Number] = D("Number of jobs with each verdict.")
+    jobs: list[Annotated[Job, D("One job of wpcal batch.")]] = D("The lines of summary.jsonl.")
 
 
 class Part(Record):
-    file: Annotated[str, D("As the list of jobs or the command names it; - is standard input.")]
+    file: str = D("As the list of jobs or the command names it; - is standard input.")
     sha256: Sha256
 
 
 class Inputs(Record):
     part: Part
-    taught: Annotated[Part, D("The hash of a folder is that of the names and hashes of its files.")]
-    options: Annotated[list[str], D("As they are typed after wpcal calibrate.")]
-    files: Annotated[list[Part], D("Files that options name, and the files that those name.")]
+    taught: Part = D("The hash of a folder is that of the names and hashes of its files.")
+    options: list[str] = D("As they are typed after wpcal calibrate.")
+    files: list[Part] = D("Files that options name, and the files that those name.")
 
 
 class Result(Record):
-    verdict: Annotated[Literal["PASS", "UNSURE", "FAIL"], D("Verdict of the calibration.")]
-    worst_residual_mm: Annotated[float | None, D("Largest distance of a fitted or a check point, mm.")]
-    worst_point: Annotated[str | None, D("Its point.")]
-    objective_mm: Annotated[float | None, D("What the criterion minimises, mm.")]
-    bound_mm: Annotated[float | None, D("No rigid transform has a smaller objective, mm.")]
-    worst_seam_error_mm: Annotated[
-        float | None, D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
-    ]
-    worst_seam: Annotated[str | None, D("Its seam.")]
-    pose: Annotated[
-        Pose,
-        D(
-            "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, "
-            "c; null if the job failed."
-        ),
-    ]
-    exit_code: Annotated[Literal[0, 1], D("With which wpcal calibrate would end.")]
+    verdict: Literal["PASS", "UNSURE", "FAIL"] = D("Verdict of the calibration.")
+    worst_residual_mm: float | None = D("Largest distance of a fitted or a check point, mm.")
+    worst_point: str | None = D("Its point.")
+    objective_mm: float | None = D("What the criterion minimises, mm.")
+    bound_mm: float | None = D("No rigid transform has a smaller objective, mm.")
+    worst_seam_error_mm: float | None = D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
+    worst_seam: str | None = D("Its seam.")
+    pose: Pose = D(
+        "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, c; null if "
+        "the job failed."
+    )
+    exit_code: Literal[0, 1] = D("With which wpcal calibrate would end.")
 
 
 class JobRecord(Record):
@@ -97,75 +85,37 @@ class JobRecord(Record):
     """
 
     schema: Literal["wpcal/job/1"]
-    job: Maybe[Annotated[str, D("Name of the job of wpcal batch, and of its folder; wpcal calibrate writes none.")]] = (
-        UNSET
-    )
-    wpcal: Annotated[str, D("Version.")]
-    inputs: Annotated[Inputs, D("What the results depend on.")]
-    result: Annotated[Result, D("The numbers of the summary.")]
-    files: Annotated[dict[str, Sha256], D("SHA-256 of the other files of the folder.")]
+    job: Maybe[str] = D("Name of the job of wpcal batch, and of its folder; wpcal calibrate writes none.")
+    wpcal: str = D("Version.")
+    inputs: Inputs = D("What the results depend on.")
+    result: Result = D("The numbers of the summary.")
+    files: dict[str, Sha256] = D("SHA-256 of the other files of the folder.")
 
 
-class JobSummary(Record):
+class JobSummary(Job):
     """A line of summary.jsonl, version 1
 
     One job of wpcal batch.
     """
 
-    schema: Literal["wpcal/job-summary/1"]
-    job: Annotated[str, D("Name of the job and of its folder.")]
-    line: Annotated[Number, D("Line in the list of jobs, counted from 1.")]
-    part: Annotated[str, D("As the list names it.")]
-    taught: Annotated[str, D("As the list names it.")]
-    when: Annotated[str | None, D("When its points were touched, as the list says.")]
-    verdict: Annotated[
-        Literal["PASS", "UNSURE", "FAIL", "ERROR"],
-        D("Verdict of the calibration; ERROR if the job did not end with one."),
-    ]
-    worst_residual_mm: Annotated[float | None, D("Largest distance of a fitted or a check point, mm.")]
-    worst_point: Annotated[str | None, D("Its point.")]
-    objective_mm: Annotated[float | None, D("What the criterion minimises, mm.")]
-    bound_mm: Annotated[float | None, D("No rigid transform has a smaller objective, mm.")]
-    worst_seam_error_mm: Annotated[
-        float | None, D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
-    ]
-    worst_seam: Annotated[str | None, D("Its seam.")]
-    pose: Annotated[
-        Pose | None,
-        D(
-            "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, "
-            "c; null if the job failed."
-        ),
-    ]
-    seconds: Annotated[
-        NotNegative | None,
-        D("How long the job took, s: the only field that differs from run to run; null if it failed or is not known."),
-    ]
-    error: Annotated[str | None, D("Why the job failed, in one line.")]
-
 
 class Difference(Record):
-    where: Annotated[str, D("File and place in it.")]
-    found: Annotated[str, D("What is there.")]
-    expected: Annotated[str, D("What the inputs give.")]
-    off_by: Annotated[str, D("Number with unit; empty for words.")]
+    where: str = D("File and place in it.")
+    found: str = D("What is there.")
+    expected: str = D("What the inputs give.")
+    off_by: str = D("Number with unit; empty for words.")
 
 
 class Checked(Record):
-    name: Annotated[str, D("Name of the folder, or summary.jsonl.")]
-    state: Annotated[Literal["as claimed", "different", "cannot be checked"], D("What the check says.")]
-    version: Annotated[
-        str | None, D("Version of wpcal that wrote the folder; null for a summary and if it is not known.")
-    ]
-    differences: Annotated[list[Difference], D("At most ten of each file.")]
-    error: Annotated[str | None, D("Why it cannot be checked, in one line.")]
-    unchecked: Annotated[
-        list[str],
-        D(
-            "What is in the folder and not among its results; files of another version of which only some "
-            "numbers are compared."
-        ),
-    ]
+    name: str = D("Name of the folder, or summary.jsonl.")
+    state: Literal["as claimed", "different", "cannot be checked"] = D("What the check says.")
+    version: str | None = D("Version of wpcal that wrote the folder; null for a summary and if it is not known.")
+    differences: list[Difference] = D("At most ten of each file.")
+    error: str | None = D("Why it cannot be checked, in one line.")
+    unchecked: list[str] = D(
+        "What is in the folder and not among its results; files of another version of which only some numbers are "
+        "compared."
+    )
 
 
 class Verify(Record):
@@ -175,19 +125,18 @@ class Verify(Record):
     """
 
     schema: Literal["wpcal/verify/1"]
-    wpcal: Annotated[str, D("Version that checked.")]
-    checked: Annotated[
-        Annotated[list[Checked], Meta(min_length=1)],
-        D("The folder; of a batch its summary and the folder of every job that ended with a verdict."),
-    ]
-    not_checked: Annotated[list[str], D("What cannot be computed from the inputs.")]
+    wpcal: str = D("Version that checked.")
+    checked: Annotated[list[Checked], Meta(min_length=1)] = D(
+        "The folder; of a batch its summary and the folder of every job that ended with a verdict."
+    )
+    not_checked: list[str] = D("What cannot be computed from the inputs.")
 
 
 class DiffDifference(Record):
-    where: Annotated[str, D("Seam or point, and field.")]
+    where: str = D("Seam or point, and field.")
     found: str
     expected: str
-    off_by: Annotated[str, D("Number with unit; empty for words.")]
+    off_by: str = D("Number with unit; empty for words.")
 
 
 class Diff(Record):
@@ -197,95 +146,86 @@ class Diff(Record):
     """
 
     schema: Literal["wpcal/diff/1"]
-    atol_mm: Annotated[float, D("Distances up to this count as equal.")]
+    atol_mm: float = D("Distances up to this count as equal.")
     differences: list[DiffDifference]
 
 
 class DriftPartPart(Record):
-    file: Annotated[str, D("Name of the STEP file.")]
-    sha256: Annotated[str | None, D("Of its contents; null if the calibrations do not say it.")]
+    file: str = D("Name of the STEP file.")
+    sha256: str | None = D("Of its contents; null if the calibrations do not say it.")
 
 
 class DriftPartPose(Record):
     name: Literal["x", "y", "z", "turn x", "turn y", "turn z"]
-    unit: Annotated[str, D("Of all numbers of this chart.")]
-    centre: Annotated[float, D("Mean of the first jobs.")]
-    sigma: Annotated[NotNegative, D("Scatter from job to job: median moving range / 0.954.")]
-    lower: Annotated[float, D("Centre less 3 sigma.")]
-    upper: Annotated[float, D("Centre plus 3 sigma.")]
-    last: Annotated[float, D("Of the last job.")]
-    outside: Annotated[list[str], D("Jobs outside the limits.")]
-    cusum_alarms: Annotated[list[str], D("Jobs at which the CUSUM exceeds its limit; it then begins again at 0.")]
+    unit: str = D("Of all numbers of this chart.")
+    centre: float = D("Mean of the first jobs.")
+    sigma: NotNegative = D("Scatter from job to job: median moving range / 0.954.")
+    lower: float = D("Centre less 3 sigma.")
+    upper: float = D("Centre plus 3 sigma.")
+    last: float = D("Of the last job.")
+    outside: list[str] = D("Jobs outside the limits.")
+    cusum_alarms: list[str] = D("Jobs at which the CUSUM exceeds its limit; it then begins again at 0.")
 
 
 class Point(Record):
     name: str
-    rms_mm: Annotated[NotNegative, D("Root mean square of the residual.")]
+    rms_mm: NotNegative = D("Root mean square of the residual.")
     largest_mm: NotNegative
     largest_in_job: str
-    mean_base_mm: Annotated[Vector, D("Mean residual in base.")]
-    jobs_largest: Annotated[Count, D("Jobs in which no other point has a larger residual.")]
-    jobs_named_wrong: Annotated[Count, D("Jobs whose calibration names the point as wrong.")]
+    mean_base_mm: Vector = D("Mean residual in base.")
+    jobs_largest: Count = D("Jobs in which no other point has a larger residual.")
+    jobs_named_wrong: Count = D("Jobs whose calibration names the point as wrong.")
 
 
 class SeamError(Record):
-    unit: Annotated[str, D("Of all numbers of this chart.")]
-    centre: Annotated[float, D("Mean of the first jobs.")]
-    sigma: Annotated[NotNegative, D("Scatter from job to job: median moving range / 0.954.")]
-    lower: Annotated[float, D("Centre less 3 sigma.")]
-    upper: Annotated[float, D("Centre plus 3 sigma.")]
-    last: Annotated[float, D("Of the last job.")]
-    outside: Annotated[list[str], D("Jobs outside the limits.")]
-    cusum_alarms: Annotated[list[str], D("Jobs at which the CUSUM exceeds its limit; it then begins again at 0.")]
+    unit: str = D("Of all numbers of this chart.")
+    centre: float = D("Mean of the first jobs.")
+    sigma: NotNegative = D("Scatter from job to job: median moving range / 0.954.")
+    lower: float = D("Centre less 3 sigma.")
+    upper: float = D("Centre plus 3 sigma.")
+    last: float = D("Of the last job.")
+    outside: list[str] = D("Jobs outside the limits.")
+    cusum_alarms: list[str] = D("Jobs at which the CUSUM exceeds its limit; it then begins again at 0.")
 
 
 class Shift(Record):
-    job: Annotated[str, D("First job after the change.")]
-    number: Annotated[Number, D("Its place in the order.")]
-    when: Annotated[str | None, D("Its time.")]
+    job: str = D("First job after the change.")
+    number: Number = D("Its place in the order.")
+    when: str | None = D("Its time.")
     cause: Literal["fixture or base", "touch", "robot", "unclear"]
-    points: Annotated[list[str], D("Of a wrong touch; several if they cannot be told apart.")]
-    sentence: Annotated[str, D("For a person.")]
-    xyz_mm: Annotated[Vector, D("Change of the middle of the touched points, in base.")]
-    turn_deg: Annotated[Vector, D("Change of the turns about the axes of base.")]
+    points: list[str] = D("Of a wrong touch; several if they cannot be told apart.")
+    sentence: str = D("For a person.")
+    xyz_mm: Vector = D("Change of the middle of the touched points, in base.")
+    turn_deg: Vector = D("Change of the turns about the axes of base.")
 
 
 class DriftPart(Record):
     part: DriftPartPart
-    jobs: Annotated[Annotated[int, Meta(ge=8)], D("Jobs with a calibration.")]
+    jobs: Annotated[int, Meta(ge=8)] = D("Jobs with a calibration.")
     first_job: str
     last_job: str
-    order: Annotated[
-        Literal["when", "list"],
-        D(
-            "when: by the times of the jobs. list: not all jobs have a time; the order is that of the folders "
-            "and their lists."
-        ),
-    ]
-    centre_from_jobs: Annotated[Number, D("So many first jobs give the centres.")]
-    pose: Annotated[
-        Annotated[list[DriftPartPose], Meta(min_length=6, max_length=6)],
-        D(
-            "Place of the middle of the touched points and turn of the part, both from the median pose, along "
-            "the axes of base."
-        ),
-    ]
-    points: Annotated[list[Point], D("Points that are in all jobs.")]
-    points_not_in_all_jobs: Annotated[list[str], D("Not looked at.")]
-    most_wrong: Annotated[
-        str | None,
-        D(
-            "Point that most jobs name as wrong; if none does, the one that most often has the largest "
-            "residual. null without residuals."
-        ),
-    ]
-    seam_error: Annotated[SeamError | None, D("Largest 95 % error of a seam; null if a job has none.")]
-    shifts: Annotated[list[Shift], D("Sudden changes.")]
+    order: Literal["when", "list"] = D(
+        "when: by the times of the jobs. list: not all jobs have a time; the order is that of the folders and their "
+        "lists."
+    )
+    centre_from_jobs: Number = D("So many first jobs give the centres.")
+    pose: Annotated[list[DriftPartPose], Meta(min_length=6, max_length=6)] = D(
+        "Place of the middle of the touched points and turn of the part, both from the median pose, along the axes of "
+        "base."
+    )
+    points: list[Point] = D("Points that are in all jobs.")
+    points_not_in_all_jobs: list[str] = D("Not looked at.")
+    most_wrong: str | None = D(
+        "Point that most jobs name as wrong; if none does, the one that most often has the largest residual. null "
+        "without residuals."
+    )
+    seam_error: SeamError | None = D("Largest 95 % error of a seam; null if a job has none.")
+    shifts: list[Shift] = D("Sudden changes.")
 
 
 class Failed(Record):
     job: str
-    out: Annotated[str, D("Folder of the batch.")]
+    out: str = D("Folder of the batch.")
     error: str
 
 
@@ -303,14 +243,14 @@ class Drift(Record):
 
     schema: Literal["wpcal/drift/1"]
     parts: Annotated[list[DriftPart], Meta(min_length=1)]
-    failed: Annotated[list[Failed], D("Jobs without a calibration.")]
-    left_out: Annotated[list[str], D("One line for each part with too few jobs.")]
-    rules: Annotated[list[Rule], D("When something is an alarm, and how often without cause.")]
+    failed: list[Failed] = D("Jobs without a calibration.")
+    left_out: list[str] = D("One line for each part with too few jobs.")
+    rules: list[Rule] = D("When something is an alarm, and how often without cause.")
 
 
 class Histogram(Record):
-    edges_mm: Annotated[Annotated[list[NotNegative], Meta(min_length=2)], D("One more than counts.")]
-    counts: Annotated[Annotated[list[Count], Meta(min_length=1)], D("Trials per bin.")]
+    edges_mm: Annotated[list[NotNegative], Meta(min_length=2)] = D("One more than counts.")
+    counts: Annotated[list[Count], Meta(min_length=1)] = D("Trials per bin.")
 
 
 class ErrorStudy(Record, rename={"share_below_0_5_mm": "share_below_0.5_mm"}):
@@ -321,16 +261,14 @@ class ErrorStudy(Record, rename={"share_below_0_5_mm": "share_below_0.5_mm"}):
 
     schema: Literal["wpcal/error-study/1"]
     trials: Number
-    bound_mm: Annotated[NotNegative, D("Greatest error of a taught coordinate.")]
-    at: Annotated[Literal["cube", "corners", "common"], D("Where in the cube of half width bound_mm the errors are.")]
+    bound_mm: NotNegative = D("Greatest error of a taught coordinate.")
+    at: Literal["cube", "corners", "common"] = D("Where in the cube of half width bound_mm the errors are.")
     criterion: Literal["minimax", "least_squares"]
     seed: int
-    mean_mm: Annotated[NotNegative, D("Mean error of a trial.")]
-    extreme_mm: Annotated[NotNegative, D("Largest error of a trial.")]
-    share_below_0_5_mm: Annotated[Share, D("Share of the trials with an error below 0.5 mm.")]
-    quantiles_mm: Annotated[
-        Annotated[dict[str, NotNegative], Meta(min_length=1)], D("Error by probability (0.95 and so on).")
-    ]
+    mean_mm: NotNegative = D("Mean error of a trial.")
+    extreme_mm: NotNegative = D("Largest error of a trial.")
+    share_below_0_5_mm: Share = D("Share of the trials with an error below 0.5 mm.")
+    quantiles_mm: Annotated[dict[str, NotNegative], Meta(min_length=1)] = D("Error by probability (0.95 and so on).")
     histogram: Histogram
 
 
@@ -342,14 +280,12 @@ class Error(Record):
 
     schema: Literal["wpcal/error/1"]
     exit_code: Number
-    code: Annotated[
-        str, D("The cause, for programs: a code of wpcal.core.errors.ErrorCode, or usage, internal, interrupted.")
-    ]
-    file: Annotated[str | None, D("The file that it is about; null if none is known.")]
-    line: Annotated[Number | None, D("Line of the file, from 1.")]
-    column: Annotated[str | None, D("Name of a column, or its place in the line, from 1.")]
-    message: Annotated[str, D("What is wrong and what was expected.")]
-    hint: Annotated[str | None, D("The options that help; null if none is known.")]
+    code: str = D("The cause, for programs: a code of wpcal.core.errors.ErrorCode, or usage, internal, interrupted.")
+    file: str | None = D("The file that it is about; null if none is known.")
+    line: Number | None = D("Line of the file, from 1.")
+    column: str | None = D("Name of a column, or its place in the line, from 1.")
+    message: str = D("What is wrong and what was expected.")
+    hint: str | None = D("The options that help; null if none is known.")
 
 
 class Report(Record):
@@ -359,5 +295,5 @@ class Report(Record):
     """
 
     schema: Literal["wpcal/report/1"]
-    verdict: Annotated[Literal["PASS", "UNSURE", "FAIL"], D("Verdict of the calibration, as in calibration.json.")]
-    file: Annotated[str, D("The written page.")]
+    verdict: Literal["PASS", "UNSURE", "FAIL"] = D("Verdict of the calibration, as in calibration.json.")
+    file: str = D("The written page.")

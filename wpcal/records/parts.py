@@ -1,8 +1,8 @@
 """What records are made of: the base of their types, and kinds of values that many of them have."""
 
-from typing import Annotated, Any, Literal, TypeVar, Union
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args
 
-from msgspec import Meta, Struct, StructMeta, UnsetType
+from msgspec import UNSET, Meta, Struct, StructMeta, UnsetType
 from msgspec.json import schema_components
 
 T = TypeVar("T")
@@ -10,22 +10,31 @@ Maybe = Union[T, UnsetType]  # noqa: UP007  # mypy takes no | with a type variab
 """A field that a record may lack."""
 
 
-class _Keywords(StructMeta):
-    """Lets required fields follow those that may be missing."""
+class _Fields(StructMeta):
+    """Makes fields of what a class says: ``name: kind``, with what it is after ``= D(…)``; `Maybe` kinds may lack."""
 
-    def __new__(cls, *arguments: Any, **settings: Any) -> Any:
-        return super().__new__(cls, *arguments, **{"kw_only": True, **settings})
+    def __new__(cls, name: str, bases: tuple[type, ...], space: dict[str, Any], **settings: Any) -> Any:
+        kinds = space.get("__annotations__", {})
+        for field, kind in kinds.items():
+            said, inner = space.pop(field, None), [each for each in get_args(kind) if each is not UnsetType]
+            may_lack = len(inner) < len(get_args(kind))
+            if isinstance(said, Meta):
+                kinds[field] = Annotated[Union[tuple(inner)] if may_lack else kind, said]  # noqa: UP007
+                kinds[field] = kinds[field] | UnsetType if may_lack else kinds[field]
+            if may_lack:
+                space[field] = UNSET
+        return super().__new__(cls, name, bases, space, **{"kw_only": True, **settings})
 
 
-class Record(Struct, metaclass=_Keywords, forbid_unknown_fields=True):
+class Record(Struct, metaclass=_Fields, forbid_unknown_fields=True):
     """An object with these fields only."""
 
 
-class Open(Struct, metaclass=_Keywords):
+class Open(Struct, metaclass=_Fields):
     """An object that may have other fields, too."""
 
 
-def D(text: str) -> Meta:
+def D(text: str) -> Any:
     """Say what a field is."""
     return Meta(description=text)
 
@@ -63,34 +72,48 @@ Quaternion = Annotated[list[float], Meta(min_length=4, max_length=4)]
 Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
 Rotation = Annotated[list[Vector], Meta(min_length=3, max_length=3)]
 Matrix = Annotated[list[Quaternion], Meta(min_length=4, max_length=4)]
+MatrixByRows = Annotated[
+    Matrix, D("Homogeneous 4×4 matrix by rows: rotation without unit, translation in mm; the last row is 0 0 0 1.")
+]
 Covariance = Annotated[list[Six], Meta(min_length=6, max_length=6)]
 
 
 class Issue(Record):
     """Something odd, but not fatal."""
 
-    code: Annotated[
-        Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")], D("Stable word for programs, lower case with dashes.")
-    ]
-    message: Annotated[str, D("One sentence for people.")]
-    ids: Annotated[list[str], D("Names of the faces, solids, points or seams concerned.")]
+    code: Annotated[str, Meta(pattern="^[a-z0-9]+(-[a-z0-9]+)*$")] = D(
+        "Stable word for programs, lower case with dashes."
+    )
+    message: str = D("One sentence for people.")
+    ids: list[str] = D("Names of the faces, solids, points or seams concerned.")
 
 
 class Neck(Record):
-    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
-    from_mm: Annotated[NotNegative, D("From the mouth of the nozzle to where the bend begins.")]
-    bend_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
-    radius_mm: Annotated[NotNegative, D("Outer radius of the neck.")]
-    body_from_mm: Annotated[NotNegative, D("From the mouth along the centre line to where the body begins.")]
-    body_radius_mm: Annotated[NotNegative, D("Outer radius of the body.")]
+    angle_deg: Annotated[float, Meta(ge=0, le=180)] = D("By how much the neck bends away from the wire.")
+    from_mm: NotNegative = D("From the mouth of the nozzle to where the bend begins.")
+    bend_mm: NotNegative = D("Radius of the centre line of the bend.")
+    radius_mm: NotNegative = D("Outer radius of the neck.")
+    body_from_mm: NotNegative = D("From the mouth along the centre line to where the body begins.")
+    body_radius_mm: NotNegative = D("Outer radius of the body.")
+
+
+class TorchShape(Record):
+    wire_mm: NotNegative = D("From the tip of the wire to the mouth of the nozzle.")
+    nozzle_radius_mm: NotNegative = D("Outer radius of the nozzle.")
+    length_mm: NotNegative = D("From the tip of the wire along the centre line to where the wrist has room to turn.")
+    name: Maybe[str] = D("Name of a shipped torch or of a torch file; stated: sizes given by a program.")
+    mouth_radius_mm: Maybe[NotNegative] = D("Outer radius at the mouth of a conical nozzle. Missing: cylindrical.")
+    taper_mm: Maybe[NotNegative] = D("Length of the cone of the nozzle.")
+    most_wire_mm: Maybe[NotNegative] = D("The longest wire with which the torch still welds. Missing: wire_mm.")
+    neck: Maybe[Neck] = D("What is behind the nozzle. Missing: the torch is straight.")
 
 
 class Member(Record):
     solid: str
-    taken_as: Annotated[str, D("steel, a bolt or screw, wood, …")]
-    factor: Annotated[Share, D("The confidence of each of its seams was multiplied by it; 1 for a member.")]
-    why: Annotated[list[str], D("The evidence in words.")]
-    said: Annotated[bool | None, D("Whether a person said that it can be welded; null if nobody said anything.")]
+    taken_as: str = D("steel, a bolt or screw, wood, …")
+    factor: Share = D("The confidence of each of its seams was multiplied by it; 1 for a member.")
+    why: list[str] = D("The evidence in words.")
+    said: bool | None = D("Whether a person said that it can be welded; null if nobody said anything.")
 
 
 class Units(Record):

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
 from wpcal.records.cells import Issue
 from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Pair, Positive, Record, Six, Vector
@@ -26,7 +26,7 @@ class Check(Record):
     steps_cut_into: Number
     states: Number
     least_distance_mm: float | None
-    least_margin_mm: Annotated[float | None, D("Distance minus the safety distance of the pair.")]
+    least_margin_mm: float | None = D("Distance minus the safety distance of the pair.")
     between: Annotated[list[str], Meta(min_length=2, max_length=2)] | None
     s_mm: float
     largest_motion_between_states_mm: NotNegative
@@ -34,9 +34,9 @@ class Check(Record):
 
 
 class BetweenPoints(Record):
-    largest_tip_error_mm: Annotated[NotNegative, D("Largest distance from the line between neighbouring points.")]
-    s_mm: Annotated[float, D("Place of that distance along the seam.")]
-    slowest_mm_s: Annotated[NotNegative, D("Least speed of the tip in the part; speed_mm_s is asked.")]
+    largest_tip_error_mm: NotNegative = D("Largest distance from the line between neighbouring points.")
+    s_mm: float = D("Place of that distance along the seam.")
+    slowest_mm_s: NotNegative = D("Least speed of the tip in the part; speed_mm_s is asked.")
     fastest_mm_s: NotNegative
 
 
@@ -46,31 +46,31 @@ class Robot(Record):
 
 
 class Coordinated(Record):
-    language: Annotated[str, D("Name of the format.")]
-    holder_moves: Annotated[Literal["joints", "line"], D("How robot 2 moves from mark to mark.")]
+    language: str = D("Name of the format.")
+    holder_moves: Literal["joints", "line"] = D("How robot 2 moves from mark to mark.")
     lines: Count
     arcs: Count
-    s_mm: Annotated[Annotated[list[float], Meta(min_length=2)], D("Lengths along the seam at the marks.")]
-    wire_off_mm: Annotated[NotNegative, D("Largest distance of the wire's tip from the seam, in the part.")]
-    wire_off_deg: Annotated[NotNegative, D("Largest angle of the wire from that of the plan, in the part.")]
-    part_turned_deg: Annotated[NotNegative, D("Largest difference of the part's attitude from the plan.")]
-    part_off_mm: Annotated[NotNegative, D("Largest distance of the weld point in space from the plan.")]
+    s_mm: Annotated[list[float], Meta(min_length=2)] = D("Lengths along the seam at the marks.")
+    wire_off_mm: NotNegative = D("Largest distance of the wire's tip from the seam, in the part.")
+    wire_off_deg: NotNegative = D("Largest angle of the wire from that of the plan, in the part.")
+    part_turned_deg: NotNegative = D("Largest difference of the part's attitude from the plan.")
+    part_off_mm: NotNegative = D("Largest distance of the weld point in space from the plan.")
     freedom: Literal["unchecked", "free", "not free"]
-    check: Annotated[Check, D("Measurements of these moves.")]
+    check: Check = D("Measurements of these moves.")
 
 
 class Point(Record):
-    mark: Annotated[Number, D("Number of the sync mark in the programs.")]
-    phase: Annotated[Literal["approach", "weld", "retract"], D("What happens on the way to this state.")]
+    mark: Number = D("Number of the sync mark in the programs.")
+    phase: Literal["approach", "weld", "retract"] = D("What happens on the way to this state.")
     t_s: NotNegative
-    robot1_deg: Annotated[Six, D("Angles as the controller shows them, deg.")]
-    robot2_deg: Annotated[Six, D("Angles as the controller shows them, deg.")]
-    s_mm: Annotated[float | None, D("Arc length; null in the air, like the four angles.")]
+    robot1_deg: Six = D("Angles as the controller shows them, deg.")
+    robot2_deg: Six = D("Angles as the controller shows them, deg.")
+    s_mm: float | None = D("Arc length; null in the air, like the four angles.")
     slope_deg: float | None
-    rotation_deg: Annotated[float | None, D("Also null in vertical travel.")]
+    rotation_deg: float | None = D("Also null in vertical travel.")
     work_deg: float | None
     travel_deg: float | None
-    clearance_mm: Annotated[float | None, D("Distance of the pair with the least margin.")]
+    clearance_mm: float | None = D("Distance of the pair with the least margin.")
 
 
 class Plan(Record):
@@ -79,43 +79,27 @@ class Plan(Record):
     schema: Literal["wpcal/plan/1"]
     cell: str
     seam: str
-    found_by: Annotated[str, D("Method: ladder or nsga2.")]
+    found_by: str = D("Method: ladder or nsga2.")
     units: Units
-    objectives: Annotated[dict[str, float], D("Values of the minimised objectives, by name.")]
-    as_printed: Annotated[dict[str, float], D("The functions of Hou 2018 as printed.")]
-    speed_mm_s: Annotated[Positive, D("Speed of the wire along the seam.")]
+    objectives: dict[str, float] = D("Values of the minimised objectives, by name.")
+    as_printed: dict[str, float] = D("The functions of Hou 2018 as printed.")
+    speed_mm_s: Positive = D("Speed of the wire along the seam.")
     asked_mm_s: Positive
-    speed_limit: Annotated[
-        SpeedLimit | None, D("The joint that reaches its speed limit first; null if no arm states joint speeds.")
-    ]
+    speed_limit: SpeedLimit | None = D(
+        "The joint that reaches its speed limit first; null if no arm states joint speeds."
+    )
     freedom: Literal["unchecked", "free", "not free"]
-    check: Annotated[Check | None, D("Measurements between the points; null if the check did not run.")]
-    between_points: Maybe[
-        Annotated[
-            BetweenPoints,
-            D(
-                "The tip of the wire in the part between the points of the weld, where both controllers "
-                "interpolate joints."
-            ),
-        ]
-    ] = UNSET
-    issues: Maybe[
-        Annotated[list[Issue], D("What is odd in the cell: bodies, frames and mounting faces (wpcal plan --check).")]
-    ] = UNSET
+    check: Check | None = D("Measurements between the points; null if the check did not run.")
+    between_points: Maybe[BetweenPoints] = D(
+        "The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."
+    )
+    issues: Maybe[list[Issue]] = D("What is odd in the cell: bodies, frames and mounting faces (wpcal plan --check).")
     robots: Annotated[list[Robot], Meta(min_length=2, max_length=2)]
-    coordinated: Maybe[
-        Annotated[
-            list[Coordinated],
-            D("The coordinated motion in the programs of each language. Empty for programs of joint moves."),
-        ]
-    ] = UNSET
+    coordinated: Maybe[list[Coordinated]] = D(
+        "The coordinated motion in the programs of each language. Empty for programs of joint moves."
+    )
     points: Annotated[list[Point], Meta(min_length=2)]
-    weld_s: Annotated[NotNegative, D("Time of the weld from its first point to its last, s.")]
-
-
-class ParetoUnits(Record):
-    length: Literal["mm"]
-    angle: Literal["deg"]
+    weld_s: NotNegative = D("Time of the weld from its first point to its last, s.")
 
 
 class Obstacle(Record):
@@ -129,16 +113,14 @@ class Obstacle(Record):
         "weld zone",
         "joint speeds",
     ]
-    says: Annotated[str, D("What was found, where, and what was asked.")]
-    advice: Annotated[str, D("What would help; may be empty.")]
-    s_mm: Annotated[float | None, D("Place along the seam.")]
-    between: Annotated[
-        Annotated[list[str], Meta(min_length=2, max_length=2)] | None, D("Two bodies that are too near.")
-    ]
+    says: str = D("What was found, where, and what was asked.")
+    advice: str = D("What would help; may be empty.")
+    s_mm: float | None = D("Place along the seam.")
+    between: Annotated[list[str], Meta(min_length=2, max_length=2)] | None = D("Two bodies that are too near.")
     robot: Literal[1, 2] | None
     joint: str | None
-    best: Annotated[float | None, D("Best value attained at this place, in unit.")]
-    asked: Annotated[float | None, D("Value that is asked, in unit.")]
+    best: float | None = D("Best value attained at this place, in unit.")
+    asked: float | None = D("Value that is asked, in unit.")
     unit: Literal["mm", "deg", "mm/s", ""]
 
 
@@ -148,14 +130,14 @@ class Front(Record):
 
 
 class ParetoPlan(Record):
-    plan: Annotated[Number, D("Its number, from 1.")]
+    plan: Number = D("Its number, from 1.")
     found_by: Literal["ladder", "nsga2"]
-    freedom: Annotated[Literal["unchecked", "free", "not free"], D("What the check between the points found.")]
-    objectives: Annotated[dict[str, float], D("Values of the minimised objectives, by name.")]
-    as_printed: Annotated[dict[str, float], D("f1_1, f1_2 and f2 of Hou 2018 as printed.")]
-    least_clearance_mm: Annotated[
-        float | None, D("Distance between the hulls of the pair of bodies that is nearest to its safety distance, mm.")
-    ]
+    freedom: Literal["unchecked", "free", "not free"] = D("What the check between the points found.")
+    objectives: dict[str, float] = D("Values of the minimised objectives, by name.")
+    as_printed: dict[str, float] = D("f1_1, f1_2 and f2 of Hou 2018 as printed.")
+    least_clearance_mm: float | None = D(
+        "Distance between the hulls of the pair of bodies that is nearest to its safety distance, mm."
+    )
     s_mm: list[float]
     robot1_deg: list[Six]
     robot2_deg: list[Six]
@@ -163,30 +145,23 @@ class ParetoPlan(Record):
     rotation_deg: list[float]
     work_deg: list[float]
     travel_deg: list[float]
-    between_points: Maybe[
-        Annotated[
-            BetweenPoints,
-            D(
-                "The tip of the wire in the part between the points of the weld, where both controllers "
-                "interpolate joints."
-            ),
-        ]
-    ] = UNSET
+    between_points: Maybe[BetweenPoints] = D(
+        "The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."
+    )
 
 
 class Run(Record):
-    speed_mm_s: Annotated[Positive, D("Speed of the wire along the seam.")]
+    speed_mm_s: Positive = D("Speed of the wire along the seam.")
     asked_mm_s: Positive
-    weld_s: Annotated[NotNegative, D("Time of the weld from its first point to its last, s.")]
-    speed_limit: Annotated[
-        SpeedLimit | None, D("The joint that reaches its speed limit first; null if no arm states joint speeds.")
-    ]
+    weld_s: NotNegative = D("Time of the weld from its first point to its last, s.")
+    speed_limit: SpeedLimit | None = D(
+        "The joint that reaches its speed limit first; null if no arm states joint speeds."
+    )
     freedom: Literal["unchecked", "free", "not free"]
-    check: Annotated[Check | None, D("Measurements between the points; null if the check did not run.")]
-    between_points: Annotated[
-        BetweenPoints,
-        D("The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."),
-    ]
+    check: Check | None = D("Measurements between the points; null if the check did not run.")
+    between_points: BetweenPoints = D(
+        "The tip of the wire in the part between the points of the weld, where both controllers interpolate joints."
+    )
 
 
 class Pareto(Record):
@@ -198,35 +173,26 @@ class Pareto(Record):
     schema: Literal["wpcal/pareto/1"]
     cell: str
     seam: str
-    units: ParetoUnits
+    units: Units
     speed_mm_s: Positive
     safety_distance_mm: float
     wishes: dict[str, float]
-    objectives: Annotated[list[str], D("Names, in the order of the columns of the fronts.")]
-    failed: Annotated[str | None, D("Why there is no plan; null if there is one.")]
-    obstacle: Maybe[
-        Annotated[
-            Obstacle | None,
-            D("The limit that is hardest to keep, and where; null if there is a plan or no limit can be named."),
-        ]
-    ] = UNSET
-    issues: Maybe[
-        Annotated[list[Issue], D("What is odd in the cell: bodies, frames and mounting faces (wpcal plan --check).")]
-    ] = UNSET
-    interrupted: Maybe[bool] = UNSET
-    not_free: Maybe[Annotated[Count, D("Plans left out by the check between their points.")]] = UNSET
-    preference: Maybe[Literal["position", "smooth", "balanced"]] = UNSET
-    chosen: Maybe[Annotated[Number, D("Number of the plan of that preference.")]] = UNSET
-    reference: Maybe[Annotated[list[float], D("Corner of the hypervolumes.")]] = UNSET
-    hypervolume: Maybe[float] = UNSET
-    fronts: Maybe[Annotated[dict[str, Front], D("Front that each method found alone: ladder, nsga2.")]] = UNSET
+    objectives: list[str] = D("Names, in the order of the columns of the fronts.")
+    failed: str | None = D("Why there is no plan; null if there is one.")
+    obstacle: Maybe[Obstacle | None] = D(
+        "The limit that is hardest to keep, and where; null if there is a plan or no limit can be named."
+    )
+    issues: Maybe[list[Issue]] = D("What is odd in the cell: bodies, frames and mounting faces (wpcal plan --check).")
+    interrupted: Maybe[bool]
+    not_free: Maybe[Count] = D("Plans left out by the check between their points.")
+    preference: Maybe[Literal["position", "smooth", "balanced"]]
+    chosen: Maybe[Number] = D("Number of the plan of that preference.")
+    reference: Maybe[list[float]] = D("Corner of the hypervolumes.")
+    hypervolume: Maybe[float]
+    fronts: Maybe[dict[str, Front]] = D("Front that each method found alone: ladder, nsga2.")
     plans: list[ParetoPlan]
-    run: Maybe[
-        Annotated[
-            Run, D("The chosen plan with approach and retract: speed, collisions, and the tip between the points.")
-        ]
-    ] = UNSET
-    no_program: Maybe[Annotated[list[str], D("Why a robot has no program.")]] = UNSET
+    run: Maybe[Run] = D("The chosen plan with approach and retract: speed, collisions, and the tip between the points.")
+    no_program: Maybe[list[str]] = D("Why a robot has no program.")
 
 
 class WeldSequencePlan(Record):
@@ -242,32 +208,32 @@ class TCarrierPart(Record):
 
 
 class Seam(Record):
-    name: Annotated[str, D("The seam's, with a letter where it is welded in pieces.")]
+    name: str = D("The seam's, with a letter where it is welded in pieces.")
     seam: str
     from_mm: float
     to_mm: float
-    is_reversed: Annotated[bool, D("Welded against the direction of the seam file, from to_mm to from_mm.")]
-    external: Annotated[list[float], D("External axes at the start.")]
-    external_end: Annotated[list[float], D("External axes at the end: they change evenly along the piece.")]
-    branch: Annotated[int, D("0 to 7: 4 for the shoulder turned back, 2 for the other elbow, 1 for the flipped wrist.")]
-    slope_deg: Annotated[float, D("In the middle of the piece, positive uphill.")]
-    rotation_deg: Annotated[float | None, D("In the middle of the piece; null in vertical travel.")]
-    off_position_deg: Annotated[float, D("Largest distance from the asked weld position.")]
+    is_reversed: bool = D("Welded against the direction of the seam file, from to_mm to from_mm.")
+    external: list[float] = D("External axes at the start.")
+    external_end: list[float] = D("External axes at the end: they change evenly along the piece.")
+    branch: int = D("0 to 7: 4 for the shoulder turned back, 2 for the other elbow, 1 for the flipped wrist.")
+    slope_deg: float = D("In the middle of the piece, positive uphill.")
+    rotation_deg: float | None = D("In the middle of the piece; null in vertical travel.")
+    off_position_deg: float = D("Largest distance from the asked weld position.")
     in_position: bool
     off_torch_deg: float
     speed_mm_s: float
-    slowed_by: Annotated[str | None, D("The axis that does not allow the asked speed.")]
-    least_margin_mm: Annotated[float, D("Least distance of any two bodies, less their safety distance, a lower bound.")]
+    slowed_by: str | None = D("The axis that does not allow the asked speed.")
+    least_margin_mm: float = D("Least distance of any two bodies, less their safety distance, a lower bound.")
 
 
 class Help(Record):
     text: str
     turn_deg: float
     move_mm: Pair
-    raise_mm: Annotated[float, D("Of the part, with its positioner.")]
-    from_table_mm: Annotated[float, D("Of the part, away from the table of its positioner.")]
-    torch_range_deg: Annotated[float | None, D("How far the torch may leave its target angles.")]
-    torch_scale: Annotated[float | None, D("Radius of another torch's bodies relative to those of this one.")]
+    raise_mm: float = D("Of the part, with its positioner.")
+    from_table_mm: float = D("Of the part, away from the table of its positioner.")
+    torch_range_deg: float | None = D("How far the torch may leave its target angles.")
+    torch_scale: float | None = D("Radius of another torch's bodies relative to those of this one.")
 
 
 class Unwelded(Record):
@@ -275,19 +241,17 @@ class Unwelded(Record):
     from_mm: float
     to_mm: float
     why: str
-    help: Annotated[list[Help], D("Changes with which the stretch has a way, as a trial with collisions showed.")]
-    is_searched: Annotated[bool, D("Whether all kinds of changes were tried.")]
+    help: list[Help] = D("Changes with which the stretch has a way, as a trial with collisions showed.")
+    is_searched: bool = D("Whether all kinds of changes were tried.")
 
 
 class WeldSequencePoint(Record):
     t_s: float
     phase: Literal["air", "approach", "weld", "retract"]
     seam: str | None
-    s_mm: Annotated[float | None, D("Along the seam of the file; null off the weld.")]
+    s_mm: float | None = D("Along the seam of the file; null off the weld.")
     axes: list[float]
-    margin_mm: Annotated[
-        float | None, D("Least margin from here to the next point, a lower bound; null if nothing can meet.")
-    ]
+    margin_mm: float | None = D("Least margin from here to the next point, a lower bound; null if nothing can meet.")
 
 
 class WeldSequence(Record):
@@ -296,22 +260,19 @@ class WeldSequence(Record):
     schema: Literal["wpcal/weld-sequence/1"]
     cell: str
     units: Units
-    freedom: Annotated[
-        Literal["free", "not free"], D("Whether every move is proved free of collision: free or not free.")
-    ]
-    checked: Annotated[str, D("What was compared with what.")]
-    axes: Annotated[list[str], D("Six joints of the arm, the rail if there is one (mm), the axes of the positioner.")]
-    welded_mm: Annotated[float, D("Length of all pieces.")]
+    freedom: Literal["free", "not free"] = D("Whether every move is proved free of collision: free or not free.")
+    checked: str = D("What was compared with what.")
+    axes: list[str] = D("Six joints of the arm, the rail if there is one (mm), the axes of the positioner.")
+    welded_mm: float = D("Length of all pieces.")
     time_s: float
-    position: Annotated[Literal["flat", "PA", "PB", "any"], D("The asked weld position.")]
+    position: Literal["flat", "PA", "PB", "any"] = D("The asked weld position.")
     position_tol_deg: float
-    chosen: Annotated[Literal["position", "smooth", "balanced"], D("The plan that is worked out.")]
-    plans: Annotated[
-        dict[str, WeldSequencePlan],
-        D("Values of all plans, by preference; the times of those that are not worked out assume straight moves."),
-    ]
-    T_carrier_part: Annotated[TCarrierPart, D("The part on the positioner's flange, or in world.")]
-    seams: Annotated[list[Seam], D("Pieces in the order of welding.")]
-    unwelded: Annotated[list[Unwelded], D("Stretches that are not welded.")]
-    no_program: Annotated[dict[str, str], D("Why there is no program, by the language.")]
+    chosen: Literal["position", "smooth", "balanced"] = D("The plan that is worked out.")
+    plans: dict[str, WeldSequencePlan] = D(
+        "Values of all plans, by preference; the times of those that are not worked out assume straight moves."
+    )
+    T_carrier_part: TCarrierPart = D("The part on the positioner's flange, or in world.")
+    seams: list[Seam] = D("Pieces in the order of welding.")
+    unwelded: list[Unwelded] = D("Stretches that are not welded.")
+    no_program: dict[str, str] = D("Why there is no program, by the language.")
     points: list[WeldSequencePoint]

@@ -2,13 +2,13 @@
 
 from typing import Annotated, Any, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
 from wpcal.records.parts import (
     Count,
     D,
     Issue,
-    Matrix,
+    MatrixByRows,
     Maybe,
     Member,
     NotNegative,
@@ -25,11 +25,11 @@ from wpcal.records.parts import (
 
 class Point(Record):
     name: str
-    p_base_mm: Annotated[Vector, D("x, y, z in base, mm.")]
-    feature: Maybe[Annotated[str, D("Name of the feature that the point is; empty if it is not known.")]] = UNSET
-    rx_ry_rz_deg: Maybe[
-        Annotated[Vector | None, D("Posture of the tool in base, R = Rz Ry Rx; null if the program does not say.")]
-    ] = UNSET
+    p_base_mm: Vector = D("x, y, z in base, mm.")
+    feature: Maybe[str] = D("Name of the feature that the point is; empty if it is not known.")
+    rx_ry_rz_deg: Maybe[Vector | None] = D(
+        "Posture of the tool in base, R = Rz Ry Rx; null if the program does not say."
+    )
 
 
 class Taught(Record):
@@ -39,21 +39,15 @@ class Taught(Record):
     """
 
     schema: Literal["wpcal/taught/1"]
-    robot_space: Maybe[Annotated[Literal["nominal", "identified"], D("Robot model behind the points.")]] = UNSET
+    robot_space: Maybe[Literal["nominal", "identified"]] = D("Robot model behind the points.")
     points: list[Point]
 
 
 class Answer(Record):
-    features: Annotated[list[str], D("One feature per point, in the order of points.")]
-    rms_mm: Annotated[NotNegative, D("Root mean square distance of the least-squares fit.")]
-    probability: Annotated[Share, D("Among all answers, for Gaussian errors.")]
-    T_base_part: Annotated[
-        Annotated[
-            Matrix,
-            D("Homogeneous 4×4 matrix by rows: rotation without unit, translation in mm; the last row is 0 0 0 1."),
-        ],
-        D("Carries points from part to base."),
-    ]
+    features: list[str] = D("One feature per point, in the order of points.")
+    rms_mm: NotNegative = D("Root mean square distance of the least-squares fit.")
+    probability: Share = D("Among all answers, for Gaussian errors.")
+    T_base_part: MatrixByRows = D("Carries points from part to base.")
 
 
 class Match(Record):
@@ -63,15 +57,15 @@ class Match(Record):
     """
 
     schema: Literal["wpcal/match/1"]
-    points: Annotated[list[str], D("Names of the taught points.")]
-    chosen: Annotated[Count | None, D("Index of the chosen answer, counted from 0; null if the data cannot decide.")]
-    reason: Annotated[str, D("Why it is chosen, or what would decide.")]
-    complete: Annotated[bool, D("False if there are more answers than are listed.")]
-    answers: Annotated[list[Answer], D("The best fit first.")]
+    points: list[str] = D("Names of the taught points.")
+    chosen: Count | None = D("Index of the chosen answer, counted from 0; null if the data cannot decide.")
+    reason: str = D("Why it is chosen, or what would decide.")
+    complete: bool = D("False if there are more answers than are listed.")
+    answers: list[Answer] = D("The best fit first.")
 
 
 class Feature(Record):
-    name: Annotated[str, D("Letter of the kind and a number, for example H1.")]
+    name: str = D("Letter of the kind and a number, for example H1.")
     kind: Literal[
         "vertex",
         "circle",
@@ -85,29 +79,21 @@ class Feature(Record):
         "plane",
         "axis",
     ]
-    p_mm: Annotated[
-        Annotated[Vector, D("x, y, z in mm.")], D("The point; the centre of a circle, hole or sphere. In part.")
-    ]
-    direction: Annotated[
-        Annotated[Vector, D("Unit vector.")] | None, D("Axis or normal in part; null if the kind has none.")
-    ]
-    diameter_mm: Annotated[NotNegative | None, D("Of a slot: its width. Null if the kind has none.")]
-    solid: Annotated[str, D("Name of the solid.")]
-    touch: Annotated[
-        Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"], D("How a person touches it.")
-    ]
-    faces: Annotated[list[Count], D("Faces that are touched, by their number in the part.")]
-    length_mm: Maybe[Annotated[NotNegative, D("Of an edge, boss, slot or axis.")]] = UNSET
-    depth_mm: Maybe[Annotated[NotNegative, D("Of a hole or slot.")]] = UNSET
-    area_mm2: Maybe[Annotated[NotNegative, D("Of a plane.")]] = UNSET
-    is_through: Maybe[Annotated[bool, D("Of a hole or slot: open at both ends.")]] = UNSET
-    form: Maybe[Annotated[Literal["plain", "countersink", "counterbore"], D("Of a hole.")]] = UNSET
-    steps: Maybe[
-        Annotated[list[Vector], D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")]
-    ] = UNSET
-    ease: Annotated[
-        Literal["sharp", "round", "hidden", "vague", "indirect"], D("How well it can be touched, the best first.")
-    ]
+    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("The point; the centre of a circle, hole or sphere. In part.")
+    direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
+    diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
+    solid: str = D("Name of the solid.")
+    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
+        "How a person touches it."
+    )
+    faces: list[Count] = D("Faces that are touched, by their number in the part.")
+    length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
+    depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")
+    area_mm2: Maybe[NotNegative] = D("Of a plane.")
+    is_through: Maybe[bool] = D("Of a hole or slot: open at both ends.")
+    form: Maybe[Literal["plain", "countersink", "counterbore"]] = D("Of a hole.")
+    steps: Maybe[list[Vector]] = D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")
+    ease: Literal["sharp", "round", "hidden", "vague", "indirect"] = D("How well it can be touched, the best first.")
 
 
 class Features(Record):
@@ -118,27 +104,20 @@ class Features(Record):
 
     schema: Literal["wpcal/features/1"]
     features: list[Feature]
-    issues: Annotated[list[Issue], D("What is odd in the part's file.")]
-    members: Maybe[Annotated[list[Member], D("What each solid of the part is taken for.")]] = UNSET
+    issues: list[Issue] = D("What is odd in the part's file.")
+    members: Maybe[list[Member]] = D("What each solid of the part is taken for.")
 
 
 class Body(Record):
     name: str
-    solids: Maybe[
-        Annotated[
-            Annotated[list[str], Meta(min_length=1)],
-            D("Names of solids that move as one; * and ? match any letters. Without it, the solid of this name."),
-        ]
-    ] = UNSET
-    faces: Maybe[Annotated[Number, D("How many faces it has. Written to recognise the body by; not read.")]] = UNSET
-    centre_mm: Maybe[
-        Annotated[Vector, D("Middle of the box around it, in part. Written to recognise the body by; not read.")]
-    ] = UNSET
-    size_mm: Maybe[Annotated[Vector, D("Sides of the box around it. Written to recognise the body by; not read.")]] = (
-        UNSET
+    solids: Maybe[Annotated[list[str], Meta(min_length=1)]] = D(
+        "Names of solids that move as one; * and ? match any letters. Without it, the solid of this name."
     )
-    tack_mm: Maybe[Annotated[float, D("Standard deviation of its motion along every axis.")]] = UNSET
-    tack_mrad: Maybe[Annotated[float, D("Standard deviation of its turn about every axis.")]] = UNSET
+    faces: Maybe[Number] = D("How many faces it has. Written to recognise the body by; not read.")
+    centre_mm: Maybe[Vector] = D("Middle of the box around it, in part. Written to recognise the body by; not read.")
+    size_mm: Maybe[Vector] = D("Sides of the box around it. Written to recognise the body by; not read.")
+    tack_mm: Maybe[float] = D("Standard deviation of its motion along every axis.")
+    tack_mrad: Maybe[float] = D("Standard deviation of its turn about every axis.")
 
 
 class Bodies(Record):
@@ -153,28 +132,25 @@ class Bodies(Record):
 
 
 class Part(Record):
-    file: Annotated[str, D("File name.")]
-    sha256: Annotated[Sha256, D("Of the file's bytes.")]
+    file: str = D("File name.")
+    sha256: Sha256 = D("Of the file's bytes.")
 
 
 class PickDraftBodies(Record):
     is_on: bool
-    tack_mm: Annotated[Positive | None, D("--tack-mm; null if it is not stated.")]
-    bending_mm: Annotated[Positive | None, D("--bending; null without it.")]
-    keeps_contacts: Annotated[bool, D("--contacts")]
-    contact_mm: Annotated[Positive | None, D("The number of --contacts; null without one.")]
-    tack_mrad: Annotated[Positive | None, D("--tack-mrad; null if it is not stated.")]
+    tack_mm: Positive | None = D("--tack-mm; null if it is not stated.")
+    bending_mm: Positive | None = D("--bending; null without it.")
+    keeps_contacts: bool = D("--contacts")
+    contact_mm: Positive | None = D("The number of --contacts; null without one.")
+    tack_mrad: Positive | None = D("--tack-mrad; null if it is not stated.")
 
 
 class Table(Record):
-    columns: Annotated[
-        Annotated[list[str], Meta(extra_json_schema={"uniqueItems": True})], D("As in a table of taught points.")
-    ]
-    rows: Annotated[list[list[str]], D("Row by row; cells are text as typed.")]
-    keys: Annotated[
-        Annotated[list[Text], Meta(extra_json_schema={"uniqueItems": True})],
-        D("One per row. A row keeps its key when its cells change."),
-    ]
+    columns: Annotated[list[str], Meta(extra_json_schema={"uniqueItems": True})] = D("As in a table of taught points.")
+    rows: list[list[str]] = D("Row by row; cells are text as typed.")
+    keys: Annotated[list[Text], Meta(extra_json_schema={"uniqueItems": True})] = D(
+        "One per row. A row keeps its key when its cells change."
+    )
 
 
 class PickDraft(Record):
@@ -185,26 +161,22 @@ class PickDraft(Record):
     """
 
     schema: Literal["wpcal/pick-draft/1"]
-    part: Annotated[Part, D("The part on which the points are taught.")]
-    file_sha256: Annotated[
-        Sha256 | None, D("Of the saved table from which the rows were made; null if there was none.")
-    ]
-    bodies: Maybe[
-        Annotated[PickDraftBodies, D("Whether bodies may have moved (--bodies); without it they may not.")]
-    ] = UNSET
+    part: Part = D("The part on which the points are taught.")
+    file_sha256: Sha256 | None = D("Of the saved table from which the rows were made; null if there was none.")
+    bodies: Maybe[PickDraftBodies] = D("Whether bodies may have moved (--bodies); without it they may not.")
     table: Table
 
 
 class SheetPart(Record):
-    file: Annotated[str, D("Name of the STEP file.")]
-    sha256: Annotated[
-        Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")], D("SHA-256 of the file; empty for shapes from a script.")
-    ]
+    file: str = D("Name of the STEP file.")
+    sha256: Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")] = D(
+        "SHA-256 of the file; empty for shapes from a script."
+    )
 
 
 class SheetFeature(Record):
-    number: Annotated[Number, D("Number on the sheet.")]
-    name: Annotated[str, D("Letter of the kind and a number, for example H1.")]
+    number: Number = D("Number on the sheet.")
+    name: str = D("Letter of the kind and a number, for example H1.")
     kind: Literal[
         "vertex",
         "circle",
@@ -218,40 +190,33 @@ class SheetFeature(Record):
         "plane",
         "axis",
     ]
-    p_mm: Annotated[
-        Annotated[Vector, D("x, y, z in mm.")], D("The point; the centre of a circle, hole or sphere. In part.")
-    ]
-    direction: Annotated[
-        Annotated[Vector, D("Unit vector.")] | None, D("Axis or normal in part; null if the kind has none.")
-    ]
-    diameter_mm: Annotated[NotNegative | None, D("Of a slot: its width. Null if the kind has none.")]
-    solid: Annotated[str, D("Name of the solid.")]
-    touch: Annotated[
-        Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"], D("How a person touches it.")
-    ]
-    faces: Annotated[list[Count], D("Faces that are touched, by their number in the part.")]
-    length_mm: Maybe[Annotated[NotNegative, D("Of an edge, boss, slot or axis.")]] = UNSET
-    depth_mm: Maybe[Annotated[NotNegative, D("Of a hole or slot.")]] = UNSET
-    area_mm2: Maybe[Annotated[NotNegative, D("Of a plane.")]] = UNSET
-    is_through: Maybe[Annotated[bool, D("Of a hole or slot: open at both ends.")]] = UNSET
-    form: Maybe[Annotated[Literal["plain", "countersink", "counterbore"], D("Of a hole.")]] = UNSET
-    steps: Maybe[
-        Annotated[list[Vector], D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")]
-    ] = UNSET
+    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("The point; the centre of a circle, hole or sphere. In part.")
+    direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
+    diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
+    solid: str = D("Name of the solid.")
+    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
+        "How a person touches it."
+    )
+    faces: list[Count] = D("Faces that are touched, by their number in the part.")
+    length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
+    depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")
+    area_mm2: Maybe[NotNegative] = D("Of a plane.")
+    is_through: Maybe[bool] = D("Of a hole or slot: open at both ends.")
+    form: Maybe[Literal["plain", "countersink", "counterbore"]] = D("Of a hole.")
+    steps: Maybe[list[Vector]] = D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")
 
 
 class Touch(Record):
     """A touch on a face or an edge: of a plan, or of a table with the column kind."""
 
-    number: Annotated[Number, D("Number on the sheet.")]
+    number: Number = D("Number on the sheet.")
     name: str
     kind: Literal["point", "plane", "edge", "hole", "cylinder", "sphere", "surface"]
-    p_mm: Annotated[Annotated[Vector, D("x, y, z in mm.")], D("Where the part is touched, in part.")]
-    way: Annotated[
-        Annotated[Vector, D("Unit vector.")] | None,
-        D("Direction of the move towards the face, in part; null if none is known."),
-    ]
-    words: Annotated[str, D("As the table of the sheet has it.")]
+    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("Where the part is touched, in part.")
+    way: Annotated[Vector, D("Unit vector.")] | None = D(
+        "Direction of the move towards the face, in part; null if none is known."
+    )
+    words: str = D("As the table of the sheet has it.")
 
 
 class Sheet(Record):
@@ -263,6 +228,6 @@ class Sheet(Record):
     schema: Literal["wpcal/sheet/1"]
     part: SheetPart
     paper: Literal["A3", "A4"]
-    scale: Annotated[Annotated[str, Meta(pattern="^([0-9.]+:1|1:[0-9.]+)$")], D("Scale of the orthogonal views.")]
+    scale: Annotated[str, Meta(pattern="^([0-9.]+:1|1:[0-9.]+)$")] = D("Scale of the orthogonal views.")
     points: list[Annotated[Any, one_of(SheetFeature, Touch)]]
-    issues: Annotated[list[Issue], D("What is odd in the part's file.")]
+    issues: list[Issue] = D("What is odd in the part's file.")

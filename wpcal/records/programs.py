@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
 from wpcal.records.parts import (
     Count,
@@ -38,17 +38,15 @@ class Motion(Record):
 
 
 class Pose(Record):
-    role: Annotated[
-        Literal["to", "approach", "weld", "retract", "from"],
-        D("to and from: on the way to and from the seam; approach and retract: before and after it, along the wire."),
-    ]
-    p_mm: Annotated[Vector, D("Tool centre point in base, mm.")]
-    R: Annotated[Rotation, D("Rows of the rotation; its columns are the axes of the tool in `frame`.")]
-    q_xyzw: Annotated[Quaternion, D("The same rotation as a unit quaternion, w >= 0.")]
-    u95_mm: Annotated[
-        NotNegative | None,
-        D("Error of the position that is not exceeded with 95 % probability, mm; null for approach and retract."),
-    ]
+    role: Literal["to", "approach", "weld", "retract", "from"] = D(
+        "to and from: on the way to and from the seam; approach and retract: before and after it, along the wire."
+    )
+    p_mm: Vector = D("Tool centre point in base, mm.")
+    R: Rotation = D("Rows of the rotation; its columns are the axes of the tool in `frame`.")
+    q_xyzw: Quaternion = D("The same rotation as a unit quaternion, w >= 0.")
+    u95_mm: NotNegative | None = D(
+        "Error of the position that is not exceeded with 95 % probability, mm; null for approach and retract."
+    )
 
 
 class Seam(Record):
@@ -57,16 +55,14 @@ class Seam(Record):
     weld: Literal["fillet", "groove", "flare-bevel groove", "flare-V groove", "unknown"]
     closed: bool
     length_mm: NotNegative
-    weld_data: Maybe[
-        Annotated[dict[str, Any], D("The values of the weld data, as in welds.json, if it was given (--welds).")]
-    ] = UNSET
+    weld_data: Maybe[dict[str, Any]] = D("The values of the weld data, as in welds.json, if it was given (--welds).")
     poses: Annotated[list[Pose], Meta(min_length=4)]
 
 
 class SafePoint(Record):
-    p_mm: Annotated[Vector, D("Tool centre point in base, mm.")]
-    R: Annotated[Rotation, D("Rows of the rotation; its columns are the axes of the tool in `frame`.")]
-    q_xyzw: Annotated[Quaternion, D("The same rotation as a unit quaternion, w >= 0.")]
+    p_mm: Vector = D("Tool centre point in base, mm.")
+    R: Rotation = D("Rows of the rotation; its columns are the axes of the tool in `frame`.")
+    q_xyzw: Quaternion = D("The same rotation as a unit quaternion, w >= 0.")
 
 
 class Program(Record):
@@ -79,30 +75,25 @@ class Program(Record):
     about: list[str]
     frame: Literal["base"]
     units: Units
-    wire_axis: Annotated[Literal["+z", "+x"], D("The tool's axis along which the wire leaves the tip.")]
-    z_sense: Annotated[Literal["inward"], D("The wire axis points into the joint.")]
+    wire_axis: Literal["+z", "+x"] = D("The tool's axis along which the wire leaves the tip.")
+    z_sense: Literal["inward"] = D("The wire axis points into the joint.")
     T_base_part: Matrix
     torch: Torch
     motion: Motion
     seams: list[Seam]
-    safe_point: Annotated[SafePoint | None, D("Where the program starts and ends; null if it has no such point.")]
+    safe_point: SafePoint | None = D("Where the program starts and ends; null if it has no such point.")
 
 
 class Move(Record):
-    seam: Annotated[str, D("Name of the seam.")]
-    lines: Annotated[Count, D("Number of linear moves along it.")]
-    arcs: Annotated[Count, D("Number of circular moves along it.")]
-    off_mm: Maybe[
-        Annotated[
-            NotNegative, D("Largest distance of the wire's tip from the seam, mm; absent where every point is written.")
-        ]
-    ] = UNSET
-    off_deg: Maybe[
-        Annotated[
-            NotNegative,
-            D("Largest angle of the wire from its direction at the seam, deg; absent where every point is written."),
-        ]
-    ] = UNSET
+    seam: str = D("Name of the seam.")
+    lines: Count = D("Number of linear moves along it.")
+    arcs: Count = D("Number of circular moves along it.")
+    off_mm: Maybe[NotNegative] = D(
+        "Largest distance of the wire's tip from the seam, mm; absent where every point is written."
+    )
+    off_deg: Maybe[NotNegative] = D(
+        "Largest angle of the wire from its direction at the seam, deg; absent where every point is written."
+    )
 
 
 class Export(Record):
@@ -112,22 +103,18 @@ class Export(Record):
     """
 
     schema: Literal["wpcal/export/1"]
-    verdict: Maybe[Annotated[str | None, D("Verdict of the calibration, as in calibration.json.")]] = UNSET
-    checked: Maybe[Annotated[list[str], D("What was checked before the programs were written, in sentences.")]] = UNSET
-    seams: Annotated[list[str], D("Names of the seams, in the order of the programs.")]
-    left_out: Maybe[
-        Annotated[list[dict[str, str]], D("Seams that were asked for and not written: name (seam) and reason (why).")]
-    ] = UNSET
-    searches: Maybe[
-        Annotated[list[str], D("Names of the searches of a plan of touches, in the order of the programs.")]
-    ] = UNSET
-    fingerprint: Maybe[Annotated[Annotated[str, Meta(pattern="^[0-9a-f]{8}$")], D("Of the plan of touches.")]] = UNSET
-    setup: Maybe[Annotated[str, D("The touch setup: its file, or that its defaults were used.")]] = UNSET
-    files: Annotated[dict[str, list[str]], D("Paths of the written files, by format.")]
-    moves: Maybe[
-        Annotated[dict[str, list[Move]], D("The moves along each seam, by format, in the order of the programs.")]
-    ] = UNSET
-    not_checked: Annotated[str, D("What nobody compared with anything, in words.")]
+    verdict: Maybe[str | None] = D("Verdict of the calibration, as in calibration.json.")
+    checked: Maybe[list[str]] = D("What was checked before the programs were written, in sentences.")
+    seams: list[str] = D("Names of the seams, in the order of the programs.")
+    left_out: Maybe[list[dict[str, str]]] = D(
+        "Seams that were asked for and not written: name (seam) and reason (why)."
+    )
+    searches: Maybe[list[str]] = D("Names of the searches of a plan of touches, in the order of the programs.")
+    fingerprint: Maybe[Annotated[str, Meta(pattern="^[0-9a-f]{8}$")]] = D("Of the plan of touches.")
+    setup: Maybe[str] = D("The touch setup: its file, or that its defaults were used.")
+    files: dict[str, list[str]] = D("Paths of the written files, by format.")
+    moves: Maybe[dict[str, list[Move]]] = D("The moves along each seam, by format, in the order of the programs.")
+    not_checked: str = D("What nobody compared with anything, in words.")
 
 
 class RosSidecarUnits(Record):
@@ -137,14 +124,13 @@ class RosSidecarUnits(Record):
 
 class RosSidecarSeam(Record):
     name: str
-    file: Annotated[str, D("The PoseArray file of this seam.")]
-    what: Annotated[str, D("The seam in words.")]
+    file: str = D("The PoseArray file of this seam.")
+    what: str = D("The seam in words.")
     closed: bool
-    roles: Annotated[
-        Annotated[list[Literal["to", "approach", "weld", "retract", "from"]], Meta(min_length=4)],
-        D("One role per pose."),
-    ]
-    error_95_m: Annotated[list[NotNegative | None] | None, D("One value per pose, null in the air; null if unknown.")]
+    roles: Annotated[list[Literal["to", "approach", "weld", "retract", "from"]], Meta(min_length=4)] = D(
+        "One role per pose."
+    )
+    error_95_m: list[NotNegative | None] | None = D("One value per pose, null in the air; null if unknown.")
 
 
 class Position(Record):
@@ -175,16 +161,13 @@ class RosSidecar(Record):
     message: Literal["geometry_msgs/msg/PoseArray"]
     frame_id: Literal["base"]
     units: RosSidecarUnits
-    wire_axis: Annotated[Literal["+x", "+z"], D("Axis of the tool along the wire.")]
-    z_sense: Annotated[Literal["inward"], D("The tool's z points into the joint.")]
+    wire_axis: Literal["+x", "+z"] = D("Axis of the tool along the wire.")
+    z_sense: Literal["inward"] = D("The tool's z points into the joint.")
     weld_speed_m_s: Positive
     seams: Annotated[list[RosSidecarSeam], Meta(min_length=1)]
-    safe_point: Maybe[
-        Annotated[
-            Annotated[list[RosSidecarSafePoint], Meta(min_length=1, max_length=1)],
-            D("Where the program starts and ends: one pose."),
-        ]
-    ] = UNSET
+    safe_point: Maybe[Annotated[list[RosSidecarSafePoint], Meta(min_length=1, max_length=1)]] = D(
+        "Where the program starts and ends: one pose."
+    )
 
 
 class CompasUnits(Record):
@@ -206,16 +189,15 @@ class Frame(Record):
 
 class CompasSeam(Record):
     name: str
-    what: Annotated[str, D("The seam in words.")]
-    to_seam: Annotated[list[Frame], D("On the way, joined by linear moves.")]
+    what: str = D("The seam in words.")
+    to_seam: list[Frame] = D("On the way, joined by linear moves.")
     approach: Frame
     weld: Annotated[list[Frame], Meta(min_length=2)]
     retract: Frame
-    from_seam: Annotated[list[Frame], D("On the way, joined by linear moves.")]
-    error_95_mm: Annotated[
-        list[NotNegative] | None,
-        D("Error at each weld frame that is not exceeded with 95 % probability; null if unknown."),
-    ]
+    from_seam: list[Frame] = D("On the way, joined by linear moves.")
+    error_95_mm: list[NotNegative] | None = D(
+        "Error at each weld frame that is not exceeded with 95 % probability; null if unknown."
+    )
 
 
 class Compas(Record):
@@ -225,13 +207,13 @@ class Compas(Record):
     """
 
     schema: Literal["wpcal/compas/1"]
-    about: Annotated[list[str], D("What the file is, line by line.")]
+    about: list[str] = D("What the file is, line by line.")
     frame: Literal["base"]
     units: CompasUnits
-    wire_axis: Annotated[Literal["+x", "+z"], D("Axis of the tool along the wire.")]
-    z_sense: Annotated[Literal["inward"], D("The tool's z points into the joint.")]
+    wire_axis: Literal["+x", "+z"] = D("Axis of the tool along the wire.")
+    z_sense: Literal["inward"] = D("The tool's z points into the joint.")
     seams: Annotated[list[CompasSeam], Meta(min_length=1)]
-    safe_point: Annotated[Frame | None, D("Where the program starts and ends; null if it has no such point.")]
+    safe_point: Frame | None = D("Where the program starts and ends; null if it has no such point.")
 
 
 class Formats(Record):
@@ -241,22 +223,22 @@ class Formats(Record):
     """
 
     schema: Literal["wpcal/formats/1"]
-    formats: Annotated[dict[str, str], D("One sentence per format, by name.")]
+    formats: dict[str, str] = D("One sentence per format, by name.")
 
 
 class Fault(Record):
-    line: Annotated[Number | None, D("Line in the file, counted from 1.")]
-    column: Annotated[str | int | None, D("Name of the column, or its place counted from 1.")]
-    field: Annotated[str | None, D("Place in a record, or the point of a program.")]
+    line: Number | None = D("Line in the file, counted from 1.")
+    column: str | int | None = D("Name of the column, or its place counted from 1.")
+    field: str | None = D("Place in a record, or the point of a program.")
     message: Text
     code: str
-    repair: Annotated[str | None, D("What --fix writes instead; null if a person must decide.")]
+    repair: str | None = D("What --fix writes instead; null if a person must decide.")
 
 
 class File(Record):
     path: str
-    kind: Annotated[str, D("What the file is, in words, or the name of its schema.")]
-    checked: Annotated[str, D("What the poses of a program were compared with; empty for other files.")]
+    kind: str = D("What the file is, in words, or the name of its schema.")
+    checked: str = D("What the poses of a program were compared with; empty for other files.")
     faults: list[Fault]
 
 
@@ -267,7 +249,7 @@ class Audit(Record):
     """
 
     schema: Literal["wpcal/audit/1"]
-    faults: Annotated[Count, D("Number of faults of all files.")]
+    faults: Count = D("Number of faults of all files.")
     files: list[File]
-    not_audited: Annotated[list[str], D("Files of kinds that wpcal neither reads nor writes, or does not read back.")]
-    repaired: Annotated[list[str], D("Place and words of each repair that --fix made.")]
+    not_audited: list[str] = D("Files of kinds that wpcal neither reads nor writes, or does not read back.")
+    repaired: list[str] = D("Place and words of each repair that --fix made.")

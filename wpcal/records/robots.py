@@ -2,51 +2,61 @@
 
 from typing import Annotated, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
-from wpcal.records.parts import Count, D, Issue, Maybe, NotNegative, Number, Positive, Record, Rotation, Share, Vector
+from wpcal.records.parts import (
+    Count,
+    D,
+    Issue,
+    Maybe,
+    NotNegative,
+    Number,
+    Positive,
+    Record,
+    Rotation,
+    Share,
+    TorchShape,
+    Vector,
+)
 
 
 class Link(Record):
-    theta_deg: Annotated[float, D("Offset of the joint angle.")]
+    theta_deg: float = D("Offset of the joint angle.")
     d_mm: float
     a_mm: float
     alpha_deg: float
-    beta_deg: Maybe[Annotated[float, D("Hayati's angle for parallel axes; 0 if not given.")]] = UNSET
-    parallel_to_next: Maybe[Annotated[bool, D("Whether beta replaces d for this axis.")]] = UNSET
+    beta_deg: Maybe[float] = D("Hayati's angle for parallel axes; 0 if not given.")
+    parallel_to_next: Maybe[bool] = D("Whether beta replaces d for this axis.")
 
 
 class Place(Record):
     """Translation in mm and angles in degrees, R = Rz(yaw) Ry(pitch) Rx(roll)."""
 
     xyz_mm: Vector
-    rpy_deg: Annotated[Vector, D("Roll, pitch, yaw.")]
+    rpy_deg: Vector = D("Roll, pitch, yaw.")
 
 
 class Joint(Record):
     name: str
-    sign: Maybe[Annotated[Literal[1, -1], D("Direction of the shown angle against the model's; 1 if not given.")]] = (
-        UNSET
-    )
-    min_deg: Annotated[float, D("Lower limit of the shown angle.")]
-    max_deg: Annotated[float, D("Upper limit of the shown angle.")]
-    speed_deg_s: Maybe[Annotated[Annotated[float, Meta(ge=0.001)] | None, D("Largest speed; null if unknown.")]] = UNSET
-    pulses_per_deg: Maybe[Annotated[float | None, D("Encoder pulses; null if unknown.")]] = UNSET
+    sign: Maybe[Literal[1, -1]] = D("Direction of the shown angle against the model's; 1 if not given.")
+    min_deg: float = D("Lower limit of the shown angle.")
+    max_deg: float = D("Upper limit of the shown angle.")
+    speed_deg_s: Maybe[Annotated[float, Meta(ge=0.001)] | None] = D("Largest speed; null if unknown.")
+    pulses_per_deg: Maybe[float | None] = D("Encoder pulses; null if unknown.")
 
 
 class Coupling(Record):
     joint: str
-    adds: Annotated[str, D("Name of the joint whose shown angle is added.")]
+    adds: str = D("Name of the joint whose shown angle is added.")
     factor: float
 
 
 class Nominal(Record):
-    links: Annotated[
-        Annotated[list[Link], Meta(min_length=1)],
-        D("Modified Denavit-Hartenberg parameters, one link per joint, from the base."),
-    ]
-    T_base_dh0: Maybe[Annotated[Place, D("Frame before the first link, in base; identity if not given.")]] = UNSET
-    T_dhn_flange: Maybe[Annotated[Place, D("Flange in the frame of the last link; identity if not given.")]] = UNSET
+    links: Annotated[list[Link], Meta(min_length=1)] = D(
+        "Modified Denavit-Hartenberg parameters, one link per joint, from the base."
+    )
+    T_base_dh0: Maybe[Place] = D("Frame before the first link, in base; identity if not given.")
+    T_dhn_flange: Maybe[Place] = D("Flange in the frame of the last link; identity if not given.")
 
 
 class Arm(Record):
@@ -57,54 +67,45 @@ class Arm(Record):
 
     schema: Literal["wpcal/arm/1"]
     name: str
-    source: Maybe[Annotated[str, D("Where the numbers come from.")]] = UNSET
-    licence: Maybe[Annotated[str, D("Licence of the source.")]] = UNSET
-    robot_space: Annotated[
-        Literal["nominal", "identified"],
-        D("Robot model behind the positions: the controller's own, or an identified one."),
-    ]
-    links: Annotated[
-        Annotated[list[Link], Meta(min_length=1)],
-        D("Modified Denavit-Hartenberg parameters, one link per joint, from the base."),
-    ]
-    T_base_dh0: Maybe[Annotated[Place, D("Frame before the first link, in base; identity if not given.")]] = UNSET
-    T_dhn_flange: Maybe[Annotated[Place, D("Flange in the frame of the last link; identity if not given.")]] = UNSET
+    source: Maybe[str] = D("Where the numbers come from.")
+    licence: Maybe[str] = D("Licence of the source.")
+    robot_space: Literal["nominal", "identified"] = D(
+        "Robot model behind the positions: the controller's own, or an identified one."
+    )
+    links: Annotated[list[Link], Meta(min_length=1)] = D(
+        "Modified Denavit-Hartenberg parameters, one link per joint, from the base."
+    )
+    T_base_dh0: Maybe[Place] = D("Frame before the first link, in base; identity if not given.")
+    T_dhn_flange: Maybe[Place] = D("Flange in the frame of the last link; identity if not given.")
     joints: Annotated[list[Joint], Meta(min_length=1)]
-    couplings: Maybe[Annotated[list[Coupling], D("Joints whose model angle depends on another joint.")]] = UNSET
-    mount_mm: Maybe[Annotated[Vector, D("Mounting face in base, mm.")]] = UNSET
-    notes: Maybe[list[str]] = UNSET
-    nominal: Maybe[Annotated[Nominal, D("The controller's own kinematics, in the file of an identified arm.")]] = UNSET
-    unseen_tool_mm: Maybe[
-        Annotated[
-            NotNegative,
-            D(
-                "How far a tool centre point taught in the controller may be off in this arm (95 %), where the "
-                "last link stayed nominal, mm."
-            ),
-        ]
-    ] = UNSET
-
-
-class Wire(Record):
-    usual_mm: Annotated[Positive, D("As it is set usually.")]
-    most_mm: Maybe[Annotated[Positive, D("The longest with which the torch still welds. Missing: the usual one.")]] = (
-        UNSET
+    couplings: Maybe[list[Coupling]] = D("Joints whose model angle depends on another joint.")
+    mount_mm: Maybe[Vector] = D("Mounting face in base, mm.")
+    notes: Maybe[list[str]]
+    nominal: Maybe[Nominal] = D("The controller's own kinematics, in the file of an identified arm.")
+    unseen_tool_mm: Maybe[NotNegative] = D(
+        "How far a tool centre point taught in the controller may be off in this arm (95 %), where the last link "
+        "stayed nominal, mm."
     )
 
 
+class Wire(Record):
+    usual_mm: Positive = D("As it is set usually.")
+    most_mm: Maybe[Positive] = D("The longest with which the torch still welds. Missing: the usual one.")
+
+
 class Nozzle(Record):
-    diameter_mm: Annotated[Positive, D("Outer diameter of the nozzle.")]
-    mouth_diameter_mm: Maybe[Annotated[Positive, D("Outer diameter at the mouth of a conical nozzle.")]] = UNSET
-    taper_mm: Maybe[Annotated[Positive, D("Length of the cone.")]] = UNSET
+    diameter_mm: Positive = D("Outer diameter of the nozzle.")
+    mouth_diameter_mm: Maybe[Positive] = D("Outer diameter at the mouth of a conical nozzle.")
+    taper_mm: Maybe[Positive] = D("Length of the cone.")
 
 
 class Neck(Record):
-    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
-    from_mouth_mm: Annotated[Positive, D("From the mouth of the nozzle to where the bend begins.")]
-    bend_radius_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
-    diameter_mm: Annotated[Positive, D("Outer diameter of the neck.")]
-    body_from_mm: Annotated[Positive, D("From the mouth along the centre line to where the body begins.")]
-    body_diameter_mm: Annotated[Positive, D("Outer diameter of the body.")]
+    angle_deg: Annotated[float, Meta(ge=0, le=180)] = D("By how much the neck bends away from the wire.")
+    from_mouth_mm: Positive = D("From the mouth of the nozzle to where the bend begins.")
+    bend_radius_mm: NotNegative = D("Radius of the centre line of the bend.")
+    diameter_mm: Positive = D("Outer diameter of the neck.")
+    body_from_mm: Positive = D("From the mouth along the centre line to where the body begins.")
+    body_diameter_mm: Positive = D("Outer diameter of the body.")
 
 
 class Torch(Record):
@@ -114,45 +115,13 @@ class Torch(Record):
     """
 
     schema: Literal["wpcal/torch/1"]
-    title: Annotated[str, D("What it is, for people.")]
-    source: Maybe[Annotated[str, D("Where the sizes come from, in words.")]] = UNSET
-    rank: Maybe[Annotated[Number, D("Among the shipped torches: the most usual one has 1.")]] = UNSET
-    wire: Annotated[Wire, D("Wire between its tip and the mouth of the nozzle.")]
+    title: str = D("What it is, for people.")
+    source: Maybe[str] = D("Where the sizes come from, in words.")
+    rank: Maybe[Number] = D("Among the shipped torches: the most usual one has 1.")
+    wire: Wire = D("Wire between its tip and the mouth of the nozzle.")
     nozzle: Nozzle
-    neck: Maybe[Annotated[Neck, D("What is behind the nozzle. Missing: the torch has one diameter to its end.")]] = (
-        UNSET
-    )
-    length_mm: Annotated[
-        Positive, D("From the tip of the wire along the centre line to where the wrist has room to turn.")
-    ]
-
-
-class TorchesTorchNeck(Record):
-    angle_deg: Annotated[Annotated[float, Meta(ge=0, le=180)], D("By how much the neck bends away from the wire.")]
-    from_mm: Annotated[NotNegative, D("From the mouth of the nozzle to where the bend begins.")]
-    bend_mm: Annotated[NotNegative, D("Radius of the centre line of the bend.")]
-    radius_mm: Annotated[NotNegative, D("Outer radius of the neck.")]
-    body_from_mm: Annotated[NotNegative, D("From the mouth along the centre line to where the body begins.")]
-    body_radius_mm: Annotated[NotNegative, D("Outer radius of the body.")]
-
-
-class TorchesTorch(Record):
-    wire_mm: Annotated[NotNegative, D("From the tip of the wire to the mouth of the nozzle.")]
-    nozzle_radius_mm: Annotated[NotNegative, D("Outer radius of the nozzle.")]
-    length_mm: Annotated[
-        NotNegative, D("From the tip of the wire along the centre line to where the wrist has room to turn.")
-    ]
-    name: Maybe[Annotated[str, D("Name of a shipped torch or of a torch file; stated: sizes given by a program.")]] = (
-        UNSET
-    )
-    mouth_radius_mm: Maybe[
-        Annotated[NotNegative, D("Outer radius at the mouth of a conical nozzle. Missing: cylindrical.")]
-    ] = UNSET
-    taper_mm: Maybe[Annotated[NotNegative, D("Length of the cone of the nozzle.")]] = UNSET
-    most_wire_mm: Maybe[
-        Annotated[NotNegative, D("The longest wire with which the torch still welds. Missing: wire_mm.")]
-    ] = UNSET
-    neck: Maybe[Annotated[TorchesTorchNeck, D("What is behind the nozzle. Missing: the torch is straight.")]] = UNSET
+    neck: Maybe[Neck] = D("What is behind the nozzle. Missing: the torch has one diameter to its end.")
+    length_mm: Positive = D("From the tip of the wire along the centre line to where the wrist has room to turn.")
 
 
 class Torches(Record):
@@ -162,7 +131,7 @@ class Torches(Record):
     """
 
     schema: Literal["wpcal/torches/1"]
-    torches: list[Annotated[TorchesTorch, D("One torch; lengths in mm, outer radii.")]]
+    torches: list[Annotated[TorchShape, D("One torch; lengths in mm, outer radii.")]]
 
 
 class Tool(Record):
@@ -172,32 +141,32 @@ class Tool(Record):
     """
 
     schema: Literal["wpcal/tool/1"]
-    robot: Annotated[str, D("Name of the arm.")]
-    robot_space: Annotated[Literal["nominal", "identified"], D("Robot model behind the tool centre point.")]
-    names: Annotated[list[str], D("Names of the touches, in the order of distances_mm.")]
-    xyz_mm: Annotated[Vector, D("Tip in the flange frame.")]
-    error_95_mm: Annotated[NotNegative, D("Length that the error of the tip stays below in 95 of 100 repetitions.")]
-    rms_mm: Annotated[NotNegative, D("Root mean square distance of the touches from their common point.")]
-    distances_mm: Annotated[list[NotNegative], D("Distance of each touch from their common point.")]
-    p_base_mm: Annotated[Vector, D("The touched point in the base.")]
+    robot: str = D("Name of the arm.")
+    robot_space: Literal["nominal", "identified"] = D("Robot model behind the tool centre point.")
+    names: list[str] = D("Names of the touches, in the order of distances_mm.")
+    xyz_mm: Vector = D("Tip in the flange frame.")
+    error_95_mm: NotNegative = D("Length that the error of the tip stays below in 95 of 100 repetitions.")
+    rms_mm: NotNegative = D("Root mean square distance of the touches from their common point.")
+    distances_mm: list[NotNegative] = D("Distance of each touch from their common point.")
+    p_base_mm: Vector = D("The touched point in the base.")
 
 
 class Verdict(Record):
-    improved: Annotated[bool, D("Whether the identified arm is better on poses that were not fitted.")]
-    chance: Annotated[Share, D("Probability of such a gain by luck.")]
-    reasons: Annotated[list[str], D("Why not, if not.")]
+    improved: bool = D("Whether the identified arm is better on poses that were not fitted.")
+    chance: Share = D("Probability of such a gain by luck.")
+    reasons: list[str] = D("Why not, if not.")
 
 
 class DistanceMm(Record):
     mean: NotNegative
-    rms: Annotated[NotNegative, D("Root mean square.")]
+    rms: NotNegative = D("Root mean square.")
     largest: NotNegative
     percentile_95: NotNegative
 
 
 class Summary(Record):
-    distance_mm: Annotated[DistanceMm, D("In mm.")]
-    turn_deg: Annotated[DistanceMm | None, D("Null if only positions were measured.")]
+    distance_mm: DistanceMm = D("In mm.")
+    turn_deg: DistanceMm | None = D("Null if only positions were measured.")
 
 
 class TestPoses(Record):
@@ -214,31 +183,31 @@ class Error(Record):
     row: Count
     before_mm: NotNegative
     after_mm: NotNegative
-    before_deg: Maybe[NotNegative] = UNSET
-    after_deg: Maybe[NotNegative] = UNSET
+    before_deg: Maybe[NotNegative]
+    after_deg: Maybe[NotNegative]
 
 
 class Noise(Record):
-    sigma_mm: Annotated[NotNegative, D("Standard deviation of a measured coordinate.")]
-    sigma_deg: Annotated[NotNegative | None, D("Of a measured angle; null if only positions were measured.")]
-    estimated: Annotated[bool, D("Estimated from the fit, not stated by the user.")]
+    sigma_mm: NotNegative = D("Standard deviation of a measured coordinate.")
+    sigma_deg: NotNegative | None = D("Of a measured angle; null if only positions were measured.")
+    estimated: bool = D("Estimated from the fit, not stated by the user.")
 
 
 class Parameter(Record):
-    name: Annotated[str, D("Symbol and number of the link.")]
+    name: str = D("Symbol and number of the link.")
     unit: Literal["mm", "deg"]
     nominal: float
     identified: float
     change: float
-    half_width_95: Annotated[NotNegative | None, D("Half width of the 95 % interval; null after ga-tabu.")]
-    absorbs: Annotated[
-        list[str], D("Unseen parameters whose error this one absorbs; its interval includes their expected error.")
-    ]
+    half_width_95: NotNegative | None = D("Half width of the 95 % interval; null after ga-tabu.")
+    absorbs: list[str] = D(
+        "Unseen parameters whose error this one absorbs; its interval includes their expected error."
+    )
 
 
 class Unseen(Record):
     name: str
-    like: Annotated[list[str], D("Parameters with the same effect.")]
+    like: list[str] = D("Parameters with the same effect.")
 
 
 class Correlation(Record):
@@ -250,8 +219,8 @@ class Correlation(Record):
 class Transform(Record):
     target: str
     source: str
-    xyz_mm: Annotated[Vector, D("Translation in target, mm.")]
-    R: Annotated[Rotation, D("Rotation matrix by rows.")]
+    xyz_mm: Vector = D("Translation in target, mm.")
+    R: Rotation = D("Rotation matrix by rows.")
 
 
 class Genetic(Record):
@@ -262,8 +231,8 @@ class Genetic(Record):
 class Tabu(Record):
     cost_mm: NotNegative
     evaluations: Count
-    forbidden: Annotated[Count, D("Moves refused by the tabu list.")]
-    aspired: Annotated[Count, D("Refused moves taken because they were the best so far.")]
+    forbidden: Count = D("Moves refused by the tabu list.")
+    aspired: Count = D("Refused moves taken because they were the best so far.")
 
 
 class Search(Record):
@@ -272,12 +241,12 @@ class Search(Record):
 
 
 class Outlier(Record):
-    rows: Annotated[list[int], D("Lines of the file.")]
-    distance_mm: Annotated[float, D("Distance from what the other poses give, mm.")]
-    turn_deg: Annotated[
-        float | None, D("Angle from what the other poses give, degrees; null where only positions were measured.")
-    ]
-    held_back: Annotated[bool, D("Whether the pose was kept back for the test.")]
+    rows: list[int] = D("Lines of the file.")
+    distance_mm: float = D("Distance from what the other poses give, mm.")
+    turn_deg: float | None = D(
+        "Angle from what the other poses give, degrees; null where only positions were measured."
+    )
+    held_back: bool = D("Whether the pose was kept back for the test.")
 
 
 class Identification(Record):
@@ -288,45 +257,38 @@ class Identification(Record):
 
     schema: Literal["wpcal/identification/1"]
     robot: str
-    robot_space: Annotated[
-        Literal["nominal", "identified"],
-        D("Robot model behind the positions: the controller's own, or an identified one."),
-    ]
+    robot_space: Literal["nominal", "identified"] = D(
+        "Robot model behind the positions: the controller's own, or an identified one."
+    )
     solver: Literal["least-squares", "ga-tabu"]
     seed: int
-    folds: Annotated[
-        Annotated[int, Meta(ge=2)] | None,
-        D(
-            "Number of parts of the measurements in cross-validation: each part is tested once. Null: one part "
-            "is tested."
-        ),
-    ]
+    folds: Annotated[int, Meta(ge=2)] | None = D(
+        "Number of parts of the measurements in cross-validation: each part is tested once. Null: one part is tested."
+    )
     verdict: Verdict
-    test_poses: Annotated[TestPoses, D("Errors on poses that were not fitted.")]
-    rows: Annotated[Rows, D("Rows of the measurement file.")]
-    errors: Annotated[list[Error], D("Errors of the test poses.")]
-    rank: Annotated[Count, D("Combinations of parameters that the poses determine.")]
-    asked: Annotated[Count, D("Number of parameters asked for.")]
-    condition: Annotated[NotNegative, D("Condition number of the fit.")]
+    test_poses: TestPoses = D("Errors on poses that were not fitted.")
+    rows: Rows = D("Rows of the measurement file.")
+    errors: list[Error] = D("Errors of the test poses.")
+    rank: Count = D("Combinations of parameters that the poses determine.")
+    asked: Count = D("Number of parameters asked for.")
+    condition: NotNegative = D("Condition number of the fit.")
     iterations: Count
     converged: bool
     noise: Noise
     parameters: list[Parameter]
-    unseen: Annotated[list[Unseen], D("Parameters that the poses do not determine.")]
-    correlations: Annotated[list[Correlation], D("Strongly correlated parameters.")]
-    T_measurement_base: Annotated[
-        Transform | None, D("Robot base in the frame of the measurement; null if it was not asked for.")
-    ]
-    T_flange_tool: Annotated[
-        Transform | None, D("Measured body on the flange; null if it was not asked for or not measured.")
-    ]
-    reflectors_flange_mm: Annotated[
-        dict[str, Vector] | None, D("Measured points on the flange, by name; null if they were not asked for.")
-    ]
-    search: Annotated[Search | None, D("Genetic and tabu search; null for least squares.")]
+    unseen: list[Unseen] = D("Parameters that the poses do not determine.")
+    correlations: list[Correlation] = D("Strongly correlated parameters.")
+    T_measurement_base: Transform | None = D(
+        "Robot base in the frame of the measurement; null if it was not asked for."
+    )
+    T_flange_tool: Transform | None = D("Measured body on the flange; null if it was not asked for or not measured.")
+    reflectors_flange_mm: dict[str, Vector] | None = D(
+        "Measured points on the flange, by name; null if they were not asked for."
+    )
+    search: Search | None = D("Genetic and tabu search; null for least squares.")
     issues: list[Issue]
-    outliers: Annotated[list[Outlier], D("Poses that the others contradict.")]
-    left_out: Annotated[list[int], D("Lines of the file that were left out on request.")]
+    outliers: list[Outlier] = D("Poses that the others contradict.")
+    left_out: list[int] = D("Lines of the file that were left out on request.")
 
 
 class Expected95(Record):
@@ -342,21 +304,20 @@ class PosePlan(Record):
     """
 
     schema: Literal["wpcal/pose-plan/1"]
-    robot: Annotated[str, D("Name of the arm.")]
-    poses_deg: Annotated[list[list[float]], D("Shown joint angles of each pose, in an order with short moves.")]
-    observability: Annotated[float, D("O1 (Borm, Menq 1991) of the set.")]
-    random_observability: Annotated[float, D("O1 of as many random poses (mean of twenty).")]
-    expected_95: Annotated[
-        list[Expected95],
-        D("Half width of the 95 % interval to expect of each parameter with the noise of a laser tracker."),
-    ]
+    robot: str = D("Name of the arm.")
+    poses_deg: list[list[float]] = D("Shown joint angles of each pose, in an order with short moves.")
+    observability: float = D("O1 (Borm, Menq 1991) of the set.")
+    random_observability: float = D("O1 of as many random poses (mean of twenty).")
+    expected_95: list[Expected95] = D(
+        "Half width of the 95 % interval to expect of each parameter with the noise of a laser tracker."
+    )
 
 
 class Point(Record):
     name: str
     p_base_mm: Vector
-    shift_mm: Annotated[Vector, D("The point minus the one of the nominal arm, in the base.")]
-    rx_ry_rz_deg: Annotated[Vector, D("Posture of the tool in the base, R = Rz Ry Rx.")]
+    shift_mm: Vector = D("The point minus the one of the nominal arm, in the base.")
+    rx_ry_rz_deg: Vector = D("Posture of the tool in the base, R = Rz Ry Rx.")
 
 
 class Corrected(Record):
@@ -366,10 +327,8 @@ class Corrected(Record):
     """
 
     schema: Literal["wpcal/corrected/1"]
-    robot: Annotated[str, D("Name of the arm.")]
-    robot_space: Annotated[Literal["nominal", "identified"], D("Robot model behind the points.")]
-    tcp_bias_mm: Annotated[
-        NotNegative, D("Error of the tool centre point that all points share (95 %); 0 if none is known.")
-    ]
+    robot: str = D("Name of the arm.")
+    robot_space: Literal["nominal", "identified"] = D("Robot model behind the points.")
+    tcp_bias_mm: NotNegative = D("Error of the tool centre point that all points share (95 %); 0 if none is known.")
     points: list[Point]
     issues: list[Issue]

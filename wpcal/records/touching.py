@@ -2,24 +2,22 @@
 
 from typing import Annotated, Literal
 
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
 from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Positive, Record, Rotation, Units, Vector
 
 
 class Set(Record):
-    features: Annotated[list[str], D("Names of the features.")]
-    error_95_mm: Annotated[NotNegative, D("Largest error along the seams that is not exceeded with 95 % probability.")]
-    seam: Annotated[str, D("The seam with this error.")]
-    swap_rms_mm: Annotated[
-        NotNegative, D("Smallest root mean square residual if two or more names are exchanged by mistake.")
-    ]
-    swap: Annotated[list[str], D("The names in that exchange.")]
-    swap_is_seen: Annotated[bool, D("Whether that residual is larger than the teaching error can cause.")]
+    features: list[str] = D("Names of the features.")
+    error_95_mm: NotNegative = D("Largest error along the seams that is not exceeded with 95 % probability.")
+    seam: str = D("The seam with this error.")
+    swap_rms_mm: NotNegative = D("Smallest root mean square residual if two or more names are exchanged by mistake.")
+    swap: list[str] = D("The names in that exchange.")
+    swap_is_seen: bool = D("Whether that residual is larger than the teaching error can cause.")
 
 
 class Feature(Record):
-    name: Annotated[str, D("Letter of the kind and a number, for example H1.")]
+    name: str = D("Letter of the kind and a number, for example H1.")
     kind: Literal[
         "vertex",
         "circle",
@@ -33,39 +31,31 @@ class Feature(Record):
         "plane",
         "axis",
     ]
-    p_mm: Annotated[
-        Annotated[Vector, D("x, y, z in mm.")], D("The point; the centre of a circle, hole or sphere. In part.")
-    ]
-    direction: Annotated[
-        Annotated[Vector, D("Unit vector.")] | None, D("Axis or normal in part; null if the kind has none.")
-    ]
-    diameter_mm: Annotated[NotNegative | None, D("Of a slot: its width. Null if the kind has none.")]
-    solid: Annotated[str, D("Name of the solid.")]
-    touch: Annotated[
-        Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"], D("How a person touches it.")
-    ]
-    faces: Annotated[list[Count], D("Faces that are touched, by their number in the part.")]
-    length_mm: Maybe[Annotated[NotNegative, D("Of an edge, boss, slot or axis.")]] = UNSET
-    depth_mm: Maybe[Annotated[NotNegative, D("Of a hole or slot.")]] = UNSET
-    area_mm2: Maybe[Annotated[NotNegative, D("Of a plane.")]] = UNSET
-    is_through: Maybe[Annotated[bool, D("Of a hole or slot: open at both ends.")]] = UNSET
-    form: Maybe[Annotated[Literal["plain", "countersink", "counterbore"], D("Of a hole.")]] = UNSET
-    steps: Maybe[
-        Annotated[list[Vector], D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")]
-    ] = UNSET
-    where: Annotated[str, D("In words: where on the part it is.")]
+    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("The point; the centre of a circle, hole or sphere. In part.")
+    direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
+    diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
+    solid: str = D("Name of the solid.")
+    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
+        "How a person touches it."
+    )
+    faces: list[Count] = D("Faces that are touched, by their number in the part.")
+    length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
+    depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")
+    area_mm2: Maybe[NotNegative] = D("Of a plane.")
+    is_through: Maybe[bool] = D("Of a hole or slot: open at both ends.")
+    form: Maybe[Literal["plain", "countersink", "counterbore"]] = D("Of a hole.")
+    steps: Maybe[list[Vector]] = D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")
+    where: str = D("In words: where on the part it is.")
 
 
 class ByCount(Record):
-    points: Annotated[Number, D("Number of points.")]
-    features: Annotated[list[str], D("Names of the features.")]
-    error_95_mm: Annotated[NotNegative, D("Largest error along the seams that is not exceeded with 95 % probability.")]
-    seam: Annotated[str, D("The seam with this error.")]
-    swap_rms_mm: Annotated[
-        NotNegative, D("Smallest root mean square residual if two or more names are exchanged by mistake.")
-    ]
-    swap: Annotated[list[str], D("The names in that exchange.")]
-    swap_is_seen: Annotated[bool, D("Whether that residual is larger than the teaching error can cause.")]
+    points: Number = D("Number of points.")
+    features: list[str] = D("Names of the features.")
+    error_95_mm: NotNegative = D("Largest error along the seams that is not exceeded with 95 % probability.")
+    seam: str = D("The seam with this error.")
+    swap_rms_mm: NotNegative = D("Smallest root mean square residual if two or more names are exchanged by mistake.")
+    swap: list[str] = D("The names in that exchange.")
+    swap_is_seen: bool = D("Whether that residual is larger than the teaching error can cause.")
 
 
 class Advice(Record):
@@ -75,26 +65,25 @@ class Advice(Record):
     """
 
     schema: Literal["wpcal/advice/1"]
-    sigma_mm: Annotated[Positive, D("Assumed teaching error: standard deviation per axis.")]
+    sigma_mm: Positive = D("Assumed teaching error: standard deviation per axis.")
     criterion: Literal["minimax", "least_squares", "weighted", "robust"]
     chosen: Set
-    points: Annotated[list[Feature], D("The chosen features.")]
-    by_count: Annotated[list[ByCount], D("The best set for each number of points.")]
-    next_point: Annotated[str | None, D("The best feature to add; null if there is none.")]
-    with_next: Annotated[Set | None, D("The chosen set with next_point.")]
-    notes: Annotated[list[str], D("Sentences about the choice.")]
+    points: list[Feature] = D("The chosen features.")
+    by_count: list[ByCount] = D("The best set for each number of points.")
+    next_point: str | None = D("The best feature to add; null if there is none.")
+    with_next: Set | None = D("The chosen set with next_point.")
+    notes: list[str] = D("Sentences about the choice.")
 
 
 class Touch(Record):
     name: str
-    where: Annotated[str, D("The touch in words.")]
-    body: Annotated[str, D("The body that the touch lies on.")]
-    seam: Annotated[str, D("The seam that the touch serves: the worst one of this body before the touch.")]
-    before_mm: Annotated[
-        NotNegative | None,
-        D("Largest 95 % error of this seam before the touch; null while the touches leave the part free."),
-    ]
-    after_mm: Annotated[NotNegative | None, D("The same after the touch.")]
+    where: str = D("The touch in words.")
+    body: str = D("The body that the touch lies on.")
+    seam: str = D("The seam that the touch serves: the worst one of this body before the touch.")
+    before_mm: NotNegative | None = D(
+        "Largest 95 % error of this seam before the touch; null while the touches leave the part free."
+    )
+    after_mm: NotNegative | None = D("The same after the touch.")
     sentence: str
 
 
@@ -116,46 +105,34 @@ class MovedAdvice(Record):
     """
 
     schema: Literal["wpcal/moved-advice/1"]
-    touches: Annotated[list[Touch], D("In the order in which each lowers the errors most.")]
-    error_95_mm: Annotated[NotNegative, D("Largest predicted 95 % error of a seam point after all touches.")]
-    seam: Annotated[str, D("The seam where it occurs.")]
-    unseen_mm: Annotated[NotNegative, D("The part of it that comes from motions of bodies which no touch sees.")]
-    joint_95_mm: Annotated[
-        NotNegative,
-        D(
-            "What no point of the seams exceeds, with 95 % probability: wpcal calibrate compares this with its "
-            "tolerance."
-        ),
-    ]
+    touches: list[Touch] = D("In the order in which each lowers the errors most.")
+    error_95_mm: NotNegative = D("Largest predicted 95 % error of a seam point after all touches.")
+    seam: str = D("The seam where it occurs.")
+    unseen_mm: NotNegative = D("The part of it that comes from motions of bodies which no touch sees.")
+    joint_95_mm: NotNegative = D(
+        "What no point of the seams exceeds, with 95 % probability: wpcal calibrate compares this with its tolerance."
+    )
     by_seam: list[BySeam]
-    next: Annotated[Touch | None, D("The best further touch; null if there is none.")]
+    next: Touch | None = D("The best further touch; null if there is none.")
     bodies: list[Body]
-    tolerance_mm: Annotated[Positive | None, D("What was asked for; null if nothing was.")]
-    why_not: Annotated[str, D("Why the tolerance is not reached; empty if it is.")]
+    tolerance_mm: Positive | None = D("What was asked for; null if nothing was.")
+    why_not: str = D("Why the tolerance is not reached; empty if it is.")
 
 
 class TBasePart(Record):
-    xyz_mm: Annotated[Vector, D("Origin of the part.")]
-    rpy_deg: Annotated[Vector, D("R = Rz(yaw) Ry(pitch) Rx(roll).")]
+    xyz_mm: Vector = D("Origin of the part.")
+    rpy_deg: Vector = D("R = Rz(yaw) Ry(pitch) Rx(roll).")
 
 
 class Predicted(Record):
-    error_95_mm: Annotated[NotNegative, D("Largest predicted 95 % error along the seams.")]
-    seam: Annotated[str, D("The seam where it occurs.")]
+    error_95_mm: NotNegative = D("Largest predicted 95 % error along the seams.")
+    seam: str = D("The seam where it occurs.")
     by_seam: list[BySeam]
-    joint_95_mm: Maybe[
-        Annotated[
-            NotNegative | None,
-            D(
-                "What no point of the seams exceeds, with 95 % probability: wpcal calibrate compares it with "
-                "its tolerance."
-            ),
-        ]
-    ] = UNSET
-    unseen_mm: Maybe[
-        Annotated[NotNegative, D("The part of error_95_mm that comes from motions of bodies which no touch sees.")]
-    ] = UNSET
-    why_not: Maybe[Annotated[str, D("Why a tolerance that was asked for is not reached; otherwise empty.")]] = UNSET
+    joint_95_mm: Maybe[NotNegative | None] = D(
+        "What no point of the seams exceeds, with 95 % probability: wpcal calibrate compares it with its tolerance."
+    )
+    unseen_mm: Maybe[NotNegative] = D("The part of error_95_mm that comes from motions of bodies which no touch sees.")
+    why_not: Maybe[str] = D("Why a tolerance that was asked for is not reached; otherwise empty.")
 
 
 class Serves(Record):
@@ -165,36 +142,29 @@ class Serves(Record):
 
 
 class Search(Record):
-    name: Annotated[Annotated[str, Meta(pattern="^[A-Za-z][A-Za-z0-9]{0,7}$")], D("Unique in the plan.")]
-    kind: Annotated[
-        Literal["part", "post"], D("part: a touch on the part; post: on a post that does not move with it.")
-    ]
-    target: Annotated[str, D("What is touched, in the words of a taught table's column kind.")]
-    feature: Annotated[str, D("Name of the touched feature, or empty.")]
-    contact: Annotated[Literal["side", "end"], D("What of the torch meets the face: the side or the end of the wire.")]
-    contact_mm: Annotated[Vector, D("The point that is touched where the part stands as planned.")]
-    normal: Annotated[Vector, D("Outward unit normal there.")]
-    radius_mm: Annotated[
-        NotNegative, D("Distance of the tool centre point from the face at contact, along the normal.")
-    ]
-    R_part_tool: Annotated[Rotation, D("Axes of the tool as columns; z leaves the wire tip.")]
-    via_mm: Annotated[
-        list[Annotated[Vector, D("A place of the tool centre point.")]],
-        D("Points on the way from the search before (or from home) to the approach."),
-    ]
-    approach_mm: Annotated[Vector, D("The robot goes there in the air.")]
-    start_mm: Annotated[Vector, D("Where the search begins.")]
-    end_mm: Annotated[Vector, D("Where the search ends without contact.")]
-    retract_mm: Annotated[Vector, D("The robot leaves to here by way of the start.")]
-    covariance_mm2: Annotated[Rotation, D("Of the tool centre point that the controller stores.")]
-    joints_deg: Annotated[
-        list[list[float]] | None, D("Shown angles at the approach, the start and the end; null without an arm.")
-    ]
-    via_joints_deg: Annotated[
-        list[list[float]] | None, D("Shown angles at the points on the way; null without an arm.")
-    ]
-    body: Maybe[Annotated[str, D("The body that is touched, if bodies may move; otherwise empty.")]] = UNSET
-    serves: Maybe[Annotated[Serves | None, D("What the search does for a seam, if bodies may move.")]] = UNSET
+    name: Annotated[str, Meta(pattern="^[A-Za-z][A-Za-z0-9]{0,7}$")] = D("Unique in the plan.")
+    kind: Literal["part", "post"] = D("part: a touch on the part; post: on a post that does not move with it.")
+    target: str = D("What is touched, in the words of a taught table's column kind.")
+    feature: str = D("Name of the touched feature, or empty.")
+    contact: Literal["side", "end"] = D("What of the torch meets the face: the side or the end of the wire.")
+    contact_mm: Vector = D("The point that is touched where the part stands as planned.")
+    normal: Vector = D("Outward unit normal there.")
+    radius_mm: NotNegative = D("Distance of the tool centre point from the face at contact, along the normal.")
+    R_part_tool: Rotation = D("Axes of the tool as columns; z leaves the wire tip.")
+    via_mm: list[Annotated[Vector, D("A place of the tool centre point.")]] = D(
+        "Points on the way from the search before (or from home) to the approach."
+    )
+    approach_mm: Vector = D("The robot goes there in the air.")
+    start_mm: Vector = D("Where the search begins.")
+    end_mm: Vector = D("Where the search ends without contact.")
+    retract_mm: Vector = D("The robot leaves to here by way of the start.")
+    covariance_mm2: Rotation = D("Of the tool centre point that the controller stores.")
+    joints_deg: list[list[float]] | None = D(
+        "Shown angles at the approach, the start and the end; null without an arm."
+    )
+    via_joints_deg: list[list[float]] | None = D("Shown angles at the points on the way; null without an arm.")
+    body: Maybe[str] = D("The body that is touched, if bodies may move; otherwise empty.")
+    serves: Maybe[Serves | None] = D("What the search does for a seam, if bodies may move.")
 
 
 class Touches(Record):
@@ -202,25 +172,22 @@ class Touches(Record):
 
     schema: Literal["wpcal/touches/1"]
     units: Units
-    part: Annotated[str, D("File name of the STEP file.")]
-    fingerprint: Annotated[
-        Annotated[str, Meta(pattern="^[0-9a-f]{8}$")], D("Of what the program depends on; computed from the searches.")
-    ]
-    T_base_part: Annotated[TBasePart, D("Where the part stands as planned: the work object. All points are in it.")]
-    wire_mm: Annotated[NotNegative, D("Diameter of the wire.")]
-    stick_out_mm: Annotated[NotNegative, D("From the contact tip to the tool centre point.")]
-    robot: Annotated[str, D("Name of the arm; empty if none is given.")]
-    home_joints_deg: Annotated[
-        list[float] | None, D("Shown angles before the first and after the last search; null without an arm.")
-    ]
-    predicted: Annotated[Predicted | None, D("Predicted errors of the seams; null if the part has none.")]
-    notes: Annotated[list[str], D("What a person should know of the plan.")]
-    searches: Annotated[
-        list[Search],
-        D("In the order in which they run. All points are places of the tool centre point in the work object."),
-    ]
-    bodies: Maybe[
-        Annotated[
-            list[Body], D("The bodies that may move, with the assumed tack tolerances; empty if the part is one.")
-        ]
-    ] = UNSET
+    part: str = D("File name of the STEP file.")
+    fingerprint: Annotated[str, Meta(pattern="^[0-9a-f]{8}$")] = D(
+        "Of what the program depends on; computed from the searches."
+    )
+    T_base_part: TBasePart = D("Where the part stands as planned: the work object. All points are in it.")
+    wire_mm: NotNegative = D("Diameter of the wire.")
+    stick_out_mm: NotNegative = D("From the contact tip to the tool centre point.")
+    robot: str = D("Name of the arm; empty if none is given.")
+    home_joints_deg: list[float] | None = D(
+        "Shown angles before the first and after the last search; null without an arm."
+    )
+    predicted: Predicted | None = D("Predicted errors of the seams; null if the part has none.")
+    notes: list[str] = D("What a person should know of the plan.")
+    searches: list[Search] = D(
+        "In the order in which they run. All points are places of the tool centre point in the work object."
+    )
+    bodies: Maybe[list[Body]] = D(
+        "The bodies that may move, with the assumed tack tolerances; empty if the part is one."
+    )
