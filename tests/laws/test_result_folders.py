@@ -18,9 +18,9 @@ ROOT = Path(__file__).parents[2]
 CELL = ROOT / "fixtures" / "cells" / "two-mh6.json"
 CHANGED = "was changed after wpcal calibrate wrote it"
 READERS: dict[str, tuple[str, ...]] = {
-    "export": ("export", "out", "-f", "rapid", "-o", "programs"),
+    "export": ("export", "out", "-f", "rapid", "-o", "programs", "--force"),
     "welds": ("welds", "out"),
-    "report": ("report", "out", "-o", "page.html"),
+    "report": ("report", "out", "-o", "page.html", "--force"),
     "diff": ("diff", "out", "again"),
     "diff-golden": ("diff", "again", "out"),
     "plan": ("plan", "out/cell.json", "out", "--seam", "none", "-o", "plan"),

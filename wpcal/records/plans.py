@@ -164,6 +164,11 @@ class Run(Record):
     )
 
 
+class ParetoUnits(Record):
+    length: Literal["mm"]
+    angle: Literal["deg"]
+
+
 class Pareto(Record):
     """wpcal Pareto set, version 1
 
@@ -173,7 +178,7 @@ class Pareto(Record):
     schema: Literal["wpcal/pareto/1"]
     cell: str
     seam: str
-    units: Units
+    units: ParetoUnits
     speed_mm_s: Positive
     safety_distance_mm: float
     wishes: dict[str, float]
