@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots import fanuc, inform, kawasaki, rapid, urscript
+from tests.touch_robots import fanuc, inform, kawasaki, urscript
 from tests.touch_robots.robot import Array, Robot, Senses, Torch
 from tests.touch_robots.solid import Solid
 from wpcal.controllers.registry import controller_named
@@ -41,7 +41,14 @@ class Brand:
 
 
 BRANDS = {
-    "rapid": Brand(rapid.Controller, "tTorch", "run_WPCAL_touch", "WPCAL_touch_res.mod", 5e-4),
+    "rapid": Brand(
+        controller_named("rapid").load_interpreter(),
+        "tTorch",
+        "run_WPCAL_touch",
+        "WPCAL_touch_res.mod",
+        5e-4,
+        {"signals": {"diTouch": True}},
+    ),
     "krl": Brand(
         controller_named("krl").load_interpreter(), 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5, {"signals": {1: True}}
     ),

@@ -15,6 +15,7 @@ RAPID = Controller(
     coordinated_writer="wpcal.controllers.abb.two_robots:write_coordinated_rapid",
     brands=("abb",),
     grammar="wpcal.controllers.abb.grammar:GRAMMAR",
+    run="wpcal.controllers.abb.run:Interpreter",
     program_suffixes=(".mod", ".prg", ".sys"),
     takes_arcs=True,
     takes_plans=True,

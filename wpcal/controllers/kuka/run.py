@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.kuka.statements import Routine, Statement, read_data, read_source
-from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, printed
+from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, read_data, read_source
+from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.machine import Machine, Place, inverted
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError
@@ -99,7 +99,7 @@ class Interpreter:
         self.texts = {name: text for name, text in files.items() if name.lower().endswith(".dat")}
         self.data: dict[str, Any] = {}
         self.kinds: dict[str, str] = {}
-        self.routines: dict[str, Routine] = {}
+        self.routines: dict[str, KrlRoutine] = {}
         self.calls: list[_Call] = []
         self.interrupts: dict[int, Interrupt] = {}
         self.hit: FloatArray | None = None
@@ -215,7 +215,7 @@ class Interpreter:
     def _saved(self, text: str) -> str:
         def declared(match: re.Match[str]) -> str:
             value = self.data[match["name"].upper()]
-            return match[0] if value is None else f"{match['head']}={printed(value)}"
+            return match[0] if value is None else f"{match['head']}={krl_text(value)}"
 
         text = re.sub(r"(?m)^(?P<head>\s*DECL\s+\w+\s+(?P<name>\w+))\s*=[^\r\n]*", declared, text)
         return re.sub(r'(?m)^(?P<head>\s*(?P<name>\w+)\[\])\s*="[^"]*"', declared, text)
@@ -238,7 +238,7 @@ class Interpreter:
                 del self.interrupts[number]
         self.machine.switch(Does.STOP)
 
-    def block(self, statements: list[Statement]) -> None:
+    def block(self, statements: list[KrlStatement]) -> None:
         """Execute statements in order."""
         for at, statement in enumerate(statements):
             try:
@@ -249,7 +249,7 @@ class Interpreter:
                     raise
                 self.in_handler = False
 
-    def execute(self, statement: Statement) -> None:
+    def execute(self, statement: KrlStatement) -> None:
         """Execute one statement; the machine takes what is refused."""
         file, line = self.calls[-1].file, statement.line
         self.run.step(len(self.calls), file, line.number)
@@ -262,19 +262,19 @@ class Interpreter:
         except ProgramError as error:
             self.machine.refuse(error.at(file, line.number))
 
-    def _unknown(self, s: Statement) -> None:
+    def _unknown(self, s: KrlStatement) -> None:
         if not HARMLESS.fullmatch(s.line.text):
             raise ProgramError(f"{s.line.text[:80]!r} is unknown")
 
-    def _do_mark(self, s: Statement) -> None:
+    def _do_mark(self, s: KrlStatement) -> None:
         does = mark_of(s.tokens[0])
         if does is not None:
             self.machine.switch(does)
 
-    def _do_if(self, s: Statement) -> None:
+    def _do_if(self, s: KrlStatement) -> None:
         self.block(s.blocks[0] if self.value(s.tokens) else s.blocks[1])
 
-    def _repeat(self, s: Statement, goes_on: Callable[[], bool], *, first: bool = True) -> None:
+    def _repeat(self, s: KrlStatement, goes_on: Callable[[], bool], *, first: bool = True) -> None:
         try:
             while first is False or goes_on():
                 first = True
@@ -283,7 +283,7 @@ class Interpreter:
         except _ExitError:
             pass
 
-    def _do_for(self, s: Statement) -> None:
+    def _do_for(self, s: KrlStatement) -> None:
         variable, first, last, step = s.parts
         by = self.value(step) if step else 1
         numbers = iter(range(self.value(first), self.value(last) + (1 if by > 0 else -1), by))
@@ -296,19 +296,19 @@ class Interpreter:
 
         self._repeat(s, goes_on)
 
-    def _do_while(self, s: Statement) -> None:
+    def _do_while(self, s: KrlStatement) -> None:
         self._repeat(s, lambda: bool(self.value(s.tokens)))
 
-    def _do_loop(self, s: Statement) -> None:
+    def _do_loop(self, s: KrlStatement) -> None:
         self._repeat(s, lambda: True)
 
-    def _do_repeat(self, s: Statement) -> None:
+    def _do_repeat(self, s: KrlStatement) -> None:
         self._repeat(s, lambda: not self.value(s.tokens), first=False)
 
-    def _do_exit(self, s: Statement) -> None:
+    def _do_exit(self, s: KrlStatement) -> None:
         raise _ExitError
 
-    def _do_switch(self, s: Statement) -> None:
+    def _do_switch(self, s: KrlStatement) -> None:
         found = self.value(s.tokens)
         for values, body in zip(s.parts, s.blocks, strict=True):
             if not values or found in self._list(values):
@@ -318,12 +318,12 @@ class Interpreter:
     def _list(self, tokens: list[str]) -> list[Any]:
         return KrlParser([*tokens, ")"], GRAMMAR, self).values(")")
 
-    def _do_decl(self, s: Statement) -> None:
+    def _do_decl(self, s: KrlStatement) -> None:
         for name in s.parts[0]:
             self.calls[-1].variables.setdefault(name.upper(), None)
             self.kinds.setdefault(name.upper(), s.tokens[0].upper())
 
-    def _do_assign(self, s: Statement) -> None:
+    def _do_assign(self, s: KrlStatement) -> None:
         self._assign(s.parts[0], self.value(s.parts[1]), "".join(s.parts[1]))
 
     def _assign(self, left: list[str], value: Any, shown: str = "") -> None:
@@ -380,7 +380,7 @@ class Interpreter:
 
     # -- instructions ----------------------------------------------------------------------------------------------
 
-    def _do_call(self, s: Statement) -> None:
+    def _do_call(self, s: KrlStatement) -> None:
         name = s.tokens[0].upper()
         if HARMLESS.fullmatch(s.line.text):
             return
@@ -413,7 +413,7 @@ class Interpreter:
         elif what not in {"#VEL_CP", "#VEL_PTP", "#ACC_CP", "#ACC_PTP"}:
             raise ProgramError(f"BAS({what}) is unknown")
 
-    def _do_interrupt(self, s: Statement) -> None:
+    def _do_interrupt(self, s: KrlStatement) -> None:
         words = [token.upper() for token in s.tokens]
         if "DECL" in words and "WHEN" in words and "DO" in words:
             when, do = words.index("WHEN"), words.index("DO")
@@ -427,23 +427,23 @@ class Interpreter:
                 raise ProgramError(f"the interrupt {number} is not declared")
             self.interrupts[number].is_on = words[1] == "ON"
 
-    def _do_brake(self, s: Statement) -> None:
+    def _do_brake(self, s: KrlStatement) -> None:
         if not self.in_handler:
             raise ProgramError("BRAKE outside an interrupt routine")
         self.is_braked = True
 
-    def _do_resume(self, s: Statement) -> None:
+    def _do_resume(self, s: KrlStatement) -> None:
         if not self.in_handler:
             raise ProgramError("RESUME outside an interrupt routine")
         raise _ResumeError(self.running.level)
 
-    def _do_return(self, s: Statement) -> None:
+    def _do_return(self, s: KrlStatement) -> None:
         raise _ReturnError
 
-    def _do_halt(self, s: Statement) -> None:
+    def _do_halt(self, s: KrlStatement) -> None:
         self.run.stop(self.run.messages[-1] if self.run.messages else "HALT", self.on_stop)
 
-    def _do_wait(self, s: Statement) -> None:
+    def _do_wait(self, s: KrlStatement) -> None:
         word = s.tokens[0].upper() if s.tokens else ""
         if word == "SEC":
             self.value(s.tokens[1:])
@@ -452,7 +452,7 @@ class Interpreter:
         elif self.signals and not self.value(s.tokens[1:]):
             self.run.stop(f"WAIT {' '.join(s.tokens)}", self.on_stop)
 
-    def _do_ptp(self, s: Statement) -> None:
+    def _do_ptp(self, s: KrlStatement) -> None:
         (target,) = self._targets(s, 1)
         if set(target.values) & set(JOINTS):
             joints = [target.values.get(axis) for axis in JOINTS]
@@ -460,15 +460,15 @@ class Interpreter:
         else:
             self._travel(self._goal(target), is_line=False)
 
-    def _do_lin(self, s: Statement) -> None:
+    def _do_lin(self, s: KrlStatement) -> None:
         (target,) = self._targets(s, 1)
         self._travel(self._goal(target), is_line=True)
 
-    def _do_circ(self, s: Statement) -> None:
+    def _do_circ(self, s: KrlStatement) -> None:
         via, goal = (self._goal(target) for target in self._targets(s, 2))
         self.machine.arc(via, goal, self._frame("$TOOL"))
 
-    def _do_lin_rel(self, s: Statement) -> None:
+    def _do_lin_rel(self, s: KrlStatement) -> None:
         in_tool = s.tokens[-1].upper() == "#TOOL"
         (by,) = self._targets(s, 1, s.tokens[:-1] if in_tool else s.tokens)
         shift = Aggregate({axis: by.values.get(axis, 0.0) for axis in PLACES}).matrix()
@@ -477,13 +477,13 @@ class Interpreter:
             raise ProgramError("a relative turn in $BASE is not followed")
         self._travel(now @ shift if in_tool else base @ shift @ inverted(base) @ now, is_line=True)
 
-    def _do_ptp_rel(self, s: Statement) -> None:
+    def _do_ptp_rel(self, s: KrlStatement) -> None:
         (by,) = self._targets(s, 1)
         if set(by.values) - set(PLACES):
             raise ProgramError("a relative move of axes is not followed")
         self._do_lin_rel(s)
 
-    def _targets(self, s: Statement, count: int, tokens: list[str] | None = None) -> list[Aggregate]:
+    def _targets(self, s: KrlStatement, count: int, tokens: list[str] | None = None) -> list[Aggregate]:
         given = list(s.tokens if tokens is None else tokens)
         while given and given[-1].upper() in BLENDS:
             given.pop()

@@ -32,23 +32,23 @@ class SourceLine(NamedTuple):
 
 
 @dataclass
-class Statement:
+class KrlStatement:
     """One instruction: its word, the rest of its tokens, and what belongs to it."""
 
     word: str
     line: SourceLine
     tokens: list[str]
     parts: list[list[str]] = field(default_factory=list)
-    blocks: list[list[Statement]] = field(default_factory=list)
+    blocks: list[list[KrlStatement]] = field(default_factory=list)
 
 
 @dataclass
-class Routine:
+class KrlRoutine:
     """A subprogram."""
 
     file: str
     parameters: list[str]
-    body: list[Statement]
+    body: list[KrlStatement]
 
 
 def lines_of(text: str, file: str) -> list[SourceLine]:
@@ -91,7 +91,7 @@ def read_data(text: str, file: str) -> list[tuple[str, str, SourceLine, list[str
     return list(found.values())
 
 
-def read_source(text: str, file: str) -> dict[str, Routine]:
+def read_source(text: str, file: str) -> dict[str, KrlRoutine]:
     """Return the routines of a source file by name."""
     return _Source(text, file).routines()
 
@@ -102,8 +102,8 @@ class _Source:
     def __init__(self, text: str, file: str) -> None:
         self.file, self.lines, self.at, self.depth = file, lines_of(text, file), 0, 0
 
-    def routines(self) -> dict[str, Routine]:
-        found: dict[str, Routine] = {}
+    def routines(self) -> dict[str, KrlRoutine]:
+        found: dict[str, KrlRoutine] = {}
         while self.at < len(self.lines):
             line = self.take()
             if line.word == MARK:
@@ -112,7 +112,7 @@ class _Source:
             if words[0] != "DEF" or len(words) < 2:
                 raise self.fault(line, "is outside a routine")
             inside = [word for word in words[3:-1] if word not in {",", ":", "IN", "OUT"}]
-            found[words[1]] = Routine(self.file, inside, self.block({"END"}))
+            found[words[1]] = KrlRoutine(self.file, inside, self.block({"END"}))
             self.take()
         return found
 
@@ -129,7 +129,7 @@ class _Source:
     def word(self) -> str:
         return self.lines[self.at].word if self.at < len(self.lines) else ""
 
-    def block(self, ends: set[str]) -> list[Statement]:
+    def block(self, ends: set[str]) -> list[KrlStatement]:
         """Take statements up to one of the words, and leave this."""
         self.depth += 1
         if self.depth > MOST_BLOCKS:
@@ -141,18 +141,18 @@ class _Source:
         self.depth -= 1
         return found
 
-    def compound(self, line: SourceLine) -> Statement | None:
+    def compound(self, line: SourceLine) -> KrlStatement | None:
         """Return a statement with blocks; None for another."""
         tokens, word = line.tokens, line.word
         words = [one.upper() for one in tokens]
         if word == "IF":
             if words[-1] != "THEN":
                 raise self.fault(line, "has no THEN")
-            yes, no = self.block({"ELSE", "ENDIF"}), list[Statement]()
+            yes, no = self.block({"ELSE", "ENDIF"}), list[KrlStatement]()
             if self.take().word == "ELSE":
                 no = self.block({"ENDIF"})
                 self.take()
-            return Statement("IF", line, tokens[1:-1], [], [yes, no])
+            return KrlStatement("IF", line, tokens[1:-1], [], [yes, no])
         if word == "SWITCH":
             return self.switch(line)
         if word not in BLOCKS:
@@ -160,16 +160,16 @@ class _Source:
         body = self.block({BLOCKS[word]})
         end = self.take()
         if word != "FOR":
-            return Statement(word, line, (end if word == "REPEAT" else line).tokens[1:], [], [body])
+            return KrlStatement(word, line, (end if word == "REPEAT" else line).tokens[1:], [], [body])
         if "=" not in words or "TO" not in words:
             raise self.fault(line, "is no FOR")
         equals, to = words.index("="), words.index("TO")
         step = words.index("STEP") if "STEP" in words else len(words)
         parts = [tokens[1:equals], tokens[equals + 1 : to], tokens[to + 1 : step], tokens[step + 1 :]]
-        return Statement("FOR", line, [], parts, [body])
+        return KrlStatement("FOR", line, [], parts, [body])
 
-    def switch(self, line: SourceLine) -> Statement:
-        statement = Statement("SWITCH", line, line.tokens[1:])
+    def switch(self, line: SourceLine) -> KrlStatement:
+        statement = KrlStatement("SWITCH", line, line.tokens[1:])
         case = self.take()
         while case.word != "ENDSWITCH":
             if case.word not in {"CASE", "DEFAULT"}:
@@ -180,16 +180,16 @@ class _Source:
         return statement
 
 
-def simple(line: SourceLine) -> Statement:
+def simple(line: SourceLine) -> KrlStatement:
     """Return the statement of one line."""
     tokens, word = line.tokens, line.word
     if word in {"GLOBAL", "INTERRUPT"}:
-        return Statement("INTERRUPT", line, tokens)
+        return KrlStatement("INTERRUPT", line, tokens)
     if word == "DECL":
-        return Statement("DECL", line, tokens[1:2], [[token for token in tokens[2:] if token != ","]])
+        return KrlStatement("DECL", line, tokens[1:2], [[token for token in tokens[2:] if token != ","]])
     if "=" in tokens and word not in PLAIN:
         equals = tokens.index("=")
-        return Statement("ASSIGN", line, [], [tokens[:equals], tokens[equals + 1 :]])
+        return KrlStatement("ASSIGN", line, [], [tokens[:equals], tokens[equals + 1 :]])
     if tokens[1:2] == ["("] and tokens[-1] == ")" and word != "WAIT":
-        return Statement("CALL", line, [tokens[0]], [tokens[2:-1]])
-    return Statement(word, line, tokens[1:])
+        return KrlStatement("CALL", line, [tokens[0]], [tokens[2:-1]])
+    return KrlStatement(word, line, tokens[1:])

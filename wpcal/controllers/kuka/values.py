@@ -85,10 +85,10 @@ class KrlParser(Parser):
         return super().primary()
 
 
-def printed(value: Any) -> str:
+def krl_text(value: Any) -> str:
     """Write a value as a data list has it."""
     if isinstance(value, Aggregate):
-        return "{" + ",".join(f"{name} {printed(v)}" for name, v in value.values.items()) + "}"
+        return "{" + ",".join(f"{name} {krl_text(v)}" for name, v in value.values.items()) + "}"
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, str):

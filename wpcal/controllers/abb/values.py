@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots.robot import Array
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax
-from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.machine import Matrix, rigid
 from wpcal.controllers.run.program import ProgramError
 
 PARTS = {
@@ -32,9 +31,9 @@ PARTS = {
 }
 PLAIN = {"num": 0, "dnum": 0, "bool": False, "string": "", "errnum": 0, "intnum": 0, "switch": False}
 TOKEN = re.compile(
-    r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|:=|<>|<=|>=|[-+*/=<>()\[\]{},;:.\\%]'
+    r'"[^"]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|:=|<>|<=|>=|[-+*/=<>()\[\]{},;:.\\%?]'
 )
-GRAMMAR = Syntax(
+SYNTAX = Syntax(
     TOKEN,
     ({**OR, "XOR": operator.xor}, AND, {"=": operator.eq, **COMPARE}, SUM, {**PRODUCT, "DIV": operator.floordiv}),
     {**SIGNS, "NOT": operator.not_},
@@ -52,6 +51,7 @@ class Record:
     values: list[Any]
 
     def index(self, part: str) -> int:
+        """Return where a part is."""
         names = [name for name, _ in PARTS[self.kind]]
         if part not in names:
             raise ProgramError(f"{self.kind} has no part {part}")
@@ -74,6 +74,7 @@ class Record:
     __rmul__ = __mul__
 
     def copy(self) -> Record:
+        """Return a record that shares nothing."""
         return Record(self.kind, [v.copy() if isinstance(v, Record) else v for v in self.values])
 
 
@@ -87,13 +88,14 @@ def typed(kind: str, value: Any) -> Any:
         if not isinstance(value, list) or len(value) != len(PARTS[kind]):
             raise ProgramError(f"{value!r} is no {kind}")
         return Record(kind, [typed(k, v) for (_, k), v in zip(PARTS[kind], value, strict=True)])
-    expected = {"string": str, "bool": bool, "num": (int, float), "dnum": (int, float)}.get(kind)
+    expected: Any = {"string": str, "bool": bool, "num": (int, float), "dnum": (int, float)}.get(kind)
     if expected and (not isinstance(value, expected) or (kind in {"num", "dnum"} and isinstance(value, bool))):
         raise ProgramError(f"{value!r} is no {kind}")
     return value
 
 
 def empty(kind: str) -> Any:
+    """Return the value of data without one."""
     if kind in PARTS:
         return Record(kind, [empty(k) for _, k in PARTS[kind]])
     if kind not in PLAIN:
@@ -101,7 +103,7 @@ def empty(kind: str) -> Any:
     return PLAIN[kind]
 
 
-def matrix(pose: Record) -> Array:
+def matrix(pose: Record) -> Matrix:
     """Return a pose or robtarget as a matrix: quaternions with the real part first, of length 1."""
     trans, rot = pose.values[pose.index("trans")].values, pose.values[pose.index("rot")].values
     if abs(np.linalg.norm(rot) - 1.0) > 1e-3:
@@ -109,7 +111,8 @@ def matrix(pose: Record) -> Array:
     return rigid(Rotation.from_quat(np.roll(np.array(rot, float), -1)), trans)
 
 
-def values_of(T: Array) -> list[Any]:
+def pose_values(T: Matrix) -> list[Any]:
+    """Return the values of a pose."""
     x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
     return [[float(v) for v in T[:3, 3]], [float(v) for v in (w, x, y, z)]]
 
@@ -131,6 +134,7 @@ class RapidParser(Parser):
     """Knows arguments with a backslash."""
 
     def values(self, closing: str) -> list[Any]:
+        """Return arguments; the last is those with a backslash, if there are any."""
         found: list[Any] = []
         options: dict[str, Any] = {}
         while self.peek() != closing:
@@ -149,6 +153,6 @@ class RapidParser(Parser):
         return [*found, options] if options else found
 
 
-def printable(record: Record) -> list[Any]:
+def nested(record: Record) -> list[Any]:
     """Return a record as nested lists."""
-    return [printable(v) if isinstance(v, Record) else v for v in record.values]
+    return [nested(v) if isinstance(v, Record) else v for v in record.values]

@@ -1,0 +1,311 @@
+r"""What the instructions of RAPID do.
+
+`SearchL` gives the place at the signal in the named work object. Without ``\Flanks`` only a rising edge counts; a
+signal that is on at the start raises ERR_SIGSUPSEARCH without motion, and a search that ends without the signal raises
+ERR_WHLSEARCH at its end. The move before a search ends in a fine point. A program displacement is between the work
+object and the target of every linear and circular move, and of those by the joints to a robtarget.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.abb.statements import Data
+from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.machine import Machine, Matrix, Place, inverted
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
+
+STOP_LIMIT_MM_S = 100.0
+"""`SearchL\\Stop` is only allowed below this speed."""
+LINE_LENGTH, EVENT_LENGTH = 80, 46  #: Characters that TPWrite and ErrWrite take.
+
+
+class RapidError(Exception):
+    """An error that a handler may take."""
+
+
+class TryNextError(Exception):
+    """TRYNEXT in a handler."""
+
+
+class RetryError(Exception):
+    """RETRY in a handler."""
+
+
+class ReturnError(Exception):
+    """RETURN."""
+
+
+MOVES = {"WOBJ", "ID", "T", "V", "Z", "INPOS", "CONC"}
+ARCS = {"WOBJ", "ID", "WEAVE", "SEAMNAME", "T"}
+MOTION = re.compile(r"(MOVE|ARC)([LCJ])(START|END|)")
+HARMLESS = {"WAITDI", "WAITDO", "WAITUNTIL", "WAITROB", "PULSEDO", "SETAO", "SETGO", "ACTUNIT", "DEACTUNIT"}
+HARMLESS |= {"CIRPATHMODE", "SINGAREA", "ACCSET", "VELSET", "GRIPLOAD", "CLKSTART", "CLKSTOP", "CLKRESET"}
+HARMLESS |= {"TPERASE", "EOFFSOFF", "CONFL", "CONFJ"}
+"""Instructions without effect on where a motion ends."""
+
+
+class Instructions:
+    """What the instructions do; the interpreter knows names and values."""
+
+    machine: Machine
+    run: Run
+    signals: dict[str, int]
+    on_stop: Callable[[str], bool]
+    is_fine: bool
+    errors: list[str]
+    data: dict[str, Data]
+    texts: dict[str, str]
+    shift: Matrix
+    undeclared: dict[str, Any]
+
+    def value(self, tokens: Any) -> Any:
+        """Return the value of an expression."""
+        raise NotImplementedError
+
+    def find(self, name: str) -> Data | None:
+        """Return data by its name."""
+        raise NotImplementedError
+
+    def assign(self, tokens: list[str], value: Any) -> None:
+        """Give data a value."""
+        raise NotImplementedError
+
+    def is_known(self, name: str, arguments: list[list[str]], options: dict[str, list[str]]) -> bool:
+        """Execute an instruction, and tell whether there is one of this name."""
+        name = name.upper()
+        motion = MOTION.fullmatch(name)
+        if motion is not None:
+            self._move(arguments, options, motion)
+            return True
+        function = getattr(self, f"_do_{name.lower()}", None)
+        if function is not None:
+            function(arguments, options)
+        return function is not None or name in HARMLESS
+
+    def input(self, name: str) -> int:
+        """Return the level of an input that the touch switches."""
+        return self.signals[name] if self.machine.is_on() else 1 - self.signals[name]
+
+    def tool(self, tool: Any) -> Matrix:
+        """Return T_flange_tool."""
+        if not isinstance(tool, Record) or tool.kind != "tooldata":
+            raise ProgramError("a tool is expected")
+        if tool.values[0] is not True or tool.values[2].values[0] <= 0:
+            raise ProgramError("the tool is not held by the robot, or weighs nothing")
+        return matrix(tool.values[1])
+
+    def frame(self, wobj: Any) -> Matrix:
+        """Return the place of a work object: in `base`, or in the unit that carries it."""
+        if not isinstance(wobj, Record) or wobj.kind != "wobjdata" or wobj.values[0] is not False:
+            raise ProgramError("the work object is held by the robot")
+        if wobj.values[1] is not True and not wobj.values[2]:
+            raise ProgramError("the user frame moves with nothing")
+        return matrix(wobj.values[3]) @ matrix(wobj.values[4])
+
+    def _only(self, options: dict[str, Any], allowed: set[str], name: str) -> None:
+        if extra := set(options) - allowed:
+            raise ProgramError(f"{name} with \\{extra.pop()} is unknown")
+
+    def _known(self, tokens: list[str], kind: str) -> Any:
+        """Return data of a kind; what no module declares is that of the controller."""
+        if kind in self.undeclared and len(tokens) == 1 and self.find(tokens[0]) is None:
+            return self.undeclared[kind]
+        value = self.value(tokens)
+        return typed(kind, value)
+
+    def _placed(self, tool: list[str], options: dict[str, list[str]], speed: list[str] | None) -> tuple[Matrix, Matrix]:
+        """Return the frame of targets and T_flange_tool, and say both to the machine."""
+        wobj = options.get("WOBJ", ["wobj0"])
+        at = self.machine.at
+        mm_s = None if speed is None else self._known(speed, "speeddata").values[0]
+        frame = self.frame(self._known(wobj, "wobjdata")) @ self.shift
+        self.machine.at = Place(at.file, at.line, "".join(tool), "".join(wobj), mm_s)
+        return frame, self.tool(self._known(tool, "tooldata"))
+
+    def _move(self, arguments: list[list[str]], options: dict[str, Any], motion: re.Match[str]) -> None:
+        name, (word, kind, part) = motion[0], motion.groups()
+        is_arc = word == "ARC"
+        self._only(options, ARCS if is_arc else MOVES, name)
+        count = (2 if kind == "C" else 1) + (2 if is_arc else 0) + 3
+        if len(arguments) != count or (part and not is_arc) or (is_arc and kind == "J"):
+            raise ProgramError(f"{name} with {len(arguments)} arguments")
+        *points, speed = arguments[: 3 if kind == "C" else 2]
+        zone, tool = arguments[-2:]
+        frame, T_tool = self._placed(tool, options, speed)
+        self.is_fine = self._known(zone, "zonedata").values[0]
+        *via, goal = (frame @ matrix(self._known(tokens, "robtarget")) for tokens in points)
+        if via:
+            self.machine.arc(via[0], goal, T_tool)
+        else:
+            self.machine.move(goal, T_tool, is_line=kind == "L")
+        if part:
+            self.machine.switch(Does.ON if part == "START" else Does.OFF)
+
+    def _do_moveabsj(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, MOVES | {"NOEOFFS"}, "MoveAbsJ")
+        if len(arguments) != 4:
+            raise ProgramError(f"MoveAbsJ with {len(arguments)} arguments")
+        joints, speed, zone, tool = arguments
+        target = self._known(joints, "jointtarget")
+        self.is_fine = self._known(zone, "zonedata").values[0]
+        self._placed(tool, options, speed)
+        self.machine.joint_move(np.array(target.values[0].values, dtype=np.float64))
+
+    def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, set(), "PDispSet")
+        self.shift = matrix(self._known(arguments[0], "pose"))
+
+    def _do_pdispoff(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self.shift = np.eye(4)
+
+    def _do_pdispon(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"ROT", "EXEP", "WOBJ"}, "PDispOn")
+        target, tool = arguments
+        self.shift = np.eye(4)
+        frame, T_tool = self._placed(tool, options, None)
+        planned = matrix(self._known(target, "robtarget"))
+        now = inverted(frame) @ self.machine.reading(T_tool)
+        if "EXEP" in options:
+            now = matrix(self._known(options["EXEP"], "robtarget"))
+        if "ROT" in options:
+            self.shift = now @ inverted(planned)
+        else:
+            self.shift[:3, 3] = now[:3, 3] - planned[:3, 3]
+
+    def _do_searchl(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"STOP", "PSTOP", "SSTOP", "FLANKS", "POSFLANK", "NEGFLANK", "WOBJ"}, "SearchL")
+        if not {"STOP", "PSTOP", "SSTOP"} & set(options):
+            raise ProgramError("SearchL without a stop drives on through the part")
+        signal, found, goal, speed, tool = arguments
+        if len(signal) != 1 or signal[0].upper() not in self.signals:
+            raise ProgramError(f"SearchL: the signal {' '.join(signal)} is not configured")
+        speed_mm_s = self.value(speed).values[0]
+        if "STOP" in options and speed_mm_s > STOP_LIMIT_MM_S:
+            raise ProgramError("SearchL\\Stop above 100 mm/s")
+        if not self.is_fine:
+            raise ProgramError("the move before a search does not end in a fine point")
+        if "FLANKS" not in options:
+            wanted = 0 if "NEGFLANK" in options else 1
+            if self.input(signal[0].upper()) == wanted:
+                raise RapidError("ERR_SIGSUPSEARCH")
+            if wanted != self.signals[signal[0].upper()]:
+                raise ProgramError("the search waits for the wrong edge of the signal")
+        target = self._known(goal, "robtarget")
+        frame, T_tool = self._placed(tool, options, speed)
+        hit = self.machine.search(frame @ matrix(target), T_tool, speed_mm_s)
+        if hit is None:
+            raise RapidError("ERR_WHLSEARCH")
+        place = typed("robtarget", [*pose_values(inverted(frame) @ hit), *([nested(v) for v in target.values[2:]])])
+        self.assign(found, place)
+
+    def _do_search_1d(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        """SmarTac: to the start, then through the search point up to twice its distance; 3HAC024845."""
+        self._only(options, {"NOTOFF", "WIRE", "SEARCHSTOP", "WOBJ", "SEARCHNAME"}, "Search_1D")
+        result, begin, through, speed, tool = arguments
+        del speed  # of the move to the start; searches have that of the configuration
+        frame, T_tool = self._placed(tool, options, None)
+        start, point = matrix(self.value(begin)), matrix(self.value(through))
+        self.machine.move(frame @ start, T_tool)
+        if self.machine.is_on():
+            self._smartac("touch at start")
+            return
+        goal = point.copy()
+        goal[:3, 3] += point[:3, 3] - start[:3, 3]
+        hit = self.machine.search(frame @ goal, T_tool, 20.0)
+        if hit is None:
+            self._smartac("no touch")
+            return
+        seen = inverted(frame) @ hit
+        if (stop := options.get("SEARCHSTOP")) is not None:
+            rest = [nested(v) for v in self.value(through).values[2:]]
+            self.assign(stop, typed("robtarget", [*pose_values(seen), *rest]))
+        moved = [[float(v) for v in seen[:3, 3] - point[:3, 3]], [1, 0, 0, 0]]
+        self.assign(result, typed("pose", moved))
+
+    def _smartac(self, fault: str) -> None:
+        """The package shows a menu of its own: here the operator chooses RETURN, which leaves the default result."""
+        self.run.stop(f"SmarTac: {fault}", self.on_stop)
+
+    def _output(self, arguments: list[list[str]], *, value: Any) -> None:
+        name = arguments[0][0].upper()
+        self.run.outputs[name] = bool(value)
+        self.machine.output(name, value)
+
+    def _do_setdo(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"SYNC"}, "SetDO")
+        self._output(arguments, value=self.value(arguments[1]))
+
+    def _do_set(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._output(arguments, value=1)
+
+    def _do_reset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._output(arguments, value=0)
+
+    def _do_waittime(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"INPOS"}, "WaitTime")
+        if self.value(arguments[0]) < 0:
+            raise ProgramError("WaitTime below 0")
+
+    def _do_tpwrite(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"NUM", "BOOL", "POS", "ORIENT"}, "TPWrite")
+        text = self.value(arguments[0])
+        if not isinstance(text, str) or len(text) > LINE_LENGTH:
+            raise ProgramError(f"TPWrite takes a text of {LINE_LENGTH} characters: {text!r}")
+        self.run.messages.append(text + "".join(printed(self.value(tokens)) for tokens in options.values()))
+
+    def _do_errwrite(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"W", "I", "RL2", "RL3", "RL4"}, "ErrWrite")
+        texts = [self.value(tokens) for tokens in [*arguments, *(t for t in options.values() if t)]]
+        if any(len(text) > EVENT_LENGTH for text in texts):
+            raise ProgramError(f"ErrWrite takes {EVENT_LENGTH} characters: {texts}")
+        self.run.messages.append(" ".join(texts))
+
+    def _do_stop(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"NOREGAIN", "ALLMOVETASKS"}, "Stop")
+        self.run.stop(self.run.messages[-1] if self.run.messages else "", self.on_stop)
+
+    def _do_exit(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        raise StoppedError("EXIT")
+
+    def _do_stopmove(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, set(), "StopMove, ClearPath, StartMove")
+
+    _do_clearpath = _do_startmove = _do_stopmove
+
+    def _do_raise(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        raise RapidError(self.errors[-1])
+
+    def _do_trynext(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        raise TryNextError
+
+    def _do_retry(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        raise RetryError
+
+    def _do_return(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        raise ReturnError
+
+    def _do_save(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self._only(options, {"FILEPATH", "FILE", "TASKREF", "TASKNAME"}, "Save")
+        module = self.value(arguments[0])
+        named = [options[key] for key in ("FILE", "FILEPATH") if key in options]
+        path = self.value(named[0]) if named else f"{module}.mod"
+        self.run.files[path.rsplit("/", 1)[-1]] = self.saved(module)
+
+    def saved(self, module: str) -> str:
+        """Return a module with the present values of its PERS data."""
+        text = self.texts.get(module.upper())
+        if text is None:
+            raise ProgramError(f"Save: the module {module} is not loaded")
+
+        def with_value(match: re.Match[str]) -> str:
+            data = self.data[match["name"].upper()]
+            return f"{match['head']}:={printed(data.value)};"
+
+        declaration = r'(?P<head>\bPERS\s+\w+\s+(?P<name>\w+)(?:\{\d+\})?)\s*:=(?:"[^"]*"|[^;"])*;'
+        return re.sub(declaration, with_value, text, flags=re.IGNORECASE)
