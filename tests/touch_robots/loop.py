@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.touch_robots import fanuc, inform, kawasaki, urscript
+from tests.touch_robots import saved
 from tests.touch_robots.robot import Array, Robot, Senses, Torch
 from tests.touch_robots.solid import Solid
 from wpcal.controllers.registry import controller_named
@@ -38,24 +37,23 @@ class Brand:
     results: str
     stored_mm: float
     given: dict[str, Any] = field(default_factory=dict)
+    saved: Callable[[Any], dict[str, str]] = lambda _: {}
+
+
+def running(name: str) -> Callable[..., Any]:
+    """Return what executes the programs of a controller."""
+    return cast("Callable[..., Any]", controller_named(name).load_interpreter())
 
 
 BRANDS = {
     "rapid": Brand(
-        controller_named("rapid").load_interpreter(),
-        "tTorch",
-        "run_WPCAL_touch",
-        "WPCAL_touch_res.mod",
-        5e-4,
-        {"signals": {"diTouch": True}},
+        running("rapid"), "tTorch", "run_WPCAL_touch", "WPCAL_touch_res.mod", 5e-4, {"signals": {"diTouch": True}}
     ),
-    "krl": Brand(
-        controller_named("krl").load_interpreter(), 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5, {"signals": {1: True}}
-    ),
-    "fanuc": Brand(fanuc.Controller, 1, "WPCAL_TOUCH", "", 5e-4),
-    "inform": Brand(inform.Controller, 1, "WPCAL_TOUCH", "VAR.DAT", 5e-4),
-    "urscript": Brand(urscript.Controller, 1, "", "log.txt", 5e-4),
-    "as": Brand(kawasaki.Controller, "tTorch", "WPCAL_touch", "saved.as", 1e-6),
+    "krl": Brand(running("krl"), 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5, {"signals": {1: True}}),
+    "fanuc": Brand(running("fanuc"), 1, "WPCAL_TOUCH", "", 5e-4, {"signals": {"DI[1]": True}}, saved.fanuc),
+    "inform": Brand(running("inform"), 1, "WPCAL_TOUCH", "VAR.DAT", 5e-4, {"signals": {"RIN#(1)": True}}, saved.inform),
+    "urscript": Brand(running("urscript"), 1, "", "log.txt", 5e-4, {"signals": {"0": True}}, saved.urscript),
+    "as": Brand(running("as"), "tTorch", "WPCAL_touch", "saved.as", 1e-6, {"signals": {"1001": True}}, saved.kawasaki),
 }
 
 
@@ -90,27 +88,16 @@ def run_program(
     files = {path.name: path.read_bytes().decode() for path in sorted(folder.iterdir()) if path.suffix != ".json"}
     torch = torch or Torch(T_FLANGE_TOOL)
     robot = Robot(solid, torch, senses)
-    given = dict(how.given)
-    if brand == "inform":
-        given["frames"] = frame_in_remarks("".join(files.values()))
     tools = {how.tool: T_FLANGE_TOOL}
-    controller = how.controller(files, robot, tools=tools, on_stop=lambda _: goes_on, **given)
+    controller = how.controller(files, robot, tools=tools, on_stop=lambda _: goes_on, **how.given)
     run = controller.start(how.main)
-    kept = dict(run.files)
+    kept = dict(run.files) | how.saved(controller)
     if hasattr(controller, "backup"):
         kept.update(controller.backup())
     out.mkdir(parents=True, exist_ok=True)
     for name, text in kept.items():
         (out / name).write_text(text, encoding="utf-8")
     return Ran(run, robot, out / how.results if how.results else out)
-
-
-def frame_in_remarks(text: str) -> dict[int, Array]:
-    """Return the user frame that a job asks the operator to type in."""
-    number = re.search(r"^'set USER (\d+)", text, re.MULTILINE)
-    values = [re.search(rf"^' {key} ([-\d.]+)\s*$", text, re.MULTILINE) for key in ("X", "Y", "Z", "Rx", "Ry", "Rz")]
-    assert number is not None
-    return {int(number[1]): inform.place_of([float(found[1]) for found in values if found is not None])}
 
 
 def planned_frame(plan: Any) -> Array:

@@ -10,5 +10,6 @@ PDL2 = Controller(
     reader="wpcal.controllers.comau.read:READER",
     brands=("comau",),
     grammar="wpcal.controllers.comau.grammar:GRAMMAR",
+    run="wpcal.controllers.comau.run:Interpreter",
     program_suffixes=(".pdl",),
 )

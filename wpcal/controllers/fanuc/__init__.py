@@ -15,6 +15,7 @@ FANUC = Controller(
     suffixes=(".ls",),
     reader="wpcal.controllers.fanuc.read:READER",
     grammar="wpcal.controllers.fanuc.grammar:GRAMMAR",
+    run="wpcal.controllers.fanuc.run:Interpreter",
     program_suffixes=(".ls",),
     takes_arcs=True,
     takes_plans=True,

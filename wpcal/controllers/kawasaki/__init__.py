@@ -13,6 +13,7 @@ AS = Controller(
     reader="wpcal.controllers.kawasaki.read:READER",
     brands=("kawasaki",),
     grammar="wpcal.controllers.kawasaki.grammar:GRAMMAR",
+    run="wpcal.controllers.kawasaki.run:Interpreter",
     program_suffixes=(".as",),
     takes_arcs=True,
     takes_plans=True,

@@ -8,6 +8,7 @@ VAL3 = Controller(
     writer="wpcal.controllers.staubli.write:write_val3",
     brands=("staubli",),
     grammar="wpcal.controllers.staubli.grammar:GRAMMAR",
+    run="wpcal.controllers.staubli.run:Interpreter",
     program_suffixes=(".dtx", ".pgx"),
     takes_arcs=True,
     takes_plans=True,

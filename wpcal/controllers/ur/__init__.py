@@ -11,6 +11,7 @@ URSCRIPT = Controller(
     touch_results=("*.log", "*.txt"),
     brands=("ur", "universal-robots"),
     grammar="wpcal.controllers.ur.grammar:GRAMMAR",
+    run="wpcal.controllers.ur.run:Interpreter",
     program_suffixes=(".script",),
     takes_arcs=True,
     takes_plans=True,

@@ -15,6 +15,7 @@ INFORM = Controller(
     coordinated_writer="wpcal.controllers.yaskawa.two_robots:write_coordinated_inform",
     brands=("yaskawa", "motoman"),
     grammar="wpcal.controllers.yaskawa.grammar:GRAMMAR",
+    run="wpcal.controllers.yaskawa.run:Interpreter",
     program_suffixes=(".jbi",),
     takes_arcs=True,
     takes_plans=True,

@@ -1,0 +1,452 @@
+"""FANUC TP (``.ls``): what a program does.
+
+A motion with ``Skip,LBL[n]`` ends where the skip condition is met, and the next line runs; if it comes to its end, the
+program jumps to the label. ``PR[n]=LPOS`` behind the label is the place at that moment. Points state their own frame
+and tool, which must be the present ones. ``Offset`` moves a point in the user frame, ``Tool_Offset`` in the tool,
+``INC`` adds to where the tool is. User frames that the remarks of a program ask for count as set.
+
+References
+----------
+FANUC, R-30iB HandlingTool Operator's Manual (motion options, registers, branching, skip condition).
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.fanuc.grammar import GRAMMAR as TEXT
+from wpcal.controllers.fanuc.read import COORDINATE, FRAME, GROUP_1, JOINT, POSITION, TOOL
+from wpcal.controllers.fanuc.write import DECIMALS, LANGUAGE, LONGEST_REMARK
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.expressions import AND, COMPARE, OR, SIGNS, Parser, Syntax, tokens_of
+from wpcal.controllers.run.interpreter import Interpreter as Base
+from wpcal.controllers.run.interpreter import matching, matrix_of, numbers_of, stated_frame
+from wpcal.controllers.run.machine import inverted
+from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.core.arrays import FloatArray
+
+TOKEN = re.compile(r"'[^']*'|\d+(?:\.\d+)?|\.\d+|[A-Za-z$_][\w$]*|<>|<=|>=|[-+*/=<>()\[\],.!:]")
+SYNTAX = Syntax(
+    TOKEN,
+    (
+        OR,
+        AND,
+        {"=": operator.eq, **COMPARE},
+        {"+": operator.add, "-": operator.sub},
+        {"*": operator.mul, "/": operator.truediv, "DIV": operator.floordiv, "MOD": operator.mod},
+    ),
+    {**SIGNS, "!": operator.not_},
+    {"ON": True, "OFF": False},
+    index=("[", "]"),
+    quote="'",
+)
+MOST_LABEL = 32766
+MESSAGE_LENGTH = 24  #: Characters that MESSAGE shows.
+JUMPS = r"JMP LBL\[[^\]]*\]|CALL .*"
+
+
+class Values(tuple[float, ...]):
+    """Six numbers of a position register, that can be added."""
+
+    def __add__(self, other: Any) -> Any:
+        """Add number by number."""
+        return type(self)(a + b for a, b in zip(self, other, strict=True))
+
+    def __sub__(self, other: Any) -> Values:
+        """Take away number by number."""
+        return type(self)(a - b for a, b in zip(self, other, strict=True))
+
+
+class Joints(Values):
+    """Joint angles, deg."""
+
+
+def _matrix(values: Values) -> FloatArray:
+    if isinstance(values, Joints):
+        raise ProgramError("joint angles where a pose is needed")
+    return matrix_of(values)
+
+
+def _values(T: FloatArray) -> Values:
+    return Values(numbers_of(T, DECIMALS, DECIMALS))
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A position of a program."""
+
+    frame: str  #: Number, or F for the present one.
+    tool: str
+    values: Values | None  #: None if it has more than group 1, or was not taught.
+
+
+class _Program:
+    """One ``.ls`` file: instructions with their lines in the file, labels, positions."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file = file
+        head, main, points = (re.search(rf"^/{word}\b.*$", text, re.MULTILINE) for word in ("PROG", "MN", "POS"))
+        if head is None or main is None or points is None or not main.end() < points.start():
+            raise ProgramError("a program has /PROG, /MN, /POS and /END", path=file)
+        self.name = head[0][5:].split()[0].upper() if head[0][5:].split() else ""
+        if not re.fullmatch(r"[A-Z][A-Z0-9_-]{0,35}", self.name):
+            raise ProgramError(f"{self.name!r} is not the name of a program", path=file)
+        self.lines = self._lines(text[main.end() : points.start()], text.count("\n", 0, main.end()) + 1)
+        self.labels: dict[int, int] = {}
+        for at, (number, line) in enumerate(self.lines):
+            if found := re.fullmatch(r"LBL\[(\d{1,5}+)(?::[^\]]*)?\]", line):
+                label = int(found[1])
+                if label in self.labels or not 1 <= label <= MOST_LABEL:
+                    raise ProgramError(f"LBL[{label}] is there twice, or out of range", path=file, line=number)
+                self.labels[label] = at
+        self.points = {int(one["number"]): _point(one["body"]) for one in POSITION.finditer(text, points.end())}
+
+    def _lines(self, text: str, first: int) -> list[tuple[int, str]]:
+        """Return instructions with their lines; the end of a circular move belongs to the instruction before."""
+        lines = list[tuple[int, str]]()
+        for number, line in enumerate(text.splitlines()[1:], start=first + 1):
+            found = re.fullmatch(r"\s*+(\d*+):(.*?);?\s*", line)
+            if found is None:
+                raise ProgramError(f"is not an instruction: {line.strip()[:60]!r}", path=self.file, line=number)
+            if found[1]:
+                lines.append((number, found[2].strip()))
+            elif lines:
+                lines[-1] = (lines[-1][0], f"{lines[-1][1]} {found[2].strip()}")
+        return lines
+
+
+def _point(body: str) -> _Point:
+    group, frame, tool = GROUP_1.search(body), FRAME.search(body), TOOL.search(body)
+    if group is None or frame is None or tool is None:
+        return _Point("F", "F", None)
+    joints, values = dict(JOINT.findall(group["body"])), dict(COORDINATE.findall(group["body"]))
+    row = [joints.get(key, "") for key in "123456"] if joints else [values.get(key, "") for key in "XYZWPR"]
+    try:
+        numbers = [float(v) for v in row]
+    except ValueError:
+        return _Point(frame[1], tool[1], None)
+    return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers))
+
+
+class Interpreter(Base):
+    """Runs TP programs; registers have no value before the program gives them one."""
+
+    grammar = TEXT
+
+    def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
+        self.programs: dict[str, _Program] = {}
+        self.registers: dict[str, dict[int, Any]] = {kind: {} for kind in ("R", "PR", "DO", "RO", "F", "AR")}
+        self.skip = ""
+        self.program: _Program | None = None
+        self.offsets: dict[str, str] = {}
+        self.loops: list[tuple[int, int, Any]] = []
+        super().__init__(files, *args, **given)
+        self.tool = self.frame = "0"
+        self.bases.setdefault("0", np.eye(4))
+
+    def load(self, file: str, text: str) -> None:
+        """Read a ``.ls`` file."""
+        program = _Program(file, text)
+        self.programs[program.name] = program
+        self.bases = stated_frame(text, LANGUAGE) | self.bases
+
+    def signals_of(self, text: str) -> dict[str, bool]:
+        """Return the inputs of SKIP CONDITION."""
+        found = re.findall(r"SKIP CONDITION ([DR]I\[\d+\])=(ON|OFF)", text)
+        return {name: level == "ON" for name, level in found}
+
+    # -- values ----------------------------------------------------------------------------------------------------
+
+    def value(self, text: str) -> Any:
+        """Return the value of an expression."""
+        parser = Parser(tokens_of(text, SYNTAX), SYNTAX, self)
+        value = parser.value()
+        parser.end()
+        return value
+
+    def name(self, name: str) -> Any:
+        """Return the present place, or the name of what has numbers."""
+        if name == "LPOS":
+            return _values(inverted(self.T_frame()) @ self.machine.reading(self.T_tool()))
+        if name in {*self.registers, "DI", "RI", "P", "UFRAME", "UTOOL"}:
+            return name
+        raise ProgramError(f"{name} is not followed")
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """Refuse functions: TP has none."""
+        raise ProgramError(f"{name}(…) is not followed")
+
+    def part(self, value: Any, name: str) -> Any:
+        """Refuse parts: TP has none."""
+        raise ProgramError(f"{value}.{name} is not followed")
+
+    def item(self, value: Any, indices: list[Any]) -> Any:
+        """Return a register, an input, a position, or one of its numbers."""
+        number = int(indices[0])
+        if value in {"DI", "RI"}:
+            return self.is_on(f"{value}[{number}]")
+        if value == "P":
+            found: Any = self._point(number)
+        elif value in {"UFRAME", "UTOOL"}:
+            given = self.bases if value == "UFRAME" else self.tools
+            found = _values(given[str(number)]) if str(number) in given else None
+        else:
+            found = self.registers.get(value, {}).get(number)
+        if found is None:
+            raise ProgramError(f"nobody knows {value}[{number}]: the program gave it no value")
+        return found[int(indices[1]) - 1] if len(indices) > 1 else found
+
+    def _point(self, number: int) -> Values:
+        point = None if self.program is None else self.program.points.get(number)
+        if point is None:
+            raise ProgramError(f"P[{number}] is not taught")
+        if point.frame not in {self.frame, "F"} or point.tool not in {self.tool, "F"}:
+            present = f"present are {self.frame}, {self.tool}"
+            raise ProgramError(f"P[{number}] is of UF {point.frame}, UT {point.tool}; {present}")
+        if point.values is None:
+            raise ProgramError(f"P[{number}] is not six numbers of group 1")
+        return point.values
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def routine(self, name: str) -> None:
+        """Run a program to its END."""
+        program = self.programs.get(name.upper())
+        if program is None:
+            raise ProgramError(f"CALL {name}: it is not there")
+        before, self.program, loops, self.loops = self.program, program, self.loops, []
+        self.calls += 1
+        at = 0
+        while 0 <= at < len(program.lines):
+            number, line = program.lines[at]
+            jump = self.step(program.file, number, partial(self.execute, line, at))
+            at = at + 1 if jump is None else jump
+        self.machine.switch(Does.STOP)
+        self.calls -= 1
+        self.program, self.loops = before, loops
+
+    def execute(self, line: str, at: int) -> int | None:
+        """Run one line; return the line to go to, -1 at END, or None for the next."""
+        if line.startswith(("!", "--eg:")):
+            if len(line) > 1 + LONGEST_REMARK and line.startswith("!"):
+                raise ProgramError(f"a remark has at most {LONGEST_REMARK} characters: {line!r}")
+            self.remark(line[1:])
+            return None
+        line = re.sub(r"\[(\d++):[^\]]*+\]", r"[\1]", line)  # comments of registers and positions
+        if found := re.fullmatch(r"([JLCA]) ?((?:P|PR)\[.*)", line):
+            return self._motion(found[1], found[2])
+        for pattern, function in self._INSTRUCTIONS:
+            if found := re.fullmatch(pattern, line):
+                return function(self, *found.groups())
+        for pattern, block in self._BLOCKS:
+            if found := re.fullmatch(pattern, line):
+                return block(self, at, *found.groups())
+        self.unknown(line)
+        return None
+
+    def _jump(self, text: str) -> int | None:
+        assert self.program is not None
+        if found := re.fullmatch(r"JMP LBL\[([^\]]+)\]", text):
+            label = int(self.value(found[1]))
+            if label not in self.program.labels:
+                raise ProgramError(f"LBL[{label}] is not there")
+            return self.program.labels[label]
+        if found := re.fullmatch(r"CALL (\w+)(?:\((.*)\))?", text):
+            before = self.registers["AR"]
+            given = found[2].split(",") if found[2] else []
+            self.registers["AR"] = {number: self.value(one) for number, one in enumerate(given, 1)}
+            self.routine(found[1])
+            self.registers["AR"] = before
+            return None
+        raise ProgramError(f"not followed: {text!r}")
+
+    # -- blocks ----------------------------------------------------------------------------------------------------
+
+    def _end_of(self, at: int, opens: str, *ends: str) -> int:
+        assert self.program is not None
+        return matching([line for _, line in self.program.lines], at, opens, ends)
+
+    def _then(self, at: int, condition: str) -> int | None:
+        if self.value(condition):
+            return None
+        return self._end_of(at, r"IF .*THEN$", r"ELSE$", r"ENDIF$") + 1
+
+    def _else(self, at: int) -> int:
+        return self._end_of(at, r"IF .*THEN$", r"ENDIF$")
+
+    def _for(self, at: int, name: str, first: str, word: str, last: str) -> int | None:
+        end = self._end_of(at, r"FOR ", r"ENDFOR$")
+        begin, until, by = self.value(first), self.value(last), 1 if word == "TO" else -1
+        if (until - begin) * by < 0:
+            return end + 1
+        self._set(name, str(begin))
+        self.loops.append((at, by, until))
+        return None
+
+    def _endfor(self, at: int) -> int | None:
+        if not self.loops:
+            raise ProgramError("ENDFOR without FOR")
+        assert self.program is not None
+        begin, by, until = self.loops[-1]
+        name = re.match(r"FOR (R\[[^\]]*\])", self.program.lines[begin][1])
+        value = self.value(name[1]) if name else until
+        if name is None or value == until:
+            self.loops.pop()
+            return None
+        self.registers["R"][int(name[1][2:-1])] = value + by
+        return begin + 1
+
+    _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = (
+        (r"IF \(?(.*?)\)? ?THEN", _then),
+        (r"ELSE", _else),
+        (r"FOR (R\[[^\]]*\])=(.*?) (TO|DOWNTO) (.*)", _for),
+        (r"ENDFOR", _endfor),
+        (r"ENDIF", lambda _, __: None),
+    )
+
+    # -- motions ---------------------------------------------------------------------------------------------------
+
+    _MOTION = re.compile(
+        r"(P|PR)\[(\d+)\](?: (P|PR)\[(\d+)\])? (?:(\d+(?:\.\d+)?)|R\[(\d+)\])(%|mm/sec|cm/min|sec|deg/sec)"
+        r" (?:FINE|CNT ?\d+|CR ?\d+)\s*+(.*)"
+    )
+
+    def _motion(self, kind: str, text: str) -> int | None:
+        found = self._MOTION.fullmatch(text)
+        if found is None or (kind == "C") != (found[3] is not None) or kind == "A":
+            raise ProgramError(f"not followed: {kind} {text!r}")
+        first, number, last, end, speed, register, unit, rest = found.groups()
+        if (kind == "J") != (unit == "%") and unit not in {"sec", "deg/sec"}:
+            raise ProgramError(f"the speed of {kind} {text!r}")
+        amount = float(speed if speed else self.item("R", [int(register)]))
+        mm_s = {"mm/sec": amount, "cm/min": amount / 6.0}.get(unit)
+        options, skip = self._options(rest)
+        points = [self.item(first, [int(number)])] + ([self.item(last, [int(end)])] if last else [])
+        if isinstance(points[-1], Joints):
+            if kind != "J" or rest:
+                raise ProgramError(f"joint angles in {kind} {text!r}")
+            self.machine.joint_move(np.array(points[-1]))
+            return None
+        *via, T_goal = (self._T_base(point, options) for point in points)
+        if skip is None:
+            self.go(kind, T_goal, via=via[0] if via else None, speed_mm_s=mm_s)
+            return None
+        if kind != "L" or mm_s is None:
+            raise ProgramError("Skip on a move that is not a line")
+        return self._search(T_goal, mm_s, *skip)
+
+    def _T_base(self, values: Values, options: Mapping[str, str]) -> FloatArray:
+        """Return a position with the offsets of its move in `base`."""
+        T_frame, T = self.T_frame(), _matrix(values)
+        if "INC" in options:
+            if np.any(np.abs(values[3:]) > 0.0):
+                raise ProgramError("INC with a turn")
+            T = inverted(T_frame) @ self.machine.T_base_tool(self.T_tool())
+            T[:3, 3] += values[:3]
+        for option in ("Offset", "Tool_Offset"):
+            if option in options:
+                given = options[option] or self.offsets.get(option, "")
+                if not given:
+                    raise ProgramError(f"{option} without a condition")
+                T_offset = _matrix(self.value(given))
+                T = T_offset @ T if option == "Offset" else T @ T_offset
+        return T_frame @ T
+
+    def _options(self, text: str) -> tuple[dict[str, str], tuple[str, str] | None]:
+        """Return the offsets of a move, and the label and register of its search."""
+        options, skip = dict[str, str](), None
+        for one in filter(None, text.split(" ")):
+            if found := re.fullmatch(r"Skip,LBL\[(\d+)\](?:,PR\[(\d+)\]=LPOS)?", one):
+                skip = (found[1], found[2] or "")
+            elif found := re.fullmatch(r"(Offset|Tool_Offset)(?:,(PR\[\d+\]))?|(INC)", one):
+                options[found[1] or found[3]] = found[2] or ""
+            elif not re.fullmatch(r"ACC\d+|Wjnt|PTH|BREAK", one):
+                raise ProgramError(f"the motion option {one!r} is not followed")
+        return options, skip
+
+    def _search(self, T_goal: FloatArray, mm_s: float, label: str, register: str) -> int | None:
+        if not self.skip:
+            raise ProgramError("Skip without SKIP CONDITION")
+        hit = self.machine.search(T_goal, self.T_tool(), mm_s, is_edge=False)
+        if hit is None:
+            return self._jump(f"JMP LBL[{label}]")
+        if register:
+            self.registers["PR"][int(register)] = _values(inverted(self.T_frame()) @ hit)
+        return None
+
+    # -- instructions ----------------------------------------------------------------------------------------------
+
+    def _set_skip(self, name: str, level: str) -> None:
+        if self.signals.get(name) != (level == "ON"):
+            raise ProgramError("the skip condition does not wait for the touch")
+        self.skip = name
+
+    def _offset(self, kind: str, register: str, frame: str | None) -> None:
+        if frame and frame != self.frame:
+            raise ProgramError("OFFSET CONDITION in another user frame")
+        self.offsets["Tool_Offset" if kind == "TOOL_OFFSET" else "Offset"] = f"PR[{register}]"
+
+    def _if(self, condition: str, then: str) -> int | None:
+        return self._jump(then) if self.value(condition) else None
+
+    def _set(self, left: str, right: str) -> None:
+        found = re.fullmatch(r"(R|PR|DO|F|UFRAME|UTOOL|RO|P)\[(.*?)(?:,(\d))?\]", left)
+        if found is None:
+            raise ProgramError(f"not followed: {left}={right}")
+        kind, number, part = found[1], int(self.value(found[2])), found[3]
+        value = self.value(right.strip("()") if kind in {"DO", "F"} else right)
+        if part is not None:
+            row = list(self.item(kind, [number]))
+            row[int(part) - 1] = float(value)
+            value = type(self.item(kind, [number]))(row)
+        if kind in {"UFRAME", "UTOOL"}:
+            (self.bases if kind == "UFRAME" else self.tools)[str(number)] = _matrix(value)
+        elif kind == "P":
+            assert self.program is not None
+            self.program.points[number] = _Point("F", "F", value)
+        else:
+            self.registers[kind][number] = value
+        if kind in {"DO", "RO"}:
+            self.output(kind, number, on=value)
+
+    def _number(self, what: str, number: str) -> None:
+        setattr(self, "frame" if what == "UFRAME" else "tool", str(int(self.value(number))))
+
+    def _message(self, text: str) -> None:
+        if len(text) > MESSAGE_LENGTH:
+            raise ProgramError(f"MESSAGE shows {MESSAGE_LENGTH} characters: {text!r}")
+        self.run.messages.append(text)
+
+    def _abort(self) -> None:
+        raise StoppedError("ABORT")
+
+    def _wait(self, text: str) -> None:
+        if self.grammar.is_harmless(f"WAIT {text}") and not any(name in text for name in self.signals):
+            return
+        if not self.value(text):
+            self.stop(f"WAIT {text}")
+
+    _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
+        (r"LBL\[\d+\]|WAIT +[\d.]+ ?\(sec\)", lambda _: None),
+        (r"SKIP CONDITION ([DR]I\[\d+\])=(ON|OFF)", _set_skip),
+        (r"(TOOL_OFFSET|OFFSET) CONDITION PR\[(\d+)\](?:,UFRAME\[(\d+)\])?", _offset),
+        (r"(UFRAME|UTOOL)_NUM=(.*)", _number),
+        (rf"({JUMPS})", _jump),
+        (rf"IF (.*?),({JUMPS})", _if),
+        (r"WAIT (.*?)", _wait),
+        (r"MESSAGE\[(.*)\]", _message),
+        (r"PAUSE", lambda self: self.stop()),
+        (r"ABORT", _abort),
+        (r"END", lambda _: -1),
+        (r"Weld Start\[.*", lambda self: self.machine.switch(Does.ON)),
+        (r"Weld End\[.*", lambda self: self.machine.switch(Does.OFF)),
+        (r"Weave (?:Sine|Circle|Figure 8)\[.*|Weave End.*", lambda _: None),
+        (r"((?:R|PR|DO|RO|F|UFRAME|UTOOL|P)\[.*?\])=(.*?)", _set),
+    )

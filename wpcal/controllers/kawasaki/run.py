@@ -1,0 +1,539 @@
+"""Kawasaki AS (``.as``): what its programs do.
+
+``XMOVE p TILL s`` moves on a line and stops when signal s turns on (a negative number: off); the next step then runs,
+as it does at the end of the motion. Without a mode a signal that is on at the start does not count; ``/LVL`` takes it
+at once. ``HERE`` is the present pose in BASE and TOOL; ``HSENSESET`` and ``HSENSE`` latch the pose at the signal.
+``a + b`` composes transformations, ``SHIFT(p BY x, y, z)`` displaces one in BASE, and ``DRAW`` goes on from where the
+tool is.
+
+References
+----------
+Kawasaki, AS Language Reference Manual (D and E controllers).
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.kawasaki.grammar import GRAMMAR
+from wpcal.controllers.language.grammar import Does, mark_of
+from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, LeaveError, Node, Steps, tree
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.numbers import parse_number
+
+MOST_NAME = 15  #: Characters of a name.
+TOKEN = re.compile(
+    r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|\$?#?[A-Za-z][\w.]*|==|<>|<=|>=|=<|[-+*/=<>()\[\],:^]'
+)
+FLAT = 1e-12  #: Of 1 minus the cosine of A, where only the sum or difference of O and T counts.
+
+
+@dataclass(frozen=True)
+class Transformation:
+    """A transformation: X Y Z, and O about z, A about the new y, T about the new z."""
+
+    T: Any
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> Transformation:
+        """Take six numbers, mm and deg."""
+        if len(values) < 6:
+            raise ProgramError("a transformation has six numbers")
+        return cls(rigid(Rotation.from_euler("ZYZ", values[3:6], degrees=True), values[:3]))
+
+    def values(self) -> list[float]:
+        """Return six numbers as the controller stores them."""
+        R = self.T[:3, :3]
+        if abs(R[2, 2]) > 1.0 - FLAT:
+            o = np.degrees(np.arctan2(R[1, 0] * np.sign(R[2, 2]), R[1, 1]))
+            angles = [float(o), 0.0 if R[2, 2] > 0 else 180.0, 0.0]
+        else:
+            angles = [float(v) for v in Rotation.from_matrix(R).as_euler("ZYZ", degrees=True)]
+        return [*(float(v) for v in self.T[:3, 3]), *angles]
+
+    def moved(self, d: Any, *, in_tool: bool = False) -> Transformation:
+        """Return it displaced along the axes of BASE, or its own."""
+        T = self.T.copy()
+        T[:3, 3] += T[:3, :3] @ d if in_tool else d
+        return Transformation(T)
+
+    def __add__(self, other: Transformation) -> Transformation:
+        """Compose."""
+        return Transformation(self.T @ other.T)
+
+    def __neg__(self) -> Transformation:
+        """Invert."""
+        return Transformation(inverted(self.T))
+
+    def __sub__(self, other: Transformation) -> Transformation:
+        """Compose with the inverted."""
+        return Transformation(self.T @ inverted(other.T))
+
+
+WORDS = Syntax(
+    TOKEN,
+    (
+        {"OR": lambda a, b: -1 if a or b else 0},
+        {"AND": lambda a, b: -1 if a and b else 0},
+        {"==": operator.eq, **COMPARE, "=<": operator.le},
+        SUM,
+        {**PRODUCT, "MOD": operator.mod},
+    ),
+    {**SIGNS, "NOT": lambda a: 0 if a else -1},
+    {"TRUE": -1, "FALSE": 0, "ON": -1, "OFF": 0},
+    index=("[", "]"),
+)
+
+
+def _begins(text: str) -> bool:
+    words = text.upper().split()
+    return (words[0] == "IF" and words[-1] == "THEN") or words[0] in {"FOR", "WHILE", "DO", "CASE"}
+
+
+class Interpreter(BlockInterpreter):
+    """Runs AS programs; variables have no value before the files give them one."""
+
+    grammar, words = GRAMMAR, WORDS
+
+    def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
+        self.T_base: FloatArray = np.eye(4)
+        self.via: Transformation | None = None
+        self.mark: Does | None = None
+        self.speed: float | None = None
+        self.latched: list[Transformation] = []
+        self.latch: int | None = None
+        super().__init__(files, *args, **given)
+        self.values |= {name.upper(): Transformation(T) for name, T in {**self.tools, **self.bases}.items()}
+
+    # -- loading ---------------------------------------------------------------------------------------------------
+
+    def load(self, file: str, text: str) -> None:
+        """Read the sections of a file."""
+        head, rows = (0, ""), list[tuple[int, str]]()
+        for number, row in enumerate(text.splitlines(), 1):
+            bare = row.strip()
+            if bare.upper() == ".END":
+                self._section(file, *head, rows)
+                head = (0, "")
+            elif head[1]:
+                rows.append((number, bare))
+            elif bare and not bare.startswith((".*", ";")):
+                head, rows = (number, bare), []
+        if head[1]:
+            raise ProgramError(f"no .END behind {head[1][:40]!r}", path=file, line=head[0])
+
+    def _section(self, file: str, line: int, head: str, rows: list[tuple[int, str]]) -> None:
+        word = re.split(r"[\s(]", head, maxsplit=1)[0].upper()
+        if word == ".PROGRAM":
+            found = re.fullmatch(r"\.PROGRAM\s+([\w.]+)\s*\(([^)]*)\)(?:\s*#\d+)?(?:\s*;.*)?", head, re.IGNORECASE)
+            if found is None or len(found[1]) > MOST_NAME:
+                raise ProgramError(f"{head[:60]!r} does not begin a program", path=file, line=line)
+            names = [one.strip(" .").upper() for one in found[2].split(",") if one.strip()]
+            lines = [(number, _bare(row)) for number, row in rows if row]
+            body = tree(lines, file, begins=_begins, turns="ELSE", ends="END UNTIL")
+            self.routines[found[1].upper()] = Steps(file, names, body, line)
+        elif word in {".TRANS", ".JOINTS", ".REALS", ".STRINGS"}:
+            for number, row in rows:
+                self.step(file, number, lambda row=row: self._data(word, row))  # type: ignore[misc]
+        else:
+            raise ProgramError(f"{head[:60]!r} is unknown", path=file, line=line)
+
+    def _data(self, word: str, row: str) -> None:
+        if not row or row.startswith(";"):
+            return
+        if word in {".REALS", ".STRINGS"}:
+            name, _, value = row.partition("=")
+            self._set(name.strip(), self.value(value.strip()))
+            return
+        name, *cells = re.split(r"[\s,]+", row)
+        try:
+            values = [parse_number(cell) for cell in cells]
+        except InputError as error:
+            raise ProgramError(f"{name}: {error}") from None
+        self._set(name, Transformation.of(values) if word == ".TRANS" else tuple(values))
+
+    def signals_of(self, text: str) -> dict[str, bool]:
+        """Return the signals of TILL."""
+        found = re.findall(r"\bTILL (-?)(\d{1,5}+)\b", text, re.IGNORECASE)
+        return {number: not sign for sign, number in found}
+
+    # -- values ----------------------------------------------------------------------------------------------------
+
+    def name(self, name: str) -> Any:
+        """Return the value of a variable."""
+        if name == "HERE":
+            return Transformation(self._seen(self.machine.reading(np.eye(4))))
+        own = {"NULL": np.eye(4), "BASE": self.T_base}
+        if name in own:
+            return Transformation(own[name])
+        return Transformation(self.T_tool()) if name == "TOOL" else super().name(name)
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """Return the value of a function, or the element of an array of signals."""
+        return super().call(name, arguments) if name not in self.routines else self.step_into(name)
+
+    def step_into(self, name: str) -> Any:
+        """Refuse a program as a function."""
+        raise ProgramError(f"{name} is not a function")
+
+    def fn_sig(self, *numbers: Any) -> int:
+        """Tell whether signals are on."""
+        return -1 if all(self._signal(int(number)) for number in numbers) else 0
+
+    def fn_trans(self, *values: Any) -> Transformation:
+        """Make a transformation of six numbers."""
+        return Transformation.of([*values, *[0.0] * (6 - len(values))])
+
+    def fn_rx(self, angle: Any) -> Transformation:
+        """Turn about x."""
+        return Transformation(rigid(Rotation.from_euler("x", angle, degrees=True), np.zeros(3)))
+
+    def fn_ry(self, angle: Any) -> Transformation:
+        """Turn about y."""
+        return Transformation(rigid(Rotation.from_euler("y", angle, degrees=True), np.zeros(3)))
+
+    def fn_rz(self, angle: Any) -> Transformation:
+        """Turn about z."""
+        return Transformation(rigid(Rotation.from_euler("z", angle, degrees=True), np.zeros(3)))
+
+    def fn_dx(self, pose: Transformation) -> float:
+        """Return X."""
+        return float(pose.T[0, 3])
+
+    def fn_dy(self, pose: Transformation) -> float:
+        """Return Y."""
+        return float(pose.T[1, 3])
+
+    def fn_dz(self, pose: Transformation) -> float:
+        """Return Z."""
+        return float(pose.T[2, 3])
+
+    def fn_abs(self, number: Any) -> Any:
+        """Return the absolute value."""
+        return abs(number)
+
+    def fn_distance(self, one: Transformation, other: Transformation) -> float:
+        """Return the distance of two places, mm."""
+        return float(np.linalg.norm(one.T[:3, 3] - other.T[:3, 3]))
+
+    def fn_shift(self, pose: Transformation, *d: Any) -> Transformation:
+        """Displace a pose along the axes of BASE."""
+        return pose.moved(np.array([*d, *[0.0] * (3 - len(d))]))
+
+    def _signal(self, number: int) -> bool:
+        return self.is_on(str(abs(number))) == (number > 0)
+
+    def _seen(self, T_base_flange: FloatArray) -> FloatArray:
+        return inverted(self.T_base) @ T_base_flange @ self.T_tool()
+
+    def _set(self, name: str, value: Any) -> None:
+        if len(name.lstrip("$#")) > MOST_NAME:
+            raise ProgramError(f"{name} has more than {MOST_NAME} characters")
+        if name.startswith("$") != isinstance(value, str):
+            raise ProgramError(f"{name} = {value!r}")
+        target = self.locals[-1] if name.upper() in self.locals[-1] or name.startswith(".") else self.values
+        target[name.upper()] = value
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
+        """Run a program; upper and lower case are the same."""
+        return super().routine(name.upper(), arguments)
+
+    def whole(self, body: Sequence[Node]) -> None:
+        """Run a program; labels are outside of blocks."""
+        labels = {found[1]: at for at, node in enumerate(body) if (found := re.match(r"(\d+)\s", node.text))}
+        at, file = 0, self.file
+        while at < len(body):
+            try:
+                self.block(body[at : at + 1])
+                at += 1
+            except JumpError as jump:
+                line = body[at].line
+                self.run.step(self.calls, file, line)
+                if jump.label not in labels:
+                    self.step(file, line, lambda label=jump.label: self._no_label(label))  # type: ignore[misc]
+                at = labels.get(jump.label, at + 1)
+
+    def _no_label(self, label: str) -> None:
+        raise ProgramError(f"GOTO {label}: no such label outside blocks")
+
+    def execute(self, node: Node) -> None:
+        """Run one step."""
+        if node.text.startswith(";"):
+            self._remark(node.text[1:])
+            return
+        text = re.sub(r"^\d+\s+", "", node.text)
+        tokens = tokens_of(re.sub(r"\bBY\b", ",", text) if "SHIFT" in text.upper() else text, WORDS)
+        word = tokens[0].upper()
+        blocks = {"IF": self._if, "FOR": self._for, "WHILE": self._while, "DO": self._until}
+        if word in blocks:
+            blocks[word](node, tokens)
+        elif word == "POINT" or tokens[1:2] == ["="]:
+            name, right = (tokens[1], tokens[3:]) if word == "POINT" else (tokens[0], tokens[2:])
+            value = self.value(right)
+            if (word == "POINT") != isinstance(value, Transformation):
+                raise ProgramError(f"POINT is for transformations: {text}")
+            self._set(name, value)
+        else:
+            function = getattr(self, f"_do_{word.lower()}", None)
+            if function is None:
+                self.unknown(text)
+            else:
+                function(tokens[1:])
+
+    def _remark(self, text: str) -> None:
+        """Take a mark of a seam: a beginning counts from the end of the next LWS, which goes to the seam."""
+        if mark_of(text) is Does.START:
+            self.mark = Does.START
+        else:
+            self._passed()
+            self.remark(text)
+
+    def _passed(self) -> None:
+        if self.mark is not None:
+            self.machine.switch(self.mark)
+        self.mark = None
+
+    def _if(self, node: Node, tokens: list[str]) -> None:
+        words = [token.upper() for token in tokens]
+        if node.branches:
+            holds = self.value(tokens[1:-1])
+            for head, body in node.branches:
+                if (head.split()[0].upper() == "ELSE") != bool(holds):
+                    self.block(body)
+        elif "GOTO" in words:
+            at = words.index("GOTO")
+            if self.value(tokens[1:at]):
+                raise JumpError(tokens[at + 1])
+        else:
+            raise ProgramError(f"IF without THEN: {node.text}")
+
+    def _for(self, node: Node, tokens: list[str]) -> None:
+        words = [token.upper() for token in tokens]
+        to = words.index("TO") if "TO" in words else 0
+        by = words.index("STEP") if "STEP" in words else len(words)
+        first, last = self.value(tokens[3:to]), self.value(tokens[to + 1 : by])
+        step = self.value(tokens[by + 1 :]) if by < len(words) else 1
+        if not step:
+            raise ProgramError("FOR with STEP 0")
+        self._set(tokens[1], first - step)
+
+        def goes_on() -> bool:
+            self._set(tokens[1], self.name(tokens[1].upper()) + step)
+            return bool((self.name(tokens[1].upper()) - last) * step <= 0)
+
+        self.loop(node, goes_on)
+
+    def _while(self, node: Node, tokens: list[str]) -> None:
+        self.loop(node, lambda: self.value(tokens[1:-1]))
+
+    def _until(self, node: Node, tokens: list[str]) -> None:
+        self.block(node.branches[0][1])
+        self.loop(node, lambda: not self.value(tokens_of(node.close, WORDS)[1:]))
+
+    # -- moves -----------------------------------------------------------------------------------------------------
+
+    def _goal(self, tokens: list[str]) -> Any:
+        """Return a pose, or joints; what is behind a comma is the condition of a weld."""
+        depth = 0
+        for at, token in enumerate(tokens):
+            depth += (token in "([") - (token in ")]")
+            if token == "," and depth == 0:
+                tokens = tokens[:at]
+                break
+        value = self.value(tokens)
+        if not isinstance(value, (Transformation, tuple)):
+            raise ProgramError(f"{' '.join(tokens)} is no pose")
+        return value
+
+    def _travel(self, kind: str, goal: Any) -> None:
+        self._passed()
+        if isinstance(goal, tuple):
+            if kind != "J":
+                raise ProgramError("a line to joint angles")
+            self.machine.joint_move(np.array(goal[:6]))
+            return
+        via, self.via = self.via, None
+        if (via is None) != (kind != "C"):
+            raise ProgramError("C1 without C2 of an arc, or C2 without C1")
+        T_via = None if via is None else self.T_base @ via.T
+        self.go(kind, self.T_base @ goal.T, via=T_via, speed_mm_s=self.speed)
+
+    def _do_lmove(self, tokens: list[str]) -> None:
+        self._travel("L", self._goal(tokens))
+
+    _do_lwc = _do_lmove
+
+    def _do_jmove(self, tokens: list[str]) -> None:
+        self._travel("J", self._goal(tokens))
+
+    def _do_c1move(self, tokens: list[str]) -> None:
+        self.via = self._goal(tokens)
+
+    def _do_c2move(self, tokens: list[str]) -> None:
+        self._travel("C", self._goal(tokens))
+
+    _do_c1wc, _do_c2wc = _do_c1move, _do_c2move
+
+    def _do_lws(self, tokens: list[str]) -> None:
+        mark, self.mark = self.mark, None
+        self._travel("L", self._goal(tokens))
+        self.mark = mark
+        self._passed()
+        self.machine.switch(Does.ON)
+
+    def _do_lwe(self, tokens: list[str]) -> None:
+        self._travel("L", self._goal(tokens))
+        self.machine.switch(Does.OFF)
+
+    def _here(self) -> Transformation:
+        return Transformation(inverted(self.T_base) @ self.machine.T_base_tool(self.T_tool()))
+
+    def _do_draw(self, tokens: list[str]) -> None:
+        self._travel("L", self._drawn(tokens, in_tool=False))
+
+    def _do_tdraw(self, tokens: list[str]) -> None:
+        self._travel("L", self._drawn(tokens, in_tool=True))
+
+    def _drawn(self, tokens: list[str], *, in_tool: bool) -> Transformation:
+        values = self.parser([*tokens, ")"]).values(")")
+        if len(values) != 3:
+            raise ProgramError("DRAW with a turn, a speed or left out numbers")
+        return self._here().moved(np.array(values, dtype=np.float64), in_tool=in_tool)
+
+    def _do_ldepart(self, tokens: list[str]) -> None:
+        self._travel("L", self._here().moved([0.0, 0.0, -self.value(tokens)], in_tool=True))
+
+    def _do_depart(self, tokens: list[str]) -> None:
+        self._travel("J", self._here().moved([0.0, 0.0, -self.value(tokens)], in_tool=True))
+
+    def _do_lappro(self, tokens: list[str]) -> None:
+        pose, back = self.parser([*tokens, ")"]).values(")")
+        self._travel("L", pose.moved([0.0, 0.0, -back], in_tool=True))
+
+    def _do_appro(self, tokens: list[str]) -> None:
+        pose, back = self.parser([*tokens, ")"]).values(")")
+        self._travel("J", pose.moved([0.0, 0.0, -back], in_tool=True))
+
+    def _do_home(self, tokens: list[str]) -> None:
+        self.machine.joint_move(None)
+        raise ProgramError("HOME: nobody knows where that is")
+
+    def _do_xmove(self, tokens: list[str]) -> None:
+        mode = tokens[1].upper() if tokens[0] == "/" else ""
+        tokens = tokens[2:] if mode else tokens
+        words = [token.upper() for token in tokens]
+        if mode not in {"", "LVL", "ERR"} or "TILL" not in words:
+            raise ProgramError(f"XMOVE /{mode} {' '.join(tokens)}")
+        till = words.index("TILL")
+        goal, signal = self._goal(tokens[:till]), int(self.value(tokens[till + 1 :]))
+        if self.signals.get(str(abs(signal))) != (signal > 0):
+            raise ProgramError(f"XMOVE: the signal {signal} is not that of the touch")
+        if not self.speed or not isinstance(goal, Transformation):
+            raise ProgramError("XMOVE to joint angles, or without a speed in mm/s")
+        if not (self._signal(signal) and self._refuses(mode)):
+            hit = self.machine.search(self.T_base @ goal.T, self.T_tool(), self.speed)
+            if hit is not None and self.latch is not None:
+                self.latched.append(Transformation(self._seen(hit @ inverted(self.T_tool()))))
+
+    def _refuses(self, mode: str) -> bool:
+        """Tell whether a search in this mode does not begin while the signal is on."""
+        if mode == "ERR":
+            raise ProgramError("XMOVE /ERR stops with an error: the signal is already on")
+        return mode == "LVL"
+
+    def _do_hsenseset(self, tokens: list[str]) -> None:
+        found = re.fullmatch(r"(\d+)=(-?\d+)(?:,.*)?", "".join(tokens))
+        if found is None or str(abs(int(found[2]))) not in self.signals:
+            raise ProgramError(f"HSENSESET {' '.join(tokens)}: the signal is not connected")
+        self.latch, self.latched = int(found[1]), []
+
+    def _do_hsense(self, tokens: list[str]) -> None:
+        """``HSENSE n result, signal, pose …``: the oldest latched pose, result -1; without one, result 0."""
+        names = "".join(tokens[1:]).split(",")
+        if str(self.latch) != tokens[0] or len(names) < 3:
+            raise ProgramError(f"HSENSE {tokens[0]} without HSENSESET")
+        self._set(names[0], -1 if self.latched else 0)
+        if self.latched:
+            self._set(names[1], -1)
+            self._set(names[2], self.latched.pop(0))
+
+    # -- settings --------------------------------------------------------------------------------------------------
+
+    def _do_tool(self, tokens: list[str]) -> None:
+        self.tool = " ".join(tokens)
+        self.tools[self.tool] = self.value(tokens).T
+
+    def _do_base(self, tokens: list[str]) -> None:
+        self.frame = " ".join(tokens)
+        self.T_base = self.value(tokens).T
+
+    def _do_speed(self, tokens: list[str]) -> None:
+        text = " ".join(tokens).upper().replace(" / ", "/").replace("MM/ S", "MM/S")
+        found = re.fullmatch(r"(\d+(?:\.\d+)?)(?: (MM/S))?( ALWAYS)?", text)
+        if found is None:
+            raise ProgramError(f"SPEED {text}")
+        self.speed = float(found[1]) if found[2] else None
+
+    def _do_nothing(self, tokens: list[str]) -> None:
+        """Pass what moves nothing."""
+
+    _do_accuracy = _do_accel = _do_decel = _do_break = _do_twait = _do_w1set = _do_w2set = _do_nothing
+
+    def _do_cp(self, tokens: list[str]) -> None:
+        if tokens[0].upper() not in {"ON", "OFF"}:
+            raise ProgramError(f"CP {' '.join(tokens)}")
+
+    def _do_signal(self, tokens: list[str]) -> None:
+        for number in self.parser([*tokens, ")"]).values(")"):
+            self.output("OX", abs(int(number)), on=number > 0)
+
+    def _do_swait(self, tokens: list[str]) -> None:
+        number = int(self.value(tokens))
+        if str(abs(number)) in self.signals and not self._signal(number):
+            self.stop(f"SWAIT {' '.join(tokens)}")
+
+    def _do_print(self, tokens: list[str]) -> None:
+        tokens = tokens[2:] if tokens[1:2] == [":"] else tokens
+        self.run.messages.append("".join(str(v) for v in self.parser([*tokens, ")"]).values(")")))
+
+    _do_type = _do_print
+
+    def _do_here(self, tokens: list[str]) -> None:
+        self._set(tokens[0], self.name("HERE"))
+
+    def _do_pause(self, tokens: list[str]) -> None:
+        self.stop()
+
+    def _do_halt(self, tokens: list[str]) -> None:
+        raise StoppedError("HALT")
+
+    _do_stop = _do_halt
+
+    def _do_goto(self, tokens: list[str]) -> None:
+        raise JumpError(tokens[0])
+
+    def _do_return(self, tokens: list[str]) -> None:
+        raise LeaveError
+
+    def _do_call(self, tokens: list[str]) -> None:
+        arguments = self.parser(tokens[2:]).values(")") if len(tokens) > 1 else []
+        self.routine(tokens[0], arguments)
+
+
+def _bare(row: str) -> str:
+    """Return a step without its comment; a line that is only a comment stays."""
+    bare, comment = without_comment(row, ";")
+    return bare.strip() or f";{comment}"

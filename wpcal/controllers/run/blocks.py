@@ -1,0 +1,182 @@
+"""Languages of blocks (IF … ELSE … END): their lines as a tree, and how it runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.expressions import Parser, Syntax, tokens_of
+from wpcal.controllers.run.interpreter import MOST_BLOCKS, Interpreter
+from wpcal.controllers.run.program import ProgramError
+
+Row = tuple[int, str]  #: Number of a line of the file, and its text without what ends it.
+
+
+@dataclass
+class Node:
+    """A line, and what is in its block: each branch has its own head (IF, ELSE …)."""
+
+    line: int
+    text: str
+    branches: list[tuple[str, list[Node]]] = field(default_factory=list)
+    close: str = ""  #: The line that ends the block.
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """A routine of a file."""
+
+    file: str
+    parameters: Sequence[str]
+    body: Sequence[Node]
+    line: int = 0
+
+
+class LeaveError(Exception):
+    """The routine ends with this value."""
+
+    def __init__(self, value: Any = None) -> None:
+        self.value = value
+
+
+class BreakError(Exception):
+    """The innermost loop ends."""
+
+
+class JumpError(Exception):
+    """A jump to a label."""
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+
+
+def tree(rows: Iterable[Row], file: str, *, begins: Callable[[str], bool], turns: str, ends: str) -> list[Node]:
+    """Return lines as a tree: `begins` tells heads of blocks, `turns` and `ends` are the words of ELSE and END."""
+    top: list[Node] = []
+    stack: list[Node] = []
+    bodies = [top]
+    for line, text in rows:
+        word = re.split(r"[\s(:]", text, maxsplit=1)[0].upper()
+        if stack and word in turns.split():
+            bodies[-1] = []
+            stack[-1].branches.append((text, bodies[-1]))
+        elif stack and word in ends.split():
+            stack.pop().close = text
+            bodies.pop()
+        else:
+            node = Node(line, text)
+            bodies[-1].append(node)
+            if begins(text):
+                node.branches.append((text, []))
+                stack.append(node)
+                bodies.append(node.branches[0][1])
+        if len(stack) > MOST_BLOCKS:
+            raise ProgramError(f"more than {MOST_BLOCKS} blocks in one another", path=file, line=line)
+    if stack:
+        raise ProgramError("a block has no end", path=file, line=stack[-1].line)
+    return top
+
+
+class BlockInterpreter(Interpreter):
+    """Runs the routines of a language of blocks."""
+
+    words: Syntax
+
+    def __init__(self, *args: Any, **given: Any) -> None:
+        self.routines: dict[str, Steps] = {}
+        self.values: dict[str, Any] = {}
+        self.locals: list[dict[str, Any]] = [{}]
+        super().__init__(*args, **given)
+
+    def value(self, text: str | list[str]) -> Any:
+        """Return the value of an expression."""
+        parser = self.parser(tokens_of(text, self.words) if isinstance(text, str) else text)
+        value = parser.value()
+        parser.end()
+        return value
+
+    def listed(self, text: str) -> list[Any]:
+        """Return values between commas."""
+        return self.parser([*tokens_of(text, self.words), ")"]).values(")")
+
+    def parser(self, tokens: list[str]) -> Parser:
+        """Return what reads expressions."""
+        return Parser(tokens, self.words, self)
+
+    def name(self, name: str) -> Any:
+        """Return the value of a variable."""
+        for values in (self.locals[-1], self.values):
+            if name in values:
+                return values[name]
+        raise ProgramError(f"nobody knows {name}: the program gave it no value")
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """Return what a function of the program, or one of the language, named ``fn_NAME``, returns."""
+        if name in self.routines:
+            return self.routine(name, arguments)
+        function = getattr(self, f"fn_{name.lower()}", None)
+        if function is None:
+            raise ProgramError(f"not followed: {name}(…)")
+        return function(*arguments)
+
+    def part(self, value: Any, name: str) -> Any:
+        """Refuse parts."""
+        raise ProgramError(f"not followed: .{name}")
+
+    def item(self, value: Any, indices: list[Any]) -> Any:
+        """Return an element of an array."""
+        if not isinstance(value, (list, dict)):
+            raise ProgramError("not an array")
+        try:
+            return value[indices[0]]
+        except LookupError:
+            raise ProgramError(f"no element {indices[0]}") from None
+
+    def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
+        """Run a routine to its end; return its value."""
+        routine = self.routines.get(name)
+        if routine is None:
+            raise ProgramError(f"{name} is not there")
+        if len(routine.parameters) != len(arguments):
+            raise ProgramError(f"{name} takes {len(routine.parameters)} arguments")
+        before, self.file = self.file, routine.file
+        self.locals.append(dict(zip(routine.parameters, arguments, strict=True)))
+        self.calls += 1
+        try:
+            self.whole(routine.body)
+        except LeaveError as found:
+            return found.value
+        finally:
+            self.machine.switch(Does.STOP)
+            self.calls -= 1
+            self.locals.pop()
+            self.file = before
+        return None
+
+    def whole(self, body: Sequence[Node]) -> None:
+        """Run the body of a routine."""
+        self.block(body)
+
+    def block(self, nodes: Sequence[Node]) -> None:
+        """Run lines one after another."""
+        file = self.file
+        for node in nodes:
+            self.step(file, node.line, partial(self.execute, node))
+
+    def loop(self, node: Node, goes_on: Callable[[], Any]) -> None:
+        """Run a block while it goes on."""
+        file = self.file
+        try:
+            while goes_on():
+                self.block(node.branches[0][1])
+                self.run.step(self.calls, file, node.line)
+        except BreakError:
+            pass
+
+    def execute(self, node: Node) -> None:
+        """Run one line with its blocks."""
+        raise NotImplementedError

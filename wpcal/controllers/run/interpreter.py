@@ -1,0 +1,169 @@
+"""What the interpreters of all languages do alike: count steps, name places, hand on what they do not know."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.language.grammar import Grammar, mark_of
+from wpcal.controllers.language.jobs import JobLanguage
+from wpcal.controllers.run.machine import Machine, Matrix, Place, rigid
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError
+
+MOST_BLOCKS = 40  #: Blocks (IF, WHILE …) in one another.
+T = TypeVar("T")
+
+
+class Interpreter:
+    """Runs the files of a program.
+
+    Parameters
+    ----------
+    tools, bases : T_flange_tool and T_base_frame, shape (4, 4), that the controller has, by name or number.
+    signals : The touch input as the language calls it, and whether it is on or off at contact. None: as searches say.
+    on_stop : Whether the operator lets the program go on after this message.
+    """
+
+    grammar: Grammar
+
+    def __init__(
+        self,
+        files: Mapping[str, str],
+        machine: Machine,
+        *,
+        tools: Mapping[object, Matrix] | None = None,
+        bases: Mapping[object, Matrix] | None = None,
+        signals: Mapping[str, bool] | None = None,
+        on_stop: Callable[[str], bool] = lambda _: True,
+    ) -> None:
+        self.machine, self.run, self.on_stop = machine, Run(), on_stop
+        self.tools = {str(name): T for name, T in (tools or {}).items()}
+        self.bases = {str(name): T for name, T in (bases or {}).items()}
+        self.tool = self.frame = self.file = ""
+        self.line = self.calls = 0
+        self.signals = dict(signals or {})
+        for file, text in files.items():
+            self.load(file, text)
+            if signals is None:
+                self.signals |= self.signals_of(text)
+
+    def load(self, file: str, text: str) -> None:
+        """Read a file; `ProgramError` when the controller would not load it."""
+        raise NotImplementedError
+
+    def signals_of(self, text: str) -> dict[str, bool]:
+        """Return the inputs for which the searches of a text wait, and their levels."""
+        return {}
+
+    def routine(self, name: str) -> None:
+        """Run a routine to its end."""
+        raise NotImplementedError
+
+    def start(self, routine: str) -> Run:
+        """Run a routine and what it calls, to the end or to a stop of the operator."""
+        try:
+            self.routine(routine)
+            self.run.is_finished = True
+        except StoppedError:
+            pass
+        return self.run
+
+    def step(self, file: str, line: int, work: Callable[[], T]) -> T | None:
+        """Run one instruction; the machine takes what is wrong with it."""
+        self.run.step(self.calls, file, line)
+        self.file, self.line = file, line
+        self.machine.at = Place(file, line, self.tool, self.frame)
+        try:
+            return work()
+        except ProgramError as error:
+            self.machine.at = Place(file, line, self.tool, self.frame)
+            self.machine.refuse(error.at(file, line))
+            return None
+
+    def unknown(self, text: str) -> None:
+        """Pass an instruction that moves nothing; `ProgramError` for any other."""
+        if not self.grammar.is_harmless(text):
+            raise ProgramError(f"not followed: {text.strip()[:80]!r}")
+
+    def output(self, name: str, number: int, *, on: bool) -> None:
+        """Set an output."""
+        self.run.outputs[f"{name}{number}"] = on
+        self.machine.output(number, on)
+
+    def remark(self, text: str) -> None:
+        """Tell the machine of a mark of a seam."""
+        if (does := mark_of(text)) is not None:
+            self.machine.switch(does)
+
+    def is_on(self, name: str) -> bool:
+        """Tell whether an input is on."""
+        if name not in self.signals:
+            raise ProgramError(f"nobody knows the input {name}")
+        return self.machine.is_on() == self.signals[name]
+
+    def T_tool(self) -> Matrix:
+        """Return T_flange_tool of the present tool."""
+        return _known(self.tools, self.tool, "tool")
+
+    def T_frame(self) -> Matrix:
+        """Return T_base_frame of the present frame."""
+        return _known(self.bases, self.frame, "frame")
+
+    def go(self, kind: str, goal: Matrix, *, via: Matrix | None = None, speed_mm_s: float | None = None) -> None:
+        """Move the present tool to a pose in `base`: ``J`` by the joints, ``L`` on a line, ``C`` through `via`."""
+        T_tool = self.T_tool()
+        self.machine.at = Place(self.file, self.line, self.tool, self.frame, speed_mm_s)
+        if via is not None:
+            self.machine.arc(via, goal, T_tool)
+        else:
+            self.machine.move(goal, T_tool, is_line=kind == "L")
+
+    def stop(self, message: str = "") -> None:
+        """Stand until the operator lets the program go on."""
+        self.run.stop(message or (self.run.messages[-1] if self.run.messages else ""), self.on_stop)
+
+
+def _known(given: Mapping[str, Matrix], name: str, what: str) -> Matrix:
+    if name not in given:
+        raise ProgramError(f"the {what} {name} is not set" if name else f"a motion before a {what} is set")
+    return given[name]
+
+
+def matching(lines: Sequence[str], at: int, opens: str, ends: Sequence[str], *, by: int = 1) -> int:
+    """Return the line of a block that is one of `ends`, from a line of the block on; blocks in it are passed.
+
+    `ends` are patterns, the last of them that of the end of such a block; `by` -1 looks for the line that begins it.
+    """
+    depth, here = 0, at + by
+    while 0 <= here < len(lines):
+        if depth == 0 and any(re.match(end, lines[here]) for end in ends):
+            return here
+        depth += (re.match(opens, lines[here]) is not None) - (re.match(ends[-1], lines[here]) is not None)
+        here += by
+    raise ProgramError("a block has no end")
+
+
+def matrix_of(values: Sequence[float]) -> Matrix:
+    """Return X Y Z and angles about fixed x, y and z as a matrix, mm and deg: R = Rz Ry Rx."""
+    return rigid(Rotation.from_euler("xyz", values[3:6], degrees=True), values[:3])
+
+
+def numbers_of(T: Matrix, mm_decimals: int, deg_decimals: int) -> list[float]:
+    """Return X Y Z and angles about fixed x, y and z with so many digits."""
+    angles = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
+    at = [round(float(v), mm_decimals) + 0.0 for v in T[:3, 3]]
+    return [*at, *(round(float(v), deg_decimals) + 0.0 for v in angles)]
+
+
+def stated_frame(text: str, language: JobLanguage) -> dict[str, Matrix]:
+    """Return the user frame that the remarks of a program ask the operator to set."""
+    number = re.search(rf"set {language.frame_word} (\d++) to the part:", text)
+    after = text[number.end() :] if number else ""
+    values = [
+        re.search(rf"[!'] {key} (-?\d[\d.]{{0,20}}+)[ ;\r]*+$", after, re.MULTILINE) for key in language.frame_keys
+    ]
+    found = [float(each[1]) for each in values if each is not None]
+    return {number[1]: matrix_of(found)} if number is not None and len(found) == len(values) else {}

@@ -1,0 +1,316 @@
+"""Staubli VAL3 (``.dtx``, ``.pgx``): what an application does.
+
+Data is in the database, with the frame of each point as its father; programs are VAL3 in XML. ``appro`` displaces a
+point along its own axes, ``compose`` along those of a frame. The tool is declared on the controller. The output
+``doArc`` switches the arc, or the programs ``arcStart`` and ``arcEnd`` of the user.
+
+References
+----------
+Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc, movej, movel, movec, appro, compose).
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.language.grammar import ENCODING, Does
+from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, tree
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError
+from wpcal.controllers.staubli.grammar import GRAMMAR
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.numbers import parse_number
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+JOINTS = ("j1", "j2", "j3", "j4", "j5", "j6")
+SPEEDS = ("accel", "vel", "decel", "tmax", "rmax", "leave", "reach")
+WORDS = Syntax(
+    re.compile(r'"[^"]*"|\d+(?:\.\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|&|[-+*/%=<>()\[\]{},.!]'),
+    (
+        {"or": lambda a, b: a or b, "xor": operator.xor},
+        {"and": lambda a, b: a and b},
+        {"==": operator.eq, "!=": operator.ne, **{k: v for k, v in COMPARE.items() if k != "<>"}},
+        SUM,
+        {**PRODUCT, "%": operator.mod},
+    ),
+    {**SIGNS, "!": operator.not_},
+    {"true": True, "false": False},
+    aggregate=("{", "}"),
+    index=("[", "]"),
+    is_upper=False,
+)
+HEADS = {"if", "while", "for", "do", "switch"}
+
+
+@dataclass(frozen=True)
+class _Element:
+    """One value of the database: numbers by their names, and for points and frames the father."""
+
+    kind: str
+    values: Mapping[str, float]
+    father: str = ""
+
+    def place(self) -> FloatArray:
+        """Return a point, a frame or a transformation as a matrix: R = Rx Ry Rz of the moving axes."""
+        if not set(AXES) <= set(self.values):
+            raise ProgramError(f"a {self.kind} where a point is needed")
+        x, y, z, *angles = (self.values[key] for key in AXES)
+        return rigid(Rotation.from_euler("XYZ", angles, degrees=True), [x, y, z])
+
+
+def _element_of(T: FloatArray, like: _Element) -> _Element:
+    angles = Rotation.from_matrix(T[:3, :3]).as_euler("XYZ", degrees=True)
+    return replace(like, values=dict(zip(AXES, [*T[:3, 3], *angles], strict=True)))
+
+
+def _element(value: ET.Element, name: str, kind: str) -> tuple[int, Any]:
+    """Return the number of a value of the database, and the value."""
+    cells = {key: value.get(key) for key in (*AXES, *JOINTS, *SPEEDS, "value")}
+    try:
+        numbers = {key: float(parse_number(cell)) for key, cell in cells.items() if cell is not None}
+        at = int(parse_number(value.get("key") or "0"))
+    except InputError as error:
+        raise ProgramError(f"{name}: {error}") from None
+    is_number = kind == "num" and "value" in numbers
+    return at, numbers["value"] if is_number else _Element(kind, numbers, value.get("fatherId") or "")
+
+
+class Interpreter(BlockInterpreter):
+    """Runs the programs of an application."""
+
+    grammar, words = GRAMMAR, WORDS
+
+    def load(self, file: str, text: str) -> None:
+        """Read a database or a program; a project only lists them."""
+        kind = file.lower().rpartition(".")[2]
+        if kind not in {"dtx", "pgx"}:
+            return
+        try:
+            root = ET.fromstring(text.encode(ENCODING, "replace"))
+        except ET.ParseError as error:
+            raise ProgramError(f"is not XML: {error.msg}", path=file, line=error.position[0]) from None
+        except (LookupError, ValueError):
+            raise ProgramError("is not XML: its encoding is not known", path=file) from None
+        found = [e for e in root.iter() if e.tag.rpartition("}")[2] == ("Data" if kind == "dtx" else "Program")]
+        for element in found:
+            if kind == "dtx":
+                self.step(file, 0, lambda element=element: self._data(element))  # type: ignore[misc]
+            else:
+                self._program(file, text, element)
+
+    def _data(self, element: ET.Element) -> None:
+        name, kind = element.get("name") or "", (element.get("type") or "").lower()
+        size = int(parse_number(element.get("size") or "1"))
+        if size > MOST_ELEMENTS:
+            raise ProgramError(f"{name} has {size} elements")
+        self.values[name] = dict(_element(value, name, kind) for value in element)
+
+    def _program(self, file: str, text: str, element: ET.Element) -> None:
+        name = element.get("name") or ""
+        code = next((e.text or "" for e in element.iter() if e.tag.rpartition("}")[2] == "Code"), "")
+        names = [e.get("name") or "" for e in element.iter() if e.tag.rpartition("}")[2] == "Parameter"]
+        at = text.find(f'name="{name}"')
+        first = text.count("\n", 0, max(text.find("<Code>", max(at, 0)), 0)) + 1
+        rows = []
+        for number, row in enumerate(code.splitlines(), first):
+            bare, remark = without_comment(row, "//")
+            if (bare := bare.strip()) not in {"begin", "end", ""} or remark:
+                rows.append((number, bare if bare not in {"begin", "end", ""} else f"//{remark}"))
+        ends = "ENDIF ENDWHILE ENDFOR UNTIL ENDSWITCH"
+        begins = lambda row: re.split(r"\W", row, maxsplit=1)[0] in HEADS  # noqa: E731
+        body = tree(rows, file, begins=begins, turns="ELSE ELSEIF", ends=ends)
+        self.routines[name] = Steps(file, names, body, first)
+
+    # -- values ----------------------------------------------------------------------------------------------------
+
+    def name(self, name: str) -> Any:
+        """Return a variable; one without an index is its first element, and of a tool its name."""
+        if name not in self.values and name not in self.locals[-1] and (name in self.tools or "" in self.tools):
+            return name
+        return super().name(name)
+
+    def value(self, text: str | list[str]) -> Any:
+        """Return the value of an expression."""
+        return _first(super().value(text))
+
+    def part(self, value: Any, name: str) -> Any:
+        """Return a number of an element; what is in ``trsf`` is the element itself."""
+        value = _first(value)
+        if isinstance(value, _Element) and (name in {"trsf", "mdesc"} or name in value.values):
+            return value if name in {"trsf", "mdesc"} else value.values[name]
+        raise ProgramError(f"not followed: .{name}")
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """Return the value of a function."""
+        return super().call(name, [_first(one) for one in arguments])
+
+    def _T(self, point: Any) -> FloatArray:
+        """Return a point in `base`."""
+        if not isinstance(point, _Element):
+            raise ProgramError("not a point")
+        return self._T_father(point.father) @ point.place()
+
+    def _T_father(self, name: str, depth: int = 0) -> FloatArray:
+        if name.startswith("world"):
+            return np.eye(4)
+        found = re.fullmatch(r"(\w+)\[(\w+)\]", name)
+        frames = self.values.get(found[1]) if found else None
+        frame = frames.get(int(found[2])) if found and isinstance(frames, dict) and found[2].isdigit() else None
+        if not isinstance(frame, _Element) or depth > 9:
+            raise ProgramError(f"the frame {name or 'of the point'} is not in the database")
+        self.frame = name
+        return self._T_father(frame.father, depth + 1) @ frame.place()
+
+    def fn_appro(self, point: Any, trsf: Any) -> _Element:
+        """Displace a point along its own axes."""
+        return _element_of(point.place() @ _trsf(trsf), point)
+
+    def fn_compose(self, point: Any, frame: Any, trsf: Any) -> _Element:
+        """Displace a point along the axes of a frame."""
+        T_frame = self._T_father(frame.father) @ frame.place()
+        T_father = self._T_father(point.father)
+        T = np.linalg.inv(T_father) @ T_frame @ _trsf(trsf) @ np.linalg.inv(T_frame) @ self._T(point)
+        return _element_of(T, point)
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def execute(self, node: Node) -> None:
+        """Run one line."""
+        if node.text.startswith("//"):
+            self.remark(node.text[2:])
+            return
+        tokens = tokens_of(node.text, WORDS)
+        word = tokens[0]
+        blocks = {"if": self._if, "while": self._while, "for": self._for, "do": self._until}
+        if word in blocks:
+            blocks[word](node, tokens)
+        elif word == "return":
+            raise LeaveError
+        elif word == "break":
+            raise BreakError
+        elif word == "call":
+            self._call(tokens[1:])
+        elif tokens[1:2] == ["("] and (function := getattr(self, f"_do_{word.lower()}", None)):
+            values = [_first(one) for one in self.parser(tokens[2:]).values(")")]
+            function(*self._taken(function, values))
+        elif "=" in tokens:
+            at = tokens.index("=")
+            self._assign(tokens[:at], self.value(tokens[at + 1 :]))
+        else:
+            self.unknown(node.text)
+
+    def _taken(self, function: Any, values: list[Any]) -> list[Any]:
+        wanted = 4 if function == self._do_movec else 3
+        if function in {self._do_movec, self._do_movel, self._do_movej} and len(values) != wanted:
+            raise ProgramError(f"a move of {len(values)} values")
+        return values
+
+    def _assign(self, left: list[str], value: Any) -> None:
+        if left == ["doArc"]:
+            self.machine.switch(Does.ON if value else Does.OFF)
+            return
+        name, kept = left[0], self.values.get(left[0])
+        if len(left) == 1 and not isinstance(kept, dict):
+            (self.locals[-1] if name in self.locals[-1] else self.values)[name] = value
+            return
+        end = left.index("]") if "]" in left else 0
+        at = int(self.value(left[2:end])) if end else 0
+        rest = [token for token in left[end + 1 :] if token not in {".", "trsf"}]
+        if not isinstance(kept, dict):
+            raise ProgramError(f"not followed: {''.join(left)}")
+        kept[at] = _changed(kept.get(at), rest, value)
+
+    def _call(self, tokens: list[str]) -> None:
+        arguments = [_first(one) for one in self.parser(tokens[2:]).values(")")]
+        if tokens[0] in {"arcStart", "arcEnd"} and tokens[0] not in self.routines:
+            self.machine.switch(Does.ON if tokens[0] == "arcStart" else Does.OFF)
+        else:
+            self.routine(tokens[0], arguments)
+
+    def _if(self, node: Node, _: list[str]) -> None:
+        for head, body in node.branches:
+            words = tokens_of(head, WORDS)
+            if words[0] == "else" or self.value(words[1:]):
+                self.block(body)
+                return
+
+    def _while(self, node: Node, tokens: list[str]) -> None:
+        self.loop(node, lambda: self.value(tokens[1:]))
+
+    def _until(self, node: Node, _: list[str]) -> None:
+        self.block(node.branches[0][1])
+        self.loop(node, lambda: not self.value(tokens_of(node.close, WORDS)[1:]))
+
+    def _for(self, node: Node, tokens: list[str]) -> None:
+        if "=" not in tokens or "to" not in tokens:
+            raise ProgramError(f"not followed: {node.text!r}")
+        equals, to = tokens.index("="), tokens.index("to")
+        by = tokens.index("step") if "step" in tokens else len(tokens)
+        step = self.value(tokens[by + 1 :]) if by < len(tokens) else 1
+        if not step:
+            raise ProgramError("for with step 0")
+        name, last = tokens[1], self.value(tokens[to + 1 : by])
+        self.values[name] = self.value(tokens[equals + 1 : to]) - step
+
+        def goes_on() -> bool:
+            self.values[name] += step
+            return bool((self.values[name] - last) * step <= 0)
+
+        self.loop(node, goes_on)
+
+    # -- moves -----------------------------------------------------------------------------------------------------
+
+    def _travel(self, kind: str, goal: Any, tool: Any, motion: Any, via: Any = None) -> None:
+        self.tool = str(tool)
+        speed = motion.values.get("tmax") if isinstance(motion, _Element) else None
+        T_via = None if via is None else self._T(via)
+        self.go(kind, self._T(goal), via=T_via, speed_mm_s=speed)
+
+    def _do_movej(self, goal: Any, tool: Any, motion: Any) -> None:
+        if isinstance(goal, _Element) and set(JOINTS) <= set(goal.values):
+            self.machine.joint_move(np.array([goal.values[key] for key in JOINTS]))
+        else:
+            self._travel("J", goal, tool, motion)
+
+    def _do_movel(self, goal: Any, tool: Any, motion: Any) -> None:
+        self._travel("L", goal, tool, motion)
+
+    def _do_movec(self, via: Any, goal: Any, tool: Any, motion: Any) -> None:
+        self._travel("C", goal, tool, motion, via)
+
+    def _do_nothing(self, *_: Any) -> None:
+        """Pass what moves nothing."""
+
+    _do_waitendmove = _do_delay = _do_putln = _do_put = _do_logmsg = _do_resetmotion = _do_nothing
+
+
+def _first(value: Any) -> Any:
+    """Return an array without an index as its first element."""
+    return value[0] if isinstance(value, dict) and 0 in value else value
+
+
+def _changed(old: Any, rest: list[str], value: Any) -> Any:
+    """Return an element of an array as an assignment to it, or to a number in it, makes it."""
+    if isinstance(old, _Element) and rest and rest[0] in old.values:
+        return replace(old, values={**old.values, rest[0]: float(value)})
+    if rest or isinstance(old, _Element) != isinstance(value, _Element):
+        raise ProgramError(f"not followed: an assignment to .{'.'.join(rest)}")
+    return value
+
+
+def _trsf(value: Any) -> FloatArray:
+    if isinstance(value, Sequence) and len(value) == len(AXES):
+        value = _Element("trsf", dict(zip(AXES, map(float, value), strict=True)))
+    if not isinstance(value, _Element):
+        raise ProgramError("not a transformation")
+    return value.place()

@@ -1,0 +1,409 @@
+"""URScript (``.script``): what a program does.
+
+A motion blocks its own thread, and `kill` ends a thread at once; the robot then stops with `stopl`. Here a thread runs
+when it is started, until its first motion meets the part: then the input is on, `get_actual_tcp_pose` is the pose at
+contact, and the rest of the thread waits for the end of the motion, which must not come. `get_actual_tcp_pose` is the
+pose in the base with the tool of `set_tcp`; lengths in m, rotation vectors.
+
+References
+----------
+Universal Robots, The URScript Programming Language (e-Series).
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, tree
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Parser, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.ur.grammar import GRAMMAR
+from wpcal.core.arrays import FloatArray
+
+MM_PER_M = 1000.0
+TOKEN = re.compile(r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|[-+*/%=<>()\[\],:]')
+WORDS = Syntax(
+    TOKEN,
+    (
+        {"or": lambda a, b: a or b, "xor": operator.xor},
+        {"and": lambda a, b: a and b},
+        {"==": operator.eq, "!=": operator.ne, **{k: v for k, v in COMPARE.items() if k != "<>"}},
+        SUM,
+        {**PRODUCT, "%": operator.mod},
+    ),
+    {**SIGNS, "not": operator.not_},
+    {"True": True, "False": False},
+    aggregate=("[", "]"),
+    index=("[", "]"),
+    is_upper=False,
+)
+HARMLESS = ("sync", "sleep", "set_payload", "socket_open", "socket_close", "socket_send_line", "set_gravity")
+"""Functions that move nothing and whose arguments do not matter."""
+HEADS = {"def", "thread", "while", "if", "sec"}
+
+
+class _Pose(list[Any]):
+    """`p[x,y,z,rx,ry,rz]`, m and rad."""
+
+
+def _matrix(pose: Any) -> FloatArray:
+    """Return a pose as a matrix, mm."""
+    if not isinstance(pose, _Pose) or len(pose) != 6:
+        raise ProgramError(f"{str(pose)[:60]} is not a pose")
+    return rigid(Rotation.from_rotvec(pose[3:]), MM_PER_M * np.array(pose[:3], dtype=np.float64))
+
+
+def _pose_of(T: FloatArray) -> _Pose:
+    """Return a matrix as a pose."""
+    return _Pose(float(v) for v in (*(T[:3, 3] / MM_PER_M), *Rotation.from_matrix(T[:3, :3]).as_rotvec()))
+
+
+def _shown(value: Any) -> str:
+    """Return a value as the log shows it."""
+    if isinstance(value, (bool, str)):
+        return str(value)
+    if isinstance(value, list):
+        return ("p[" if isinstance(value, _Pose) else "[") + ", ".join(_shown(v) for v in value) + "]"
+    return f"{value + 0.0:.6g}"
+
+
+class UrParser(Parser):
+    """Knows poses and named arguments."""
+
+    def values(self, closing: str) -> list[Any]:
+        """Return values between commas; those with names are one dict at the end."""
+        found: list[Any] = []
+        named: dict[str, Any] = {}
+        while self.peek() != closing:
+            if found or named:
+                self.take(",")
+            if self.tokens[self.at + 1 : self.at + 2] == ["="]:
+                name = self.take()
+                self.take("=")
+                named[name] = self.value()
+            else:
+                found.append(self.value())
+        self.take(closing)
+        return [*found, named] if named else found
+
+    def primary(self) -> Any:
+        """Return a pose, or what all languages have."""
+        if self.peek() == "p" and self.tokens[self.at + 1 : self.at + 2] == ["["]:
+            self.take()
+            self.take("[")
+            return _Pose(self.values("]"))
+        return super().primary()
+
+
+@dataclass
+class _Thread:
+    """A thread that was started."""
+
+    is_over: bool = False
+
+
+class ContactError(Exception):
+    """A motion of a thread has met the part: its thread waits."""
+
+
+class Interpreter(BlockInterpreter):
+    """Runs a script."""
+
+    grammar, words = GRAMMAR, WORDS
+
+    def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
+        self.outside: list[tuple[str, Node]] = []
+        self.threads: dict[str, Steps] = {}
+        self.hit: FloatArray | None = None
+        self.in_thread = False
+        self.log: list[str] = []
+        super().__init__(files, *args, **given)
+        self.tool = next(iter(self.tools), "")
+
+    def load(self, file: str, text: str) -> None:
+        """Read a script."""
+        lines = [(number, without_comment(row, "#")) for number, row in enumerate(text.splitlines(), 1)]
+        rows = [(number, bare.strip() or f"#{remark}") for number, (bare, remark) in lines if bare.strip() or remark]
+        begins = lambda row: row.split("(")[0].split()[0] in HEADS and row.endswith(":")  # noqa: E731
+        for node in tree(rows, file, begins=begins, turns="ELIF ELSE", ends="END"):
+            if node.branches and node.text.split()[0] in {"def", "thread", "sec"}:
+                self._define(file, node)
+            else:
+                self.outside.append((file, node))
+
+    def _define(self, file: str, node: Node) -> None:
+        found = re.fullmatch(r"(def|thread|sec)\s+(\w+)\s*\(([^()]*)\)\s*:", node.text)
+        if found is None:
+            raise ProgramError(f"{node.text[:60]!r} does not begin a function", path=file, line=node.line)
+        names = [name.strip() for name in found[3].split(",") if name.strip()]
+        known = self.threads if found[1] == "thread" else self.routines
+        known[found[2]] = Steps(file, names, node.branches[0][1], node.line)
+
+    def signals_of(self, text: str) -> dict[str, bool]:
+        """Return the inputs that a script with a search looks at."""
+        found = re.findall(r"get_standard_digital_in\((\d{1,3}+)\) == (True|False)", text)
+        return {number: level == "True" for number, level in found} if self.threads or "thread" in text else {}
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
+        """Run a function; without a name the first one, or what is outside of functions."""
+        if name or not self.routines:
+            return super().routine(name, arguments)
+        if not any(not node.text.startswith("#") for _, node in self.outside):
+            return super().routine(next(iter(self.routines)))
+        for file, node in self.outside:
+            self.file = file
+            self.block([node])
+        return None
+
+    def parser(self, tokens: list[str]) -> Parser:
+        """Return what reads poses, too."""
+        return UrParser(tokens, WORDS, self)
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """Return what a function returns."""
+        if name in {"arc_start", "arc_end"} and name not in self.routines:
+            self.machine.switch(Does.ON if name == "arc_start" else Does.OFF)
+            return None
+        if name in HARMLESS:
+            return True
+        if name in self.routines:
+            return self.routine(name, arguments)
+        named = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
+        function = getattr(self, f"fn_{name}", None)
+        if function is None:
+            raise ProgramError(f"not followed: {name}(…)")
+        return function(*arguments, **named)
+
+    def execute(self, node: Node) -> None:
+        """Run one line."""
+        if node.text.startswith("#"):
+            self.remark(node.text[1:])
+            return
+        tokens = tokens_of(node.text, WORDS)
+        word = tokens[0]
+        if word == "if":
+            for head, body in node.branches:
+                if head.startswith("else") or self.value(tokens_of(head, WORDS)[1:-1]):
+                    self.block(body)
+                    return
+        elif word == "while":
+            self.loop(node, lambda: self.value(tokens[1:-1]))
+        elif word in {"def", "thread"}:
+            self._define(self.file, node)
+        elif word == "return":
+            raise LeaveError(self.value(tokens[1:]) if len(tokens) > 1 else None)
+        elif word == "break":
+            raise BreakError
+        elif word == "halt":
+            raise StoppedError("halt")
+        else:
+            self._statement(node, tokens)
+
+    def _statement(self, node: Node, tokens: list[str]) -> None:
+        if tokens[0] in {"kill", "join"}:
+            self._end_thread(tokens[0], self.value(tokens[1:]))
+        elif tokens[0] in {"global", "local"} or (len(tokens) > 1 and "=" in tokens and tokens[1] in {"=", "["}):
+            self._assign(tokens)
+        elif tokens[1:2] == ["("]:
+            self.value(tokens)
+        else:
+            self.unknown(node.text)
+
+    def _assign(self, tokens: list[str]) -> None:
+        word = tokens[0] if tokens[0] in {"global", "local"} else ""
+        tokens = tokens[1:] if word else tokens
+        if "=" not in tokens:
+            raise ProgramError(f"not followed: {' '.join(tokens)}")
+        equals, name = tokens.index("="), tokens[0]
+        right = tokens[equals + 1 :]
+        value = self._thread(right[1]) if right[:1] == ["run"] else self.value(right)
+        if tokens[1] == "[":
+            self._set_element(name, self.value(tokens[2 : equals - 1]), value)
+            return
+        is_outer = name not in self.locals[-1] and (name in self.values or len(self.locals) <= 2)
+        scope = self.values if word == "global" or (not word and is_outer) else self.locals[-1]
+        scope[name] = type(value)(value) if isinstance(value, list) else value  # a list is copied
+
+    def _set_element(self, name: str, at: Any, value: Any) -> None:
+        kept = self.name(name)
+        if not isinstance(kept, list) or at not in range(len(kept)):
+            raise ProgramError(f"no element {at} of {name}")
+        kept[at] = value
+
+    # -- threads ---------------------------------------------------------------------------------------------------
+
+    def _thread(self, name: str) -> _Thread:
+        routine = self.threads.get(name)
+        if routine is None:
+            raise ProgramError(f"{name} is not a thread")
+        if self.in_thread:
+            raise ProgramError("a thread starts another")
+        thread, self.in_thread = _Thread(), True
+        before, self.file = self.file, routine.file
+        self.calls += 1
+        self.locals.append({})
+        try:
+            self.block(routine.body)
+            thread.is_over = True
+        except LeaveError:
+            thread.is_over = True
+        except ContactError:
+            pass
+        self.locals.pop()
+        self.calls -= 1
+        self.in_thread, self.file = False, before
+        return thread
+
+    def _end_thread(self, word: str, thread: Any) -> None:
+        if not isinstance(thread, _Thread):
+            raise ProgramError(f"{word}: not a thread")
+        if word == "join" and not thread.is_over:
+            raise ProgramError("join: nothing stops the motion of the thread, which is in contact")
+        thread.is_over = True
+
+    # -- moves -----------------------------------------------------------------------------------------------------
+
+    def _stands(self) -> None:
+        if self.hit is not None:
+            raise ProgramError("a motion before the one in contact was stopped")
+
+    def fn_movel(self, goal: Any, a: float = 1.2, v: float = 0.25, t: float = 0.0, r: float = 0.0) -> None:
+        """Move on a line; a line of a thread is a search."""
+        del a
+        self._stands()
+        T = self._line_to(goal)
+        if not self.in_thread:
+            self.go("L", T, speed_mm_s=None if t else MM_PER_M * v)
+            return
+        if r or t:
+            raise ProgramError("a search with a blend radius or a time")
+        self.hit = self.machine.search(T, self.T_tool(), MM_PER_M * v)
+        if self.hit is not None:
+            raise ContactError
+
+    def _line_to(self, goal: Any) -> FloatArray:
+        if not isinstance(goal, _Pose):
+            raise ProgramError("a line to joint angles")
+        return _matrix(goal)
+
+    fn_movep = fn_movel
+
+    def fn_movec(self, via: Any, to: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0, mode: int = 0) -> None:
+        """Move on an arc."""
+        del a, r
+        self._stands()
+        if mode or self.in_thread:
+            raise ProgramError("movec with mode 1 or in a thread")
+        self.go("C", self._line_to(to), via=self._line_to(via), speed_mm_s=MM_PER_M * v)
+
+    def fn_movej(self, goal: Any, a: float = 1.4, v: float = 1.05, t: float = 0.0, r: float = 0.0) -> None:
+        """Move by the joints."""
+        del a, v, t, r
+        self._stands()
+        if self.in_thread:
+            raise ProgramError("movej in a thread")
+        if isinstance(goal, _Pose):
+            self.go("J", _matrix(goal))
+        elif isinstance(goal, list) and len(goal) == 6:
+            self.machine.joint_move(np.degrees(np.array(goal, dtype=np.float64)))
+        else:
+            raise ProgramError("movej to neither a pose nor six joints")
+
+    def fn_stopl(self, a: float = 1.2, a_turn: float = 1.2) -> None:
+        """Stop: the robot stands."""
+        del a, a_turn
+        self.hit = None
+
+    fn_stopj = fn_stopl
+
+    # -- functions -------------------------------------------------------------------------------------------------
+
+    def fn_is_steady(self) -> bool:
+        """Tell whether the robot stands."""
+        return self.hit is None
+
+    def fn_get_actual_tcp_pose(self) -> _Pose:
+        """Return where the tool is, at contact where it is in contact."""
+        return _pose_of(self.machine.reading(self.T_tool()) if self.hit is None else self.hit)
+
+    def fn_get_standard_digital_in(self, number: int) -> bool:
+        """Return an input."""
+        return (
+            self.signals[str(number)]
+            if self.hit is not None and str(number) in self.signals
+            else self.is_on(str(number))
+        )
+
+    fn_get_digital_in = fn_get_standard_digital_in
+
+    def fn_set_standard_digital_out(self, number: int, value: bool) -> None:
+        """Set an output."""
+        self.output("DO", number, on=value)
+
+    fn_set_digital_out = fn_set_standard_digital_out
+
+    def fn_set_tcp(self, pose: Any) -> None:
+        """Set the tool."""
+        self.tool = "set_tcp"
+        self.tools[self.tool] = _matrix(pose)
+
+    def fn_get_tcp_offset(self) -> _Pose:
+        """Return the tool."""
+        return _pose_of(self.T_tool())
+
+    def fn_pose_trans(self, a: Any, b: Any) -> _Pose:
+        """Compose two poses."""
+        return _pose_of(_matrix(a) @ _matrix(b))
+
+    def fn_pose_add(self, a: Any, b: Any) -> _Pose:
+        """Add places, and compose turns."""
+        A, B = _matrix(a), _matrix(b)
+        T = A @ B
+        T[:3, 3] = A[:3, 3] + B[:3, 3]
+        return _pose_of(T)
+
+    def fn_pose_inv(self, a: Any) -> _Pose:
+        """Invert a pose."""
+        return _pose_of(inverted(_matrix(a)))
+
+    def fn_d2r(self, degrees: float) -> float:
+        """Return rad."""
+        return float(np.radians(degrees))
+
+    def fn_norm(self, value: Any) -> float:
+        """Return the length of a list."""
+        return float(np.linalg.norm(value))
+
+    def fn_textmsg(self, first: Any, second: Any = "") -> None:
+        """Write a line of the log."""
+        text = _shown(first) + _shown(second)
+        self.run.messages.append(text)
+        self.log.append(text)
+
+    def fn_to_str(self, value: Any) -> str:
+        """Return a value as text."""
+        return _shown(value)
+
+    def fn_str_cat(self, first: Any, second: Any) -> str:
+        """Return two texts as one."""
+        return _shown(first) + _shown(second)
+
+    def fn_popup(
+        self, text: str, title: str = "", warning: Any = False, error: Any = False, blocking: Any = False
+    ) -> None:
+        """Show a message."""
+        del title, warning, error
+        self.run.messages.append(text)
+        if blocking:
+            self.stop(text)

@@ -1,0 +1,472 @@
+"""Yaskawa INFORM (``.jbi``): what a job does.
+
+A search is ``MOVL … SRCH``: it ends at the signal, and ``$B002`` is 1 then. ``$PX003`` is the detected place in the
+robot's frame, ``$PX002`` the same in pulses, which CNVRT turns into a user frame. Points are in the frame that the
+header states; three MOVC are an arc from the first to the third. ``SFTON`` displaces the points after it, ``IMOV`` adds
+to where the tool is. User frames that the remarks of a job ask for count as set.
+
+References
+----------
+Yaskawa, DX200 / YRC1000 INFORM Language (MOVJ, MOVL, MOVC, IMOV, SFTON, SRCH, CNVRT, GETS, JUMP, CALL).
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.interpreter import Interpreter as Base
+from wpcal.controllers.run.interpreter import matching, matrix_of, numbers_of, stated_frame
+from wpcal.controllers.run.machine import inverted
+from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.yaskawa.grammar import GRAMMAR
+from wpcal.controllers.yaskawa.write import DEG_DECIMALS, LANGUAGE, LONGEST_COMMENT, MM_DECIMALS
+from wpcal.core.arrays import FloatArray
+from wpcal.core.errors import InputError
+from wpcal.core.numbers import parse_number
+
+MESSAGE_LENGTH = 32  #: Characters that MSG shows.
+LABEL_LENGTH = 8
+RANGES = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
+COMPARE = {
+    "=": operator.eq,
+    "<>": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+}
+POINT = r"(C\d{5}|PX?\d{3,5})"
+NUMBER = r"([BID]\d{3})"
+UNITS = (1000.0, 1000.0, 1000.0, 10000.0, 10000.0, 10000.0)  #: Of the elements of a position, as numbers.
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A position: frame (PULSE, ANGLE, BASE, ROBOT, USER), number of the user frame, tool, values."""
+
+    kind: str
+    user: str
+    tool: str
+    values: tuple[float, ...]
+    T_base_flange: FloatArray | None = None  #: What pulses stand for, where the robot stored them.
+
+
+class _Job:
+    """One ``.jbi`` file: its points, and its instructions with their lines in the file."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file = file
+        rows = text.splitlines()
+        at = next((number for number, row in enumerate(rows) if row.startswith("//INST")), None)
+        name = rows[1][7:].strip() if rows[1:] and rows[1].startswith("//NAME ") else ""
+        if at is None or rows[0].strip() != "/JOB" or not re.fullmatch(r"[A-Z0-9_-]{1,32}", name):
+            raise ProgramError("a job has /JOB, //NAME with a name, and //INST", path=file)
+        self.name, self.points = name, dict[str, _Point]()
+        self._header(rows[2:at])
+        self.lines = [(n, row.strip()) for n, row in enumerate(rows[at + 1 :], at + 2) if not row.startswith("///")]
+        if not self.lines or self.lines[0][1] != "NOP" or "END" not in (row for _, row in self.lines):
+            raise ProgramError("a job begins with NOP and ends with END", path=file)
+        self.labels = {row.split()[0][1:]: i for i, (_, row) in enumerate(self.lines) if row.startswith("*")}
+        if any(len(label) > LABEL_LENGTH for label in self.labels):
+            raise ProgramError(f"a label has more than {LABEL_LENGTH} characters", path=file)
+
+    def _header(self, rows: list[str]) -> None:
+        given = {"USER": "", "TOOL": "0", "POSTYPE": "", "NPOS": ""}
+        for number, row in enumerate(rows, 3):
+            key, _, value = row.strip("/").partition(" ")
+            if key in given:
+                given[key] = value.strip()
+            elif key in {"RECTAN", "PULSE", "ANGLE"}:
+                given["FORM"] = key
+            elif found := re.match(r"((?:B|E)?C\d{5}|P\d{3,5})\s*=\s*(\S.*)", row):
+                kind = given["POSTYPE"] if given.get("FORM", "RECTAN") == "RECTAN" else given["FORM"]
+                self.points[found[1]] = _Point(kind, given["USER"], given["TOOL"], self._values(found[2], number))
+            elif not re.match(r"//POS$|///(?:RCONF |GROUP)|/{3,4}[A-Z]", row):
+                raise ProgramError(f"unknown in the header: {row!r}", path=self.file, line=number)
+        taught = sum(name.startswith("C") for name in self.points)
+        if given["NPOS"].partition(",")[0].strip() != str(taught):
+            raise ProgramError(f"///NPOS does not state the {taught} points of the job", path=self.file)
+
+    def _values(self, text: str, line: int) -> tuple[float, ...]:
+        try:
+            return tuple(parse_number(cell) for cell in text.split(","))
+        except InputError as error:
+            raise ProgramError(str(error), path=self.file, line=line) from None
+
+
+class Interpreter(Base):
+    """Runs jobs; variables have no value before a job gives them one."""
+
+    grammar = GRAMMAR
+
+    def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
+        self.jobs: dict[str, _Job] = {}
+        self.numbers: dict[str, int] = {}
+        self.places: dict[str, _Point] = {}
+        self.detected: FloatArray | None = None
+        self.is_found: bool | None = None
+        self.job: _Job | None = None
+        self.arc: list[FloatArray] = []
+        self.shift: tuple[FloatArray, bool] | None = None
+        self.loops: list[tuple[int, int]] = []
+        super().__init__(files, *args, **given)
+
+    def load(self, file: str, text: str) -> None:
+        """Read a ``.jbi`` file."""
+        job = _Job(file, text)
+        self.jobs[job.name] = job
+        self.bases = stated_frame(text, LANGUAGE) | self.bases
+
+    def signals_of(self, text: str) -> dict[str, bool]:
+        """Return the inputs of SRCH."""
+        return {name: level == "ON" for name, level in re.findall(r" SRCH (R?IN#\(\d+\))=(ON|OFF)", text)}
+
+    # -- values ----------------------------------------------------------------------------------------------------
+
+    def number(self, text: str) -> int:
+        """Return a number or the value of a variable."""
+        if re.fullmatch(r"-?\d{1,12}", text):
+            return int(text)
+        if text not in self.numbers:
+            raise ProgramError(f"nobody knows {text}: the job gave it no value")
+        return self.numbers[text]
+
+    def set(self, name: str, value: int) -> None:
+        """Give a variable a value."""
+        low, high = RANGES[name[0]]
+        if not low <= value <= high:
+            raise ProgramError(f"{name} cannot hold {value}")
+        self.numbers[name] = value
+
+    def place(self, name: str) -> _Point:
+        """Return a position of the job, or a variable."""
+        assert self.job is not None
+        name = name.replace("PX", "P")
+        found = self.job.points.get(name) or self.places.get(name)
+        if found is None:
+            raise ProgramError(f"nobody knows {name}: it is not taught in the job, which gave it no value")
+        return found
+
+    def _T_frame(self, point: _Point) -> FloatArray:
+        if point.kind in {"ROBOT", "BASE"}:
+            return np.eye(4)
+        if point.kind != "USER":
+            raise ProgramError(f"a point in {point.kind or 'no frame'}")
+        self.frame = point.user
+        return self.T_frame()
+
+    def _T_base(self, point: _Point) -> FloatArray:
+        """Return a point in `base`, displaced by SFTON."""
+        if len(point.values) != len(UNITS):
+            raise ProgramError("a position has six numbers")
+        self.tool = point.tool
+        T = self._T_frame(point) @ matrix_of(point.values)
+        if self.shift is not None:
+            T = _moved(T, *self.shift)
+        return T
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def routine(self, name: str) -> None:
+        """Run a job to END or RET."""
+        if name not in self.jobs:
+            raise ProgramError(f"CALL JOB:{name}: it is not there")
+        before, self.job, loops, self.loops = self.job, self.jobs[name], self.loops, []
+        job, at = self.job, 0
+        self.calls += 1
+        while at < len(job.lines) and job.lines[at][1] not in {"END", "RET"}:
+            number, line = job.lines[at]
+            jump = self.step(job.file, number, partial(self.execute, line, at))
+            at = at + 1 if jump is None else jump
+        self.step(job.file, job.lines[min(at, len(job.lines) - 1)][0], self._end_arc)
+        self.machine.switch(Does.STOP)
+        self.calls -= 1
+        self.job, self.loops = before, loops
+
+    def execute(self, line: str, at: int) -> int | None:
+        """Run one line; return the line to go to, or None for the next."""
+        if line.startswith(("'", "//")):
+            if len(line) > 1 + LONGEST_COMMENT:
+                raise ProgramError(f"a remark has at most {LONGEST_COMMENT} characters: {line!r}")
+            self.remark(line[1:])
+            return None
+        if line.startswith("*") or line == "NOP":
+            return None
+        if not line.startswith("MOVC") and re.match(r"S?MOV|IMOV", line):
+            self._end_arc()
+        for pattern, function in self._INSTRUCTIONS:
+            if found := re.fullmatch(pattern, line):
+                return function(self, *found.groups())
+        for pattern, block in self._BLOCKS:
+            if found := re.fullmatch(pattern, line):
+                return block(self, at, *found.groups())
+        self.unknown(line)
+        return None
+
+    # -- moves -----------------------------------------------------------------------------------------------------
+
+    def _movj(self, name: str) -> None:
+        point = self.place(name)
+        if point.kind in {"PULSE", "ANGLE"}:
+            self.machine.joint_move(np.array(point.values) if point.kind == "ANGLE" else None)
+        else:
+            self.go("J", self._T_base(point))
+
+    def _movl(self, name: str, speed: str, rest: str | None) -> None:
+        goal = self._T_base(self.place(name))
+        if not rest or not rest.startswith(" SRCH"):
+            self._options(rest)
+            self.go("L", goal, speed_mm_s=float(speed))
+            return
+        found = re.fullmatch(r" SRCH (R?IN#\(\d+\))=(ON|OFF)(?: T=\d+\.\d+)?", rest)
+        if found is None:
+            raise ProgramError(f"not followed: {rest!r}")
+        if self.signals.get(found[1]) != (found[2] == "ON"):
+            raise ProgramError(f"{rest}: the search does not wait for the touch")
+        hit = self.machine.search(goal, self.T_tool(), float(speed), is_edge=False)
+        self.is_found = hit is not None
+        if hit is not None:
+            self.detected = hit @ inverted(self.T_tool())
+
+    def _options(self, rest: str | None) -> None:
+        if rest and not re.fullmatch(r"(?: PL=\d| ACC=\d+| DEC=\d+| NWAIT)*", rest):
+            raise ProgramError(f"not followed: {rest.strip()!r}")
+
+    def _movc(self, name: str, speed: str, rest: str | None) -> None:
+        """Take one of the three points of an arc; the robot goes to the first on a line."""
+        self._options(rest)
+        goal = self._T_base(self.place(name))
+        self.arc.append(goal)
+        if len(self.arc) == 1:
+            self.go("L", goal, speed_mm_s=float(speed))
+        elif len(self.arc) == 3:
+            self.go("C", goal, via=self.arc[1], speed_mm_s=float(speed))
+        elif len(self.arc) > 3:
+            raise ProgramError("more than three MOVC in a row")
+
+    def _end_arc(self) -> None:
+        count, self.arc = len(self.arc), []
+        if count in {1, 2}:
+            raise ProgramError(f"an arc of {count} MOVC")
+
+    def _imov(self, name: str, speed: str, frame: str | None, user: str | None) -> None:
+        point = self.place(name)
+        self.tool = point.tool
+        at = self.machine.T_base_tool(self.T_tool())
+        self.go("L", _moved(at, *self._displacement(point, frame, user)), speed_mm_s=float(speed))
+
+    def _sfton(self, name: str, frame: str | None, user: str | None) -> None:
+        self.shift = self._displacement(self.place(name), frame, user)
+
+    def _sftof(self) -> None:
+        self.shift = None
+
+    def _displacement(self, point: _Point, frame: str | None, user: str | None) -> tuple[FloatArray, bool]:
+        """Return a displacement in `base`, or in the tool, and whether it is in the tool."""
+        if point.kind in {"PULSE", "ANGLE"} or any(point.values[3:]):
+            raise ProgramError("a displacement in pulses or with a turn")
+        d = np.array(point.values[:3])
+        if frame == "TF":
+            return d, True
+        kind = {"UF#": "USER", "BF": "BASE", "RF": "ROBOT"}.get(frame or "", point.kind)
+        return self._T_frame(_Point(kind, user or point.user, point.tool, ()))[:3, :3] @ d, False
+
+    def _not_followed(self, what: str) -> None:
+        raise ProgramError(f"not followed: {what!r}")
+
+    # -- variables -------------------------------------------------------------------------------------------------
+
+    def _gets(self, name: str, system: str) -> None:
+        if system == "$B002":
+            if self.is_found is None:
+                raise ProgramError("$B002 before a search")
+            self.set(name, int(self.is_found))
+            return
+        if system not in {"$PX000", "$PX001", "$PX002", "$PX003"} or not name.startswith("P"):
+            raise ProgramError(f"not followed: GETS {name} {system}")
+        T_base_flange = self.machine.reading(np.eye(4)) if system in {"$PX000", "$PX001"} else self.detected
+        if T_base_flange is None:  # nothing was detected yet: all pulses are zero
+            T_base_flange = np.eye(4)
+        is_pulse = system in {"$PX000", "$PX002"}
+        values = () if is_pulse else _values(T_base_flange @ self.T_tool())
+        kind = "PULSE" if is_pulse else "ROBOT"
+        self.places[name.replace("PX", "P")] = _Point(kind, "0", self.tool, values or (0.0,) * 6, T_base_flange)
+
+    def _cnvrt(self, to: str, source: str, frame: str, user: str | None) -> None:
+        point = self.place(source)
+        self.tool = point.tool
+        if point.kind == "PULSE":
+            if point.T_base_flange is None:
+                raise ProgramError(f"{source} is in pulses")
+            T = point.T_base_flange @ self.T_tool()
+        else:
+            T = self._T_frame(point) @ matrix_of(point.values)
+        kind = {"BF": "BASE", "RF": "ROBOT", "UF#": "USER"}[frame]
+        new = _Point(kind, user or "0", point.tool, ())
+        values = _values(inverted(self._T_frame(new)) @ T)
+        self.places[to.replace("PX", "P")] = _Point(kind, new.user, point.tool, values)
+
+    def _set(self, name: str, value: str) -> None:
+        if name.startswith("P"):
+            self.places[name.replace("PX", "P")] = self.place(value)
+        else:
+            self.set(name, self.number(value))
+
+    def _change(self, word: str, name: str, by: str | None) -> None:
+        if name.startswith("P"):
+            one, other = self.place(name), self.place(by or "")
+            if one.kind in {"PULSE", "ANGLE"} or other.kind in {"PULSE", "ANGLE"}:
+                raise ProgramError(f"{word} in pulses")
+            sign = 1.0 if word == "ADD" else -1.0
+            values = tuple(a + sign * b for a, b in zip(one.values, other.values, strict=True))
+            self.places[name.replace("PX", "P")] = _Point(one.kind, one.user, one.tool, values)
+            return
+        step = {"ADD": 1, "SUB": -1, "INC": 1, "DEC": -1}[word] * (self.number(by) if by else 1)
+        self.set(name, self.number(name) + step)
+
+    def _gete(self, name: str, source: str, element: str) -> None:
+        at = int(element) - 1
+        self.set(name, round(self.place(source).values[at] * UNITS[at]))
+
+    def _sete(self, name: str, element: str, value: str) -> None:
+        point, at = self.place(name), int(element) - 1
+        values = [*point.values]
+        values[at] = self.number(value) / UNITS[at]
+        self.places[name.replace("PX", "P")] = _Point(point.kind, point.user, point.tool, tuple(values))
+
+    def _clear(self, name: str, count: str) -> None:
+        first = int(name[1:])
+        for number in range(first, first + int(count)):
+            self.set(f"{name[0]}{number:03d}", 0)
+
+    # -- branches --------------------------------------------------------------------------------------------------
+
+    def _condition(self, text: str) -> bool:
+        if found := re.fullmatch(r"(R?IN#\(\d+\))=(ON|OFF)", text):
+            return self.is_on(found[1]) == (found[2] == "ON")
+        found = re.fullmatch(rf"{NUMBER}(=|<>|<|>|<=|>=)(\S+)", text)
+        if found is None:
+            raise ProgramError(f"the condition {text!r} is not followed")
+        return bool(COMPARE[found[2]](self.number(found[1]), self.number(found[3])))
+
+    def _jump(self, label: str, condition: str | None) -> int | None:
+        assert self.job is not None
+        if label not in self.job.labels:
+            raise ProgramError(f"*{label} is not there")
+        return self.job.labels[label] if condition is None or self._condition(condition) else None
+
+    def _call(self, name: str, condition: str | None) -> None:
+        if condition is None or self._condition(condition):
+            self.routine(name)
+
+    def _end_of(self, at: int, opens: str, *ends: str, by: int = 1) -> int:
+        assert self.job is not None
+        return matching([line for _, line in self.job.lines], at, opens, ends, by=by)
+
+    def _then(self, at: int, condition: str) -> int | None:
+        if self._condition(condition):
+            return None
+        return self._end_of(at, "IFTHENEXP", "ELSEEXP", "ENDIF") + 1
+
+    def _else(self, at: int) -> int:
+        return self._end_of(at, "IFTHENEXP", "ENDIF")
+
+    def _while(self, at: int, condition: str) -> int | None:
+        return None if self._condition(condition) else self._end_of(at, "WHILEEXP", "ENDWHILE") + 1
+
+    def _endwhile(self, at: int) -> int:
+        return self._end_of(at, "ENDWHILE", "WHILEEXP", by=-1)
+
+    def _for(self, at: int, name: str, first: str, last: str) -> int | None:
+        self.set(name, self.number(first))
+        end = self._end_of(at, "FOR", "NEXT")
+        self.loops.append((at, self.number(last)))
+        return end + 1 if self.number(first) > self.number(last) else None
+
+    def _next(self, _at: int, name: str) -> int | None:
+        begin, last = self.loops[-1] if self.loops else (-1, 0)
+        if begin < 0:
+            raise ProgramError("NEXT without FOR")
+        if self.number(name) >= last:
+            self.loops.pop()
+            return None
+        self.set(name, self.number(name) + 1)
+        return begin + 1
+
+    # -- the rest --------------------------------------------------------------------------------------------------
+
+    def _message(self, text: str) -> None:
+        if len(text) > MESSAGE_LENGTH:
+            raise ProgramError(f"MSG shows {MESSAGE_LENGTH} characters: {text!r}")
+        self.run.messages.append(text)
+
+    def _pause(self, condition: str | None) -> None:
+        if condition is None or self._condition(condition):
+            self.stop()
+
+    def _wait(self, condition: str, seconds: str | None) -> None:
+        is_touch = any(name in condition for name in self.signals)
+        is_judged = is_touch or not self.grammar.is_harmless(f"WAIT {condition}")
+        if is_judged and not self._condition(condition) and seconds is None:
+            self.stop(f"WAIT {condition}")
+
+    def _output(self, number: str, state: str) -> None:
+        self.output("OT", int(number), on=state == "ON")
+
+    def _abort(self) -> None:
+        raise StoppedError("ABORT")
+
+    _FRAME = r"(?: (BF|RF|TF|UF#)(?:\((\d+)\))?)?"
+    _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
+        (rf"MOVJ {POINT} VJ=\d+\.\d+(?: PL=\d)?(?: NWAIT)?", _movj),
+        (rf"MOVL {POINT} V=(\d+\.\d+)( .*)?", _movl),
+        (rf"MOVC {POINT} V=(\d+\.\d+)( .*)?", _movc),
+        (rf"IMOV {POINT} V=(\d+\.\d+)(?: PL=\d)?{_FRAME}", _imov),
+        (rf"SFTON {POINT}{_FRAME}", _sfton),
+        (r"SFTOF", _sftof),
+        (r"ARCON\b.*", lambda self: self.machine.switch(Does.ON)),
+        (r"ARCOF\b.*", lambda self: self.machine.switch(Does.OFF)),
+        (r"(?:ARCSET|WVON|WVOF)\b.*", lambda _: None),
+        (r"GETS ((?:B|I|D|PX?)\d{3}) (\$\w+)", _gets),
+        (r"CNVRT (PX\d{3}) (PX\d{3}) (BF|RF|UF#)(?:\((\d+)\))?(?: TL#\(\d+\))?", _cnvrt),
+        (r"SET ([BID]\d{3}|PX?\d{3}) (\S+)", _set),
+        (r"(ADD|SUB|INC|DEC) ([BID]\d{3}|PX?\d{3})(?: (\S+))?", _change),
+        (r"GETE (D\d{3}) (PX?\d{3}) \(([1-6])\)", _gete),
+        (r"SETE (PX?\d{3}) \(([1-6])\) (\S+)", _sete),
+        (rf"CLEAR {NUMBER} (\d{{1,3}})", _clear),
+        (r"JUMP \*(\S+)(?: IF (.*))?", _jump),
+        (r"CALL JOB:(\S+)(?: IF (.*))?", _call),
+        (r'MSG "(.*)"', _message),
+        (r"PAUSE(?: IF (.*))?", _pause),
+        (r"WAIT (\S+)(?: T=(\S+))?", _wait),
+        (r"DOUT OT#\((\d+)\) (ON|OFF)", _output),
+        (r"ABORT", _abort),
+    )
+    _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = (
+        (r"IFTHENEXP (.*)", _then),
+        (r"ELSEEXP", _else),
+        (r"WHILEEXP (.*)", _while),
+        (r"ENDWHILE", _endwhile),
+        (rf"FOR {NUMBER} ?= ?(\S+) TO (\S+)", _for),
+        (rf"NEXT {NUMBER}", _next),
+        (r"ENDIF", lambda _, __: None),
+    )
+
+
+def _values(T: FloatArray) -> tuple[float, ...]:
+    return tuple(numbers_of(T, MM_DECIMALS, DEG_DECIMALS))
+
+
+def _moved(T: FloatArray, d: FloatArray, in_tool: bool) -> FloatArray:
+    """Return a pose, displaced in the base or in the tool."""
+    T = T.copy()
+    T[:3, 3] += T[:3, :3] @ d if in_tool else d
+    return T
