@@ -78,14 +78,10 @@ def everything_said(part: Path, folder: Path) -> Said:
     _seams(said, "seams", seams)
     if not any(seam["accepted"] for seam in seams["seams"]):
         return said
-    advice = _advice(part)
-    taught, out = folder / "taught.csv", folder / "out"
-    taught.write_text(_taught_table(advice), encoding="utf-8")
-    done = run_here("calibrate", part, taught, "-o", out, "--sigma-mm", str(NOISE_MM), "--tolerance-mm", "1", "--json")
-    assert done.returncode in (0, 1), done.stderr
+    out, answer = calibrated(part, folder)
     calibration = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
     _calibration(said, "calibration.json", calibration)
-    _calibration(said, "calibrate --json", json.loads(done.stdout))
+    _calibration(said, "calibrate --json", answer)
     _seams(said, "seams.json", json.loads((out / "seams.json").read_text(encoding="utf-8")))
     _page(said, (out / "report.html").read_text(encoding="utf-8"))
     _summary(said, "job.json", json.loads((out / "job.json").read_text(encoding="utf-8"))["result"])
@@ -93,6 +89,15 @@ def everything_said(part: Path, folder: Path) -> Said:
     _export(said, out, folder)
     _folder(said, out)
     return said
+
+
+def calibrated(part: Path, folder: Path) -> tuple[Path, Any]:
+    """Calibrate a part at the advised points; return the result folder and what the command prints."""
+    taught, out = folder / "taught.csv", folder / "out"
+    taught.write_text(_taught_table(_advice(part)), encoding="utf-8")
+    done = run_here("calibrate", part, taught, "-o", out, "--sigma-mm", str(NOISE_MM), "--tolerance-mm", "1", "--json")
+    assert done.returncode in (0, 1), done.stderr
+    return out, json.loads(done.stdout)
 
 
 def _advice(part: Path) -> dict[str, Any]:

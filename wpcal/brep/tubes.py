@@ -68,22 +68,14 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
 
 def _axis_distances(corners: FloatArray, axis: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return how near triangles come to axes through the origin, between two heights; infinity if not between."""
-    side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
-    z = np.einsum("kij,kj->ki", corners, axis)
-    flat = np.stack([np.einsum("kij,kj->ki", corners, v) for v in (side, np.cross(axis, side))], axis=-1)
+    placed = np.einsum("kcj,kij->kci", corners, tube_frames(axis))
+    flat, z = placed[..., :2], placed[..., 2]
     best = np.full(len(corners), np.inf)
     cuts: list[tuple[FloatArray, BoolArray]] = []
     for k in range(3):
         a, b, za, zb = flat[:, k], flat[:, (k + 1) % 3], z[:, k], z[:, (k + 1) % 3]
+        best = np.minimum(best, _edge_distances(a, b, za, zb, low, high))
         rise = np.where(za == zb, 1.0, zb - za)
-        t = np.sort(np.stack([(low - za) / rise, (high - za) / rise]), axis=0)
-        level = (za == zb) & (za >= low) & (za <= high)
-        t0 = np.where(za == zb, np.where(level, 0.0, 2.0), np.maximum(t[0], 0.0))
-        t1 = np.where(za == zb, np.where(level, 1.0, 1.0), np.minimum(t[1], 1.0))
-        inside = t0 <= t1
-        first, last = a + t0[:, None] * (b - a), a + t1[:, None] * (b - a)
-        best = np.where(inside, np.minimum(best, _from_origin(first, last)), best)
         for height in (low, high):
             share = (height - za) / rise
             cuts.append((a + share[:, None] * (b - a), (za != zb) & (share >= 0.0) & (share <= 1.0)))
@@ -93,6 +85,38 @@ def _axis_distances(corners: FloatArray, axis: FloatArray, low: FloatArray, high
             both = ends[i][1] & ends[j][1]
             best = np.where(both, np.minimum(best, _from_origin(ends[i][0], ends[j][0])), best)
     return np.where(_axis_goes_through(flat, z, low, high), 0.0, best)
+
+
+def _edge_distances(
+    a: FloatArray, b: FloatArray, za: FloatArray, zb: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Return how near segments come to the origin of the plane, shape (k,), between two heights; else infinity.
+
+    `a`, `b`: shape (k, 2). Ends beside the axis; `za`, `zb`: their heights along it.
+    """
+    is_level = za == zb
+    rise = np.where(is_level, 1.0, zb - za)
+    t = np.sort(np.stack([(low - za) / rise, (high - za) / rise]), axis=0)
+    level = is_level & (za >= low) & (za <= high)
+    t0 = np.where(is_level, np.where(level, 0.0, 2.0), np.maximum(t[0], 0.0))
+    t1 = np.where(is_level, 1.0, np.minimum(t[1], 1.0))
+    first, last = a + t0[:, None] * (b - a), a + t1[:, None] * (b - a)
+    return np.where(t0 <= t1, _from_origin(first, last), np.inf)
+
+
+def edge_distances(p0: FloatArray, p1: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return how near segments come to the z axis, between two heights; infinity if not between; shape (k,).
+
+    `p0`, `p1`: shape (k, 3). Ends of the segments in the frames of tubes (`tube_frames`), mm.
+    """
+    return _edge_distances(p0[:, :2], p1[:, :2], p0[:, 2], p1[:, 2], low, high)
+
+
+def tube_frames(back: FloatArray) -> FloatArray:
+    """Return axes of tubes as rows, shape (n, 3, 3): two across, and `back` (n, 3), unit vectors along them."""
+    side = np.cross(back, np.where(np.abs(back[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    return np.stack([side, np.cross(back, side), back], axis=1)
 
 
 def _from_origin(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -9,12 +9,14 @@ import pytest
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep.material import ExactMaterial
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.motion import APPROACH_MM
 from wpcal.core.records import to_json
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.judge.leans import Leans, back_directions
 from wpcal.seam.judge.material import find_poses_in_material
+from wpcal.seam.judge.reach import find_in_way
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.options import Reach
 from wpcal.seam.record import seams_from_record, seams_record
@@ -81,16 +83,18 @@ def test_a_block_beside_the_joint_leaves_the_stretches_at_its_ends() -> None:
 
 
 def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
-    found = saved_seams("tee-under-bar")
+    found, graph = saved_seams("tee-under-bar"), saved_graph("tee-under-bar")
+    material = ExactMaterial(graph, TrimmedFaces.of(graph))
     seams = [seam for seam in found if seam.frames.p[:, 1:].tolist() == [[46.0, 10.0]] * len(seam.frames)]
     accepted = [seam for seam in seams if seam.accepted]
     assert len(accepted) == 2
     for seam in accepted:
         assert seam.lean_rad is not None
-        x, travel = seam.frames.p[:, 0], seam.lean_rad[:, 1]
+        travel = seam.lean_rad[:, 1]
         assert travel.any()  # it leans away from the bar, to one side only
         assert travel.min() >= 0 or travel.max() <= 0
-        assert x.max() < 132.0 or x.min() > 108.0  # the bar is in the middle, from 114 to 126
+        R = tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad)
+        assert find_in_way(material, seam, seam.frames.p, R, USUAL_TORCH, back_mm=(APPROACH_MM, APPROACH_MM)) == ()
         assert any("no torch passes bar without leaving it" in reason for reason in seam.reasons)
     assert sum(seam.length_mm for seam in accepted) == pytest.approx(200.0, abs=1e-6)
 

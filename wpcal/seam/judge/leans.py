@@ -6,7 +6,7 @@ along the seam or across it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -38,10 +38,13 @@ SPIN_SHARE = 0.1
 STEP_MM = 1.0  #: Step of dense stations: where a free stretch begins or ends is known to this.
 BETWEEN_MM = 2.0
 """Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
-TO_OTHER_SIDE_DEG = 36.0  #: A lean that changes by more goes from one side to the other, past whatever stands between.
 QUICK_TURN_DEG = 10.0
 """Between frames of a run the torch is felt too where its direction turns by more: at corners the nozzle swings."""
-TURN_STEP_DEG = 2.5  #: Where the torch turns so much, it is felt at this step, however near the stations are.
+TURN_STEP_DEG = 1.5
+"""Where the torch turns, it is felt at this step, however near the stations are: the end of 300 mm moves by 8 mm."""
+MEETS = 1e3  #: Cost of a change that meets a solid, rad: more than all leans of a seam together.
+CHANGE_MM = 40.0  #: Where a change of lean meets a solid, other changes are looked for so far before and after.
+ROUNDS = 6  #: So often other changes are chosen for those that meet a solid.
 
 
 class FeltAt(Enum):
@@ -52,7 +55,7 @@ class FeltAt(Enum):
     """Frames of runs round corners: the same, and the torch is felt between them wherever it turns quickly."""
     DENSE = "dense"
     """So near to each other that each may become the end of a seam: the torch is felt on its approach everywhere, and
-    between stations only where its lean goes to the other side."""
+    between stations only where its lean changes."""
     SOME = "some"  #: A few of the frames: the torch is felt there and nowhere else.
 
 
@@ -182,13 +185,10 @@ def feel_seams(
         if len(rows) and tier.stop > tier.start:
             found, _ = _feel(graph, trimmed, own.select(rows), leans, tier)
             free[rows, tier] = found.reshape(len(rows), -1, len(leans.spin_rad))
-    chosen = np.concatenate([_chosen(rows.reshape(len(rows), -1), leans) for rows in np.split(free, cuts)])
-    is_free = chosen >= 0
-    which, turn = np.divmod(np.maximum(chosen, 0), len(leans.spin_rad))
-    lean = np.where(is_free[:, None], leans.rad[which], np.nan)
-    spin = np.where(is_free, leans.spin_rad[turn], np.nan)
-    solid = np.where(is_free, -1, solid)
-    after = _solids_between(graph, trimmed, own, lean, spin, stations)
+    steps = _Steps(graph, trimmed, own, leans, stations)
+    chosen = _chosen_with_free_steps(steps, free.reshape(len(own), -1))
+    lean, spin, after = steps.felt(chosen)
+    solid = np.where(chosen >= 0, -1, solid)
     columns = zip(*(np.split(values, cuts) for values in (lean, spin, solid, after)), strict=True)
     return [Felt(rows, turns, at, between[:-1]) for rows, turns, at, between in columns]
 
@@ -245,26 +245,50 @@ def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> Fel
     return FeltPoses(torch, owner, p, R[:, :, 2], R, start, more, wire, np.zeros(len(p)))
 
 
-def _chosen(free: BoolArray, leans: Leans) -> IntArray:
+def _chosen_with_free_steps(steps: _Steps, free: BoolArray) -> IntArray:
+    """Choose a pose per station, and other ones where the torch meets a solid on its way from one to the next.
+
+    More leans are felt for that, and `free` is changed. Where no change of lean is free, the first choice stays.
+    """
+    is_open = np.zeros(len(free), dtype=bool)
+    first = chosen = _chosen(steps, free, is_open)
+    rows = steps.blocked_changes(chosen)
+    for _ in range(ROUNDS):
+        if not len(rows):
+            return chosen
+        near = steps.near(rows)
+        opened = np.flatnonzero(near.any(axis=0) & ~is_open)
+        free[opened] = steps.free_at(opened)
+        is_open[opened] = True
+        changes = {(row, *pair) for row, pair in steps.alike(near, chosen[rows], chosen[rows + 1], free)}
+        if len(opened) == 0 and changes <= steps.known.keys():
+            break
+        steps.feel(changes)
+        chosen = _chosen(steps, free, is_open)
+        rows = steps.blocked_changes(chosen)
+    for run in steps.runs(free, is_open):
+        if np.isin(rows, run).any():
+            chosen[run] = first[run]
+    return chosen
+
+
+def _chosen(steps: _Steps, free: BoolArray, is_open: BoolArray) -> IntArray:
     """Choose a pose per station, -1 where none is free: small leans, and small changes from station to station.
 
     `free` has the shape (n, k · j): j spins for each of k leans. Without a neck a station at which the torch is free
-    without a lean stays straight; with one, its spin is chosen along the whole run.
+    without a lean stays straight unless it is open; with one, its spin is chosen along the whole run.
     """
     chosen = np.where(free.any(axis=1), 0, -1)
-    is_round = len(leans.spin_rad) == 1
-    held = np.flatnonzero(~free[:, 0] & free.any(axis=1)) if is_round else np.flatnonzero(free.any(axis=1))
-    rad = np.repeat(leans.rad, len(leans.spin_rad), axis=0)
-    spin = np.tile(leans.spin_rad, len(leans.rad))
+    rad, spin = steps.lean, steps.spin
     size = np.abs(rad).sum(axis=1) + SPIN_SHARE * np.abs(spin)
     change = np.abs(rad[:, None] - rad).sum(axis=2) + np.abs(turned(spin[:, None] - spin))
-    for run in np.split(held, np.flatnonzero(np.diff(held) > 1) + 1):
-        if len(run) == 0:
-            continue
+    for run in steps.runs(free, is_open):
         cost = np.where(free[run[0]], size, np.inf)
         came = []
         for row in run[1:].tolist():
             total = cost[:, None] + change
+            for pair in steps.barred.get(row - 1, ()):
+                total[pair] += MEETS
             came.append(total.argmin(axis=0))
             cost = np.where(free[row], total.min(axis=0) + size, np.inf)
         best = int(np.argmin(cost))
@@ -275,51 +299,124 @@ def _chosen(free: BoolArray, leans: Leans) -> IntArray:
     return chosen
 
 
-def _solids_between(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    own: FeltPoses,
-    lean_rad: FloatArray,
-    spin_rad: FloatArray,
-    stations: FeltAt,
-) -> IntArray:
-    """Return the solid that the torch meets between each station and the next, -1 for none; shape (n,).
+class _Steps:
+    """What a torch meets between stations while it goes from one pose of `Leans` to another."""
 
-    Between stations that are near to each other it is felt only where it goes to the other side; in runs, also where
-    it turns quickly.
-    """
-    n = len(own)
-    if stations is FeltAt.SOME:
-        return np.full(n, -1)
-    back, spin = back_directions(own.R, np.nan_to_num(lean_rad)), np.nan_to_num(spin_rad)
-    leant = replace(own, back=back, more_mm=np.zeros(n), spin_rad=spin)
-    after = np.full(n, -1)
-    held = ~np.isnan(lean_rad[:, 0])
-    joined = np.append((own.owner[1:] == own.owner[:-1]) & held[1:] & held[:-1], False)
-    step = np.linalg.norm(np.diff(own.p, axis=0, append=own.p[-1:]), axis=1)
-    turn = turned(np.diff(spin, append=spin[-1:]))
-    turn_deg = np.degrees(np.abs(np.diff(np.nan_to_num(lean_rad), axis=0, append=0)).max(axis=1))
-    turn_deg = np.maximum(turn_deg, np.degrees(np.abs(turn)))
-    far = np.zeros(n, dtype=bool) if stations is FeltAt.DENSE else step > BETWEEN_MM
-    if stations is FeltAt.RUN:
-        cos = np.einsum("ij,ij->i", back, np.roll(back, -1, axis=0))
-        swing_deg = np.degrees(np.arccos(np.clip(cos, -1.0, 1.0)))
-        far |= swing_deg > QUICK_TURN_DEG
-        turn_deg = np.maximum(turn_deg, swing_deg)
-    rows = np.flatnonzero(joined & (far | (turn_deg > TO_OTHER_SIDE_DEG)) & ~are_steps_clear(graph, trimmed, leant))
-    counts = np.ceil(np.maximum(step[rows] / BETWEEN_MM, turn_deg[rows] / TURN_STEP_DEG)).astype(int) - 1
-    at = np.repeat(rows, counts)
-    number = np.arange(len(at)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
-    share = (number / np.repeat(counts + 1, counts))[:, None]
-    p = own.p[at] + share * (own.p[at + 1] - own.p[at])
-    way = back[at] + share * (back[at + 1] - back[at])
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    between = replace(leant.select(at), p=p, back=way, spin_rad=spin[at] + share[:, 0] * turn[at])
-    met = find_solids_met(graph, trimmed, between, is_between=True)
-    met = np.where(met < 0, find_solids_beside_neck(graph, trimmed, between), met)
-    bad = np.flatnonzero(met >= 0)
-    after[at[bad]] = met[bad]
-    return after
+    def __init__(self, graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: Leans, stations: FeltAt) -> None:
+        self.graph, self.trimmed, self.own, self.leans, self.stations = graph, trimmed, own, leans, stations
+        self.lean = np.repeat(leans.rad, len(leans.spin_rad), axis=0)
+        self.spin = np.tile(leans.spin_rad, len(leans.rad))
+        self.step_mm = np.linalg.norm(np.diff(own.p, axis=0), axis=1)
+        self.joined = own.owner[1:] == own.owner[:-1]
+        #: The solid met between a station and the next one, -1 for none, by its row and the poses at both.
+        self.known: dict[tuple[int, int, int], int] = {}
+        self.barred: dict[int, list[tuple[int, int]]] = {}  #: Changes of pose that meet a solid, by row.
+
+    def felt(self, chosen: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return lean and spin at each station, NaN where none is chosen, and the solid met before the next, or -1.
+
+        Between stations that are near to each other it is felt only where the lean changes; in runs, also where the
+        torch turns quickly.
+        """
+        held, some = chosen >= 0, np.maximum(chosen, 0)
+        lean, spin = np.where(held[:, None], self.lean[some], np.nan), np.where(held, self.spin[some], np.nan)
+        after = np.full(len(chosen), -1)
+        if self.stations is FeltAt.SOME or len(chosen) < 2:
+            return lean, spin, after
+        is_asked = chosen[1:] != chosen[:-1]
+        if self.stations is not FeltAt.DENSE:
+            is_asked |= self.step_mm > BETWEEN_MM
+        own = self.own
+        back = back_directions(own.R, self.lean[some])
+        if self.stations is FeltAt.RUN:
+            is_asked |= _swing_deg(back[:-1], back[1:]) > QUICK_TURN_DEG
+        leant = replace(own, back=back, more_mm=np.zeros(len(own)), spin_rad=self.spin[some])
+        is_asked &= self.joined & held[1:] & held[:-1]
+        rows = np.flatnonzero(is_asked & ~are_steps_clear(self.graph, self.trimmed, leant)[:-1])
+        asked = list(zip(rows.tolist(), chosen[rows].tolist(), chosen[rows + 1].tolist(), strict=True))
+        self.feel(set(asked))
+        after[rows] = [self.known[each] for each in asked]
+        return lean, spin, after
+
+    def alike(
+        self, near: BoolArray, begin: IntArray, end: IntArray, free: BoolArray
+    ) -> Iterator[tuple[int, tuple[int, int]]]:
+        """Yield where changes from a pose to another, shape (r,), can be at the stations `near` (r, n) them."""
+        for first, last, rows in zip(begin.tolist(), end.tolist(), near, strict=True):
+            is_there = rows[:-1] & rows[1:] & self.joined & free[:-1, first] & free[1:, last]
+            yield from ((row, (first, last)) for row in np.flatnonzero(is_there).tolist())
+
+    def feel(self, asked: Set[tuple[int, int, int]]) -> None:
+        """Feel steps: the row of a station, and the poses there and at the next one."""
+        new = sorted(asked - self.known.keys())
+        if not new:
+            return
+        rows, begin, end = np.array(new).T
+        for (row, *pair), solid in zip(new, self._met(rows, begin, end).tolist(), strict=True):
+            self.known[row, pair[0], pair[1]] = solid
+            if solid >= 0 and pair[0] != pair[1]:
+                self.barred.setdefault(row, []).append((pair[0], pair[1]))
+
+    def runs(self, free: BoolArray, is_open: BoolArray) -> list[IntArray]:
+        """Return the rows of stations one after the other whose poses are chosen together."""
+        is_held, owner = free.any(axis=1), self.own.owner
+        if len(self.leans.spin_rad) == 1:
+            is_held &= ~free[:, 0] | is_open
+        held = np.flatnonzero(is_held)
+        runs = np.split(held, np.flatnonzero((np.diff(held) > 1) | (np.diff(owner[held]) > 0)) + 1)
+        return [run for run in runs if len(run)]
+
+    def blocked_changes(self, chosen: IntArray) -> IntArray:
+        """Return the stations after which the torch meets a solid while its lean changes."""
+        _, _, after = self.felt(chosen)
+        return np.flatnonzero((after[:-1] >= 0) & (chosen[1:] != chosen[:-1]))
+
+    def free_at(self, rows: IntArray) -> BoolArray:
+        """Tell at which poses the torch meets nothing at stations, shape (r, k · j)."""
+        if not len(rows):
+            return np.zeros((0, len(self.lean)), dtype=bool)
+        return _feel(self.graph, self.trimmed, self.own.select(rows), self.leans, slice(0, len(self.leans.rad)))[0]
+
+    def near(self, rows: IntArray) -> BoolArray:
+        """Tell which stations are within `CHANGE_MM` of the step after each of `rows`, shape (r, n)."""
+        s, owner = np.append(0.0, np.cumsum(self.step_mm)), self.own.owner
+        is_own = owner == owner[rows, None]
+        return np.asarray(is_own & (s >= s[rows, None] - CHANGE_MM) & (s <= s[rows + 1, None] + CHANGE_MM))
+
+    def _met(self, rows: IntArray, begin: IntArray, end: IntArray) -> IntArray:
+        """Return the solid that is met between stations `rows` and the next ones, -1 for none; all of shape (k,).
+
+        `begin`, `end`: numbers of the poses there.
+        """
+        own = self.own
+        backs = [back_directions(own.R[at], self.lean[pose]) for at, pose in ((rows, begin), (rows + 1, end))]
+        turn = turned(self.spin[end] - self.spin[begin])
+        turn_deg = np.maximum(np.degrees(np.abs(turn)), _swing_deg(*backs))
+        counts = np.ceil(np.maximum(self.step_mm[rows] / BETWEEN_MM, turn_deg / TURN_STEP_DEG)).astype(int) - 1
+        counts = np.maximum(counts, 0)
+        which = np.repeat(np.arange(len(rows)), counts)
+        number = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
+        share, at = (number / np.repeat(counts + 1, counts))[:, None], rows[which]
+        back = backs[0][which] + share * (backs[1] - backs[0])[which]
+        back /= np.linalg.norm(back, axis=1, keepdims=True)
+        between = replace(
+            own.select(at),
+            owner=which,
+            p=own.p[at] + share * (own.p[at + 1] - own.p[at]),
+            back=back,
+            more_mm=np.zeros(len(at)),
+            spin_rad=self.spin[begin][which] + share[:, 0] * turn[which],
+        )
+        solid = find_solids_met(self.graph, self.trimmed, between, is_between=True)
+        solid = np.where(solid < 0, find_solids_beside_neck(self.graph, self.trimmed, between), solid)
+        found = np.full(len(rows), -1)
+        bad = np.flatnonzero(solid >= 0)
+        found[which[bad]] = solid[bad]
+        return found
+
+
+def _swing_deg(back: FloatArray, other: FloatArray) -> FloatArray:
+    return np.asarray(np.degrees(np.arccos(np.clip(np.einsum("ij,ij->i", back, other), -1.0, 1.0))))
 
 
 def at_stations(seam: Seam, rows: IntArray, most: int) -> Seam:
