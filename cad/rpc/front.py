@@ -8,16 +8,20 @@ import stat
 import threading
 import time
 from collections import OrderedDict, deque
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from cad.rpc.client_lines import MOST_BYTES, LongLine, read_lines
+from cad.rpc.kinds import ANSWER, BEGUN, CANCELLED, FINAL, KNOWN, PROGRESS
 from cad.rpc.messages import PROTOCOL, Id, MessageFaultError, Request, error_line, read_request, result_line
 from cad.rpc.protocol import HANDLE, check_request, method_names, takes_handle
 from cad.rpc.worker_process import WorkerProcess
 from cad.work.child import Limits, too_late
 from wpcal.core.version import __version__
+from wpcal.core.whole_folder import remove_left_by
 
 MOST_WAITING = 1000
 MOST_WAITING_BYTES = 64_000_000
@@ -27,10 +31,12 @@ MOST_HANDLES = 100
 """A part more closes the handle that was not used for the longest time."""
 GRACE_S = 1.0
 """A cancelled request may clean up for as long as this. In the kernel it cannot."""
+LAST_S = 1.5
+"""When the client is gone, a request that puts its files in place may go on for as long as this."""
 WATCHDOG_S = 1.7
 """This process ends so long after its client, also if nobody takes its answers."""
-BEGUN, PROGRESS, ANSWER, KNOWN = b"B", b"P", b"A", b"K"
-"""First bytes of the lines of a worker (`cad.rpc.worker`)."""
+PLACES = ("out", "table", "folder")
+"""Params that say where a request writes."""
 
 Event = tuple[str, Any]
 
@@ -46,13 +52,15 @@ class Running:
     request: Request
     ends_at: float  #: Time limit, on the clock of `time.monotonic`.
     message: dict[str, Any]  #: What the worker gets.
-    #: `is_cancelled`, `is_late`, `has_begun`, `is_again`: The last one: a worker died before it began; this is the
-    #: second one.
+    #: `is_cancelled`, `is_final`, `is_late`, `has_begun`, `is_again`: `is_final`: it puts its files in place, and a
+    #: cancel comes too late. The last one: a worker died before it began; this is the second one.
     is_cancelled: bool = False
+    is_final: bool = False
     is_late: bool = False
     has_begun: bool = False
     is_again: bool = False
     step: str = ""  #: The last line of progress.
+    cancels: list[Id] = field(default_factory=list)  #: Requests to cancel it: answered when it has ended.
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +159,7 @@ class Front:
             answer = {"wpcal": __version__, "protocol": PROTOCOL, "methods": list(method_names())}
             self._write(result_line(request.id, answer))
         elif request.method == "cancel":
-            self._write(result_line(request.id, {"cancelled": self._cancel(request.params["id"])}))
+            self._cancel(request.id, request.params["id"])
         else:
             self._waiting.append(Waiting(request, size))
 
@@ -174,23 +182,31 @@ class Front:
         return request, len(line)
 
     def _is_known(self, request_id: Id) -> bool:
-        is_running = self._running is not None and self._running.request.id == request_id
+        running = self._running
+        is_running = running is not None and request_id in (running.request.id, *running.cancels)
         return is_running or any(each.request.id == request_id for each in self._waiting)
 
-    def _cancel(self, request_id: Id) -> bool:
-        """Cancel a request. Return false if there is none of this id."""
-        for each in self._waiting:
-            if each.request.id == request_id:
-                self._waiting.remove(each)
-                self._write(error_line(request_id, "Cancelled", "the request was cancelled before it began"))
-                return True
+    def _cancel(self, asked_by: Id, request_id: Id) -> None:
+        """Cancel a request. The answer of one that runs waits for its end: only then it is known."""
         running = self._running
-        if running is None or running.request.id != request_id:
-            return False
-        if not running.is_cancelled and self._worker is not None:
-            running.is_cancelled, running.ends_at = True, time.monotonic() + GRACE_S
-            self._worker.send({"cancel": request_id})
-        return True
+        if running is not None and running.request.id == request_id:
+            running.cancels.append(asked_by)
+            if not (running.is_cancelled or running.is_final) and self._worker is not None:
+                running.is_cancelled, running.ends_at = True, time.monotonic() + GRACE_S
+                self._worker.send({"cancel": request_id})
+            return
+        found = next((each for each in self._waiting if each.request.id == request_id), None)
+        if found is not None:
+            self._waiting.remove(found)
+            self._write(error_line(request_id, "Cancelled", "the request was cancelled before it began"))
+        self._write(result_line(asked_by, {"cancelled": found is not None}))
+
+    def _answer(self, line: bytes, *, is_cancelled: bool = False) -> None:
+        """Answer the request that ran, and those that asked to cancel it."""
+        running, self._running = self._running, None
+        self._write(line)
+        for asked_by in () if running is None else running.cancels:
+            self._write(result_line(asked_by, {"cancelled": is_cancelled}))
 
     # Requests in their turn
 
@@ -262,9 +278,12 @@ class Front:
         elif kind == PROGRESS and running is not None:
             running.step = json.loads(rest)["progress"]["text"]
             self._write(rest)
-        elif kind == ANSWER and running is not None:
-            self._running = None
-            self._write(rest)
+        elif kind == FINAL and running is not None:
+            running.is_final = True
+            if running.is_cancelled:  # it came too late
+                running.is_cancelled, running.ends_at = False, time.monotonic() + self._limits.time_s
+        elif kind in (ANSWER, CANCELLED) and running is not None:
+            self._answer(rest, is_cancelled=kind == CANCELLED)
 
     def _keep(self, part: dict[str, Any]) -> None:
         self._handles[part[HANDLE]] = part
@@ -274,22 +293,29 @@ class Front:
 
     def _bury(self, worker: WorkerProcess) -> None:
         """Answer the request of a worker that ended, and start another worker; handles stay valid."""
-        running, self._running, self._worker = self._running, None, None
+        running, self._worker = self._running, None
         why = worker.end(step="" if running is None else running.step)
         if running is None:
             return
+        self._clean_up(worker, running)
         fresh = self._start_worker()
         if not (running.has_begun or running.is_again or running.is_cancelled):
-            self._running, running.is_again = running, True
+            running.is_again = True
             fresh.send(running.message)
             return
         request_id = running.request.id
         if running.is_cancelled:
-            self._write(error_line(request_id, "Cancelled", "the request was cancelled"))
+            self._answer(error_line(request_id, "Cancelled", "the request was cancelled"), is_cancelled=True)
         elif running.is_late:
-            self._write(error_line(request_id, "KernelError", too_late(self._limits), code="kernel"))
+            self._answer(error_line(request_id, "KernelError", too_late(self._limits), code="kernel"))
         else:
-            self._write(error_line(request_id, "KernelCrash", why, code="kernel"))
+            self._answer(error_line(request_id, "KernelCrash", why, code="kernel"))
+
+    @staticmethod
+    def _clean_up(worker: WorkerProcess, running: Running) -> None:
+        """Remove what a worker that was killed began to write."""
+        params = running.request.params
+        remove_left_by(worker.number, *(Path(params[name]) for name in PLACES if params.get(name)))
 
     def _write(self, line: bytes) -> None:
         rest = memoryview(line)
@@ -300,21 +326,37 @@ class Front:
             raise ClientGoneError from None
 
     def _end(self) -> None:
-        """Let a request clean up, and end the worker."""
+        """Answer what is not answered yet, if somebody takes it, and end the worker."""
         worker, running = self._worker, self._running
-        if worker is None:
-            return
-        if running is not None:
+        with suppress(ClientGoneError):
+            if worker is not None and running is not None:
+                self._end_request(worker, running)
+            for each in self._waiting:
+                self._write(error_line(each.request.id, "Cancelled", "the session ended before the request began"))
+        if worker is not None:
+            worker.end()
+            if running is not None:
+                self._clean_up(worker, running)
+
+    def _end_request(self, worker: WorkerProcess, running: Running) -> None:
+        """Cancel the request that runs, and let it clean up; one that puts its files in place is finished."""
+        begin = time.monotonic()
+        if not (running.is_cancelled or running.is_final):
+            running.is_cancelled = True
             worker.send({"cancel": running.request.id})
-            ends_at = time.monotonic() + GRACE_S
-            while (left := ends_at - time.monotonic()) > 0:
-                try:
-                    kind, value = self._events.get(timeout=left)
-                except Empty:
-                    break
-                if kind == "worker" and value[1][:1] in (ANSWER, b""):
-                    break
-        worker.end()
+        while self._running is not None:
+            left = begin + (LAST_S if running.is_final else GRACE_S) - time.monotonic()
+            try:
+                kind, value = self._events.get(timeout=max(0.0, left))
+            except Empty:
+                break
+            if kind == "worker" and value[1]:
+                self._hear(*value)
+            elif kind == "worker":
+                break
+        if self._running is not None:
+            worker.kill()
+            self._answer(error_line(running.request.id, "Cancelled", "the session ended"))
 
 
 def answer_client() -> int:

@@ -1,9 +1,9 @@
 """The worker: holds the opened parts and does what the methods say; not meant to be run by hand.
 
 ``python -P -m cad.rpc.worker PARENT LIFELINE`` takes requests as lines from standard input, one after another, and
-sends lines over what was standard output. The first byte of a line says what it is: `PROGRESS` or `ANSWER`
-for the client, `BEGUN` or `KNOWN` for the front. Whatever libraries print goes to standard error. It ends when its
-parent ends, which is arranged before anything large is imported.
+sends lines over what was standard output. The first byte of a line says what it is (`cad.rpc.kinds`). Whatever
+libraries print goes to standard error. It ends when its parent ends, which is arranged before anything large is
+imported.
 """
 
 from __future__ import annotations
@@ -23,10 +23,9 @@ from queue import SimpleQueue
 from types import FrameType
 from typing import IO, Any
 
+from cad.rpc.kinds import ANSWER, BEGUN, CANCELLED, FINAL, KNOWN, PROGRESS
 from cad.work.own_process import end_at_end_of, end_with_parent, has_death_signal, limit_memory, private_output
 
-BEGUN, PROGRESS, ANSWER, KNOWN = b"B", b"P", b"A", b"K"
-"""First bytes of the lines of a worker."""
 WARM = (
     "cad.rpc.part_methods",
     "cad.step.read",
@@ -66,7 +65,9 @@ class Worker:
         for module in WARM:
             import_module(module)
         from cad.rpc.open_parts import OpenParts
+        from wpcal.core.whole_folder import call_before_replacing
 
+        call_before_replacing(self._be_final)
         parts = OpenParts()
         while True:
             message = self._queue.get()
@@ -74,7 +75,7 @@ class Worker:
                 parts.drop(message["drop"])
                 continue
             self._send(BEGUN, b"\n")
-            self._send(ANSWER, self._answer(message, parts))
+            self._send(*self._answer(message, parts))
 
     def _read(self) -> None:
         """Take lines from the parent; a cancelled request is interrupted in the main thread."""
@@ -101,14 +102,20 @@ class Worker:
         again.daemon = True
         again.start()
 
+    def _be_final(self) -> None:
+        """Tell the front that files are put in place now: from here on the request is not interrupted any more."""
+        running, self._running = self._running, None
+        if running is not None:
+            self._send(FINAL, b"\n")
+
     def _send(self, kind: bytes, line: bytes) -> None:
         self._is_sending = True
         self._channel.write(kind + line)
         self._channel.flush()
         self._is_sending = False
 
-    def _answer(self, message: dict[str, Any], parts: Any) -> bytes:
-        """Return the line that answers a request."""
+    def _answer(self, message: dict[str, Any], parts: Any) -> tuple[bytes, bytes]:
+        """Return the kind of line that answers a request, and the line."""
         from cad.rpc.faults import fault_line_of
         from cad.rpc.messages import error_line, result_line
 
@@ -122,10 +129,10 @@ class Worker:
             finally:
                 self._running = None
         except RequestCancelledError:
-            return error_line(request_id, "Cancelled", "the request was cancelled")
+            return CANCELLED, error_line(request_id, "Cancelled", "the request was cancelled")
         except Exception as error:  # the outermost handler of this process: the client must learn of every exception
-            return fault_line_of(request_id, error, message)
-        return line
+            return ANSWER, fault_line_of(request_id, error, message)
+        return ANSWER, line
 
     def _do(self, message: dict[str, Any], parts: Any) -> dict[str, Any]:
         from cad.rpc import command_methods, part_methods

@@ -43,6 +43,11 @@ class WorkerProcess:
                     heard(self, line)
         heard(self, b"")
 
+    @property
+    def number(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
     def send(self, message: dict[str, Any]) -> None:
         """Give a message to the worker; a dead one takes nothing, and its end is heard."""
         with suppress(OSError):

@@ -22,6 +22,7 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import IO, Any
 
 from cad.work.frames import LAST_FRAMES, read_frames, write_packet
@@ -30,6 +31,7 @@ from cad.work.plain_types import PlainDataError
 from wpcal.core.errors import InputError, KernelError
 from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.whole_folder import remove_left_by
 
 DEFAULT_TIMEOUT_S = 600.0  #: Twenty times what the kernel needed for the largest real part tried (170 MB, 30 s).
 DEFAULT_MEMORY_GB = 8.0  #: The largest real part tried took 1.4 GB; before any part is read it is 0.5 GB.
@@ -131,6 +133,7 @@ def run_in_child(
         finally:
             clock.cancel()
             child.close()
+            remove_left_by(process.pid, *(each for each in (arguments or {}).values() if isinstance(each, Path)))
 
 
 def start_python(

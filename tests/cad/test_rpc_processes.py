@@ -58,27 +58,54 @@ def test_a_worker_that_died_between_two_requests_costs_none(client: RpcClient, f
     assert client.ask("seams", handle=handle)["seams"]
 
 
-def test_a_cancelled_request_ends_at_once_leaves_nothing_and_keeps_the_worker(client: RpcClient, folder: Path) -> None:
-    """A worker that is not interrupted within `GRACE_S` is ended: on a busy machine one of three is kept."""
-    kept = False
-    for _ in range(3):
-        handle = client.ask("open", path=str(folder / "tee.step"))["handle"]
-        worker, there = client.worker(), set(folder.iterdir())
-        running = client.send("touches", handle=handle, out=str(folder / "out"), options={"touches": 12})
-        waiting = client.send("seams", handle=handle)
-        while "progress" not in client.hear():
-            pass
-        asked = [client.send("cancel", id=waiting), client.send("cancel", id=running)]
-        answers = {message["id"]: message for message in (client.answer() for _ in range(4))}
-        assert [answers[number]["result"] for number in asked] == [{"cancelled": True}] * 2
-        assert [answers[number]["error"]["kind"] for number in (running, waiting)] == ["Cancelled"] * 2
-        assert client.ask("cancel", id=running) == {"cancelled": False}
-        assert client.ask("seams", handle=handle)["seams"]
+def test_a_cancelled_request_ends_and_leaves_nothing(client: RpcClient, folder: Path) -> None:
+    handle, there = client.ask("open", path=str(folder / "tee.step"))["handle"], set(folder.iterdir())
+    running = client.send("touches", handle=handle, out=str(folder / "out"), options={"touches": 12})
+    waiting = client.send("seams", handle=handle)
+    while "progress" not in client.hear():
+        pass
+    asked = [client.send("cancel", id=waiting), client.send("cancel", id=running), client.send("cancel", id=running)]
+    answers = {message["id"]: message for message in (client.answer() for _ in range(5))}
+    assert [answers[number]["result"] for number in asked] == [{"cancelled": True}] * 3
+    assert [answers[number]["error"]["kind"] for number in (running, waiting)] == ["Cancelled"] * 2
+    assert client.ask("cancel", id=running) == {"cancelled": False}
+    assert client.ask("seams", handle=handle)["seams"]
+    assert set(folder.iterdir()) == there
+
+
+@pytest.mark.parametrize("step", ["fitting", "writing the moved part"])
+@pytest.mark.parametrize("later_s", [0.0, 0.01, 0.05, 0.1, 0.3])
+def test_cancelled_is_said_of_a_save_exactly_if_nothing_is_written(
+    client: RpcClient, folder: Path, step: str, later_s: float
+) -> None:
+    handle, there = client.ask("open", path=str(folder / "tee.step"))["handle"], set(folder.iterdir())
+    running = client.send("save", handle=handle, taught={"path": str(folder / "taught.csv")}, out=str(folder / "out"))
+    while not (message := client.hear()).get("progress", {"text": step})["text"].startswith(step):
+        pass
+    time.sleep(later_s)
+    asked = client.send("cancel", id=running)
+    answers = {each["id"]: each for each in [message] if "progress" not in each}
+    while len(answers) < 2:
+        message = client.answer()
+        answers[message["id"]] = message
+    assert answers[asked]["result"]["cancelled"] is ("error" in answers[running])
+    if "error" in answers[running]:
+        assert answers[running]["error"]["kind"] == "Cancelled"
         assert set(folder.iterdir()) == there
-        kept = client.worker() == worker
-        if kept:
-            break
-    assert kept
+    else:
+        assert set(folder.iterdir()) == {*there, folder / "out"}
+        assert (folder / "out" / "job.json").is_file()
+
+
+def test_a_save_that_is_killed_leaves_nothing(client: RpcClient, folder: Path) -> None:
+    handle, there = client.ask("open", path=str(folder / "tee.step"))["handle"], set(folder.iterdir())
+    client.send("save", handle=handle, taught={"path": str(folder / "taught.csv")}, out=str(folder / "out"))
+    while not client.hear().get("progress", {"text": ""})["text"].startswith("writing the moved part"):
+        pass
+    assert set(folder.iterdir()) > there
+    os.kill(client.worker(), signal.SIGKILL)
+    assert client.answer()["error"]["kind"] == "KernelCrash"
+    assert set(folder.iterdir()) == there
 
 
 def test_a_request_that_cannot_be_interrupted_is_cancelled_by_a_new_worker(client: RpcClient, folder: Path) -> None:

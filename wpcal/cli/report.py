@@ -22,6 +22,7 @@ def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int
     same page. Ends with code 1 unless the verdict of the calibration is PASS; the page is written and says so.
     """
     from wpcal.core.records import to_json, write_file
+    from wpcal.core.whole_folder import begin_replacing
     from wpcal.pages.report import build_report
     from wpcal.results.agree import PAGE_FILE, note_written
     from wpcal.results.folder import read_result_folder
@@ -29,7 +30,9 @@ def report(*, folder: Path, out: Path | None, force: bool, as_json: bool) -> int
     found = read_result_folder(folder)
     say_note(found.note)
     target = out or folder / PAGE_FILE
-    write_file(target, build_report(found.calibration, found.seams, found.part_glb), overwrite=force)
+    page = build_report(found.calibration, found.seams, found.part_glb)
+    begin_replacing()
+    write_file(target, page, overwrite=force)
     if target.absolute() == (folder / PAGE_FILE).absolute():
         note_written(folder, PAGE_FILE)
     verdict = found.calibration["verdict"]

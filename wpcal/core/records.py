@@ -6,7 +6,6 @@ import errno
 import json
 import math
 import os
-import secrets
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -21,7 +20,7 @@ import numpy as np
 from wpcal.core.errors import ErrorCode, FormatError, InputError
 from wpcal.core.input_file import read_bytes, require_name
 from wpcal.core.record_check import check_record
-from wpcal.core.whole_folder import MARK, flush, put_in_place, temporary_sibling
+from wpcal.core.whole_folder import flush, put_in_place, temporary_name, temporary_sibling
 
 MOST_AT_ONCE = 16
 """Lists of at most so many items are written by one format for all of them."""
@@ -228,7 +227,7 @@ def write_file(path: Path, data: str | bytes, *, overwrite: bool) -> None:
     exists = InputError(f"{path}: exists; allow overwriting to replace it", code=ErrorCode.EXISTS)
     if path.exists() and not overwrite:
         raise exists
-    temporary = path.with_name(f"{MARK}{secrets.token_hex(8)}.part")
+    temporary = path.with_name(f"{temporary_name()}.part")
     try:
         with temporary.open("xb") as file:
             file.write(data.encode("utf-8") if isinstance(data, str) else data)

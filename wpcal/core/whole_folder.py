@@ -14,8 +14,8 @@ import secrets
 import shutil
 import sys
 import time
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from enum import Enum, auto
 from pathlib import Path
 
@@ -63,6 +63,24 @@ def flushed_later() -> Iterator[None]:
         _flushes = before
 
 
+_tell_before_replacing: Callable[[], object] | None = None
+
+
+def call_before_replacing(tell: Callable[[], object]) -> None:
+    """Let this process call a function each time before it puts files in place: what is asked to stop is asked before.
+
+    Whoever can interrupt the work must not do it any more when the function has returned.
+    """
+    global _tell_before_replacing  # noqa: PLW0603 - as in `flush_later`
+    _tell_before_replacing = tell
+
+
+def begin_replacing() -> None:
+    """Tell that files are put in place now (`call_before_replacing`)."""
+    if _tell_before_replacing is not None:
+        _tell_before_replacing()
+
+
 def flush_all(folder: Path) -> None:
     """Let the system write everything of the file system of a folder to the disk."""
     library = ctypes.CDLL(None) if os.name == "posix" else None
@@ -76,11 +94,31 @@ def flush_all(folder: Path) -> None:
         os.close(descriptor)
 
 
+def temporary_name() -> str:
+    """Return a name that nobody can foresee; it begins with `MARK` and the number of this process."""
+    return f"{MARK}{os.getpid():08x}{secrets.token_hex(4)}"
+
+
+def remove_left_by(process: int, *places: Path) -> None:
+    """Remove the temporary files and folders of a process that was killed, in some folders and beside them."""
+    for folder in {each for place in places for each in (place.resolve(), place.resolve().parent)}:
+        for left in folder.glob(f"{MARK}{process:08x}*"):
+            _remove(left)
+
+
+def _remove(left: Path) -> None:
+    if left.is_dir() and not left.is_symlink():
+        shutil.rmtree(left, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            left.unlink()
+
+
 @contextmanager
 def temporary_sibling(path: Path) -> Iterator[Path]:
     """Yield a new folder beside `path`, on the same file system; removed at the end with what it then holds."""
     _remove_abandoned(path.parent)
-    folder = path.with_name(f"{MARK}{secrets.token_hex(8)}")
+    folder = path.with_name(temporary_name())
     folder.mkdir()
     try:
         with _locked(folder):
@@ -109,6 +147,7 @@ def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leav
             raise InputError(f"{path / name}: is a folder; wpcal writes a file of this name: move the folder away")
     if not overwrite or not path.is_dir():
         _flush_tree(new)
+        begin_replacing()
         _rename_to_empty(new, path, ours)
         flush(path.parent)
         return
@@ -118,6 +157,7 @@ def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leav
     with _locked(path) as lock:
         if lock is FolderLock.ANOTHERS:
             raise InputError(f"{path}: another run is writing into it now; its files are kept", code=ErrorCode.EXISTS)
+        begin_replacing()
         if not _works_inside(path) and _exchange(new, path):
             flush(path.parent)
             _keep_others(new, path, not_kept)  # what somebody wrote meanwhile
@@ -290,10 +330,14 @@ def _take(descriptor: int) -> FolderLock:
 
 
 def _remove_abandoned(parent: Path) -> None:
-    """Remove the temporary folders of runs that were killed: they are not new, and nobody holds their lock."""
-    for folder in parent.glob(MARK + "[0-9a-f]" * 16):
-        if folder.is_symlink() or not folder.is_dir() or time.time() - folder.stat().st_mtime < ABANDONED_S:
+    """Remove what runs that were killed began to write: it is not new, and nobody holds the lock of a folder."""
+    for left in parent.glob(MARK + "[0-9a-f]" * 16 + "*"):
+        try:
+            is_new = time.time() - left.lstat().st_mtime < ABANDONED_S
+        except FileNotFoundError:
             continue
-        with _locked(folder) as lock:
+        if is_new or left.is_symlink():
+            continue
+        with _locked(left) as lock:
             if lock is FolderLock.OURS:
-                shutil.rmtree(folder, ignore_errors=True)
+                _remove(left)
