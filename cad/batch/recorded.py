@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from cad.batch.compare import compare_claim, other_bytes
+from cad.batch.compare import compare_claim, other_bytes, other_versions
 from cad.batch.inputs_now import FoundInputs
 from cad.batch.job_record import REPORT, JobInputs, files_read, job_record, sha256_at
 from cad.batch.jobs import OpenedPart, result_of
@@ -94,8 +94,9 @@ def check_claim(
     Returns
     -------
     dict
-        ``differences``: records of `wpcal.results.diff.Difference`. ``unchecked``: the files of another version of
-        which only some numbers are compared.
+        ``differences``: records of `wpcal.results.differences.Difference`. ``unchecked``: the files of other versions
+        of which only some numbers are compared. ``versions``: of which programs: name, version that wrote them, and
+        that here.
     """
     now = claim.now
     with TemporaryDirectory() as temporary:
@@ -111,8 +112,10 @@ def check_claim(
         means = replace(means, wants_page=lambda _: wants_page)
         means = replace(means, seal=seal) if claim.is_asked else means
         calibrate_files(step, **arguments, means=means, cache=cache, progress=progress)
-        differences = [each.to_record() for each in compare_claim(claim.folder, new, claim.record)]
-        return {"differences": differences, "unchecked": other_bytes(claim.folder, new, claim.record)}
+        compared = (claim.folder, new, claim.record)
+        differences = [each.to_record() for each in compare_claim(*compared)]
+        others = [[name, *both] for name, both in other_versions(*compared).items()]
+        return {"differences": differences, "unchecked": other_bytes(*compared), "versions": others}
 
 
 def check_job(opened: OpenedPart, *, folder: Path, claim: Claim) -> dict[str, list[Any]]:

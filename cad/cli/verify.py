@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from cad.batch.run import Task
     from wpcal.core.errors import WpcalError
 
+DIGITS = "all digits"
+"""How results are compared that the same versions wrote."""
 MOST_SHOWN = 10
 """Differences of one folder that the terminal lists; --json lists all that were found."""
 MAY_DIFFER = (
@@ -49,6 +51,8 @@ class Checked:
     differences: list[dict[str, str]] = field(default_factory=list)
     error: str | None = None
     unchecked: list[str] = field(default_factory=list)
+    #: How it was compared: all digits, or numbers, if other versions of some programs wrote it; None if it was not.
+    compared: str | None = None
 
     def differs(self, differences: list[dict[str, str]]) -> None:
         """Note what differs; nothing if the list is empty."""
@@ -58,6 +62,10 @@ class Checked:
     def takes(self, found: dict[str, list[Any]]) -> None:
         """Note what `cad.batch.recorded.check_claim` found."""
         self.differs(found["differences"])
+        if "versions" in found:
+            theirs, ours = (", ".join(f"{each[0]} {each[at]}" for each in found["versions"]) for at in (1, 2))
+            within = f"numbers, to 1e-5 mm: written by {theirs}, this is {ours}"
+            self.compared = within if theirs else DIGITS
         self.unchecked += [
             f"{name} (other bytes; only numbers of the records are compared)" for name in found["unchecked"]
         ]
@@ -96,7 +104,8 @@ def verify(*, out: Path, given: tuple[Path, ...], at_once: int | None, as_json: 
     OUT is a folder of `wpcal calibrate` or of `wpcal batch`. The request in job.json is done once more with the same
     inputs, into a temporary folder, and all bytes are compared: pose, residuals, bound, seam frames, the moved STEP
     file, the triangles and the page. If another version of wpcal wrote OUT, its hashes are checked, and its poses,
-    residuals, bound and seam frames are compared to 1e-5 mm.
+    residuals, bound and seam frames are compared to 1e-5 mm. If another version of NumPy or SciPy did, so are all
+    numbers of the records. It is said which.
 
     Inputs are looked for in the current folder and in those around OUT. They are accepted by their SHA-256. Results
     of a script have no job.json: they are compared with what the usual options give, and with one another.
@@ -358,8 +367,8 @@ def _show(out: Path, found: list[Checked], *, as_json: bool) -> None:
         console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     for each in found:
-        if each.version not in (None, __version__):
-            say(f"note: {each.name} was written by wpcal {each.version}, this is {__version__}: numbers are compared")
+        if each.compared not in (None, DIGITS):
+            say(f"note: {each.name}: compared are {each.compared}")
         if each.error is not None:
             say(f"{each.name}: cannot be checked: {each.error}")
         for one in each.differences[:MOST_SHOWN]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
@@ -50,7 +50,12 @@ class Session:
         requests, self._in = os.pipe()
         self._out, answers = os.pipe()
         front = Front(requests, answers, Limits())
-        self.thread = threading.Thread(target=lambda: (front.run(), os.close(answers)), daemon=True)
+
+        def run() -> None:
+            front.run()
+            os.close(answers)
+
+        self.thread = threading.Thread(target=run, daemon=True)
         self.thread.start()
         self._answers = os.fdopen(self._out, "rb")
 
@@ -75,7 +80,7 @@ class Session:
 
 
 @pytest.fixture
-def workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleQueue[Worker]]:
+def workers(monkeypatch: pytest.MonkeyPatch) -> SimpleQueue[Worker]:
     """Return the workers that were started; a cancelled one is given little time."""
     made: SimpleQueue[Worker] = SimpleQueue()
 

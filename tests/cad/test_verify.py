@@ -18,7 +18,9 @@ from cad.batch.job_record import read_job_record
 from tests.record_checks import check_record
 from tests.running import kernel_work_here, run_here
 from wpcal.core.input_file import sha256_of
+from wpcal.pages.report import build_report
 from wpcal.results.differences import differences_of, walk
+from wpcal.seam.record import seams_csv
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 NUMBER = re.compile(rb"\d+")
@@ -191,7 +193,7 @@ def test_inputs_that_moved_or_changed(folder: Path, changed: Path) -> None:
 def test_results_of_another_version_are_compared_by_numbers(folder: Path, changed: Path) -> None:
     edit(changed / "job.json", lambda record: record.update(wpcal="0.0.1"))
     done = run_here("verify", "changed")
-    assert (done.returncode, "was written by wpcal 0.0.1" in done.stdout) == (0, True), done.stdout
+    assert (done.returncode, "written by wpcal 0.0.1" in done.stdout) == (0, True), done.stdout
     record = read_job_record(changed)
     assert record is not None
     (changed / "seams.csv").write_text((changed / "seams.csv").read_text().replace("1", "2"))
@@ -206,3 +208,50 @@ def test_results_of_another_version_are_compared_by_numbers(folder: Path, change
     done = run_here("verify", "changed", "--json")
     (checked,) = json.loads(done.stdout)["checked"]
     assert (done.returncode, [each.split()[0] for each in checked["unchecked"]]) == (0, ["seams.csv"])
+
+
+def nudge(value: Any) -> Any:
+    """Change the last digits of every number, as another library does."""
+    if isinstance(value, dict):
+        return {key: nudge(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [nudge(one) for one in value]
+    return value + 1e-12 if isinstance(value, float) and 0.0 < abs(value) < 10.0 else value
+
+
+@pytest.mark.parametrize("library", ["numpy", "scipy"])
+def test_other_versions_of_libraries_may_change_last_digits(folder: Path, changed: Path, library: str) -> None:
+    """Within one set of versions a last digit is a difference; across, a difference is what a person could see."""
+
+    def restate() -> None:
+        seams = json.loads((changed / "seams.json").read_text())
+        record = json.loads((changed / "calibration.json").read_text())
+        glb = (changed / "part.glb").read_bytes()
+        (changed / "seams.csv").write_text(seams_csv(seams), encoding="utf-8")
+        (changed / "report.html").write_text(build_report(record, seams, glb), encoding="utf-8")
+        for name in ("calibration.json", "seams.json", "seams.csv", "report.html"):
+            claim_again(changed, name)
+
+    edit(changed / "seams.json", lambda record: record.update(seams=nudge(record["seams"])))
+    edit(changed / "calibration.json", lambda record: record.update(points=nudge(record["points"])))
+    restate()
+    assert run_here("verify", "changed").returncode == 1
+    edit(changed / "calibration.json", lambda record: record["versions"].update({library: "1.0.0"}))
+    done = run_here("verify", "changed")
+    assert (done.returncode, "changed: different" in done.stdout) == (1, True)  # the page says another version
+    restate()
+    done = run_here("verify", "changed", "--json")
+    (checked,) = json.loads(done.stdout)["checked"]
+    assert (done.returncode, checked["differences"]) == (0, [])
+    assert checked["compared"].startswith(f"numbers, to 1e-5 mm: written by {library} 1.0.0, this is {library} ")
+    edit(changed / "seams.json", lambda seams: seams["seams"][0]["frames"][0]["p_mm"].__setitem__(0, 1.0))
+    restate()
+    done = run_here("verify", "changed")
+    assert (done.returncode, f"written by {library} 1.0.0" in done.stdout) == (1, True)
+    assert re.search(r"seams.json seams W1 frames 0 p_mm 0 is 1\.0, expected", done.stdout)
+    shutil.copy(folder / "out" / "seams.json", changed)
+    (changed / "seams.csv").write_bytes((changed / "seams.csv").read_bytes().replace(b"yes", b"no", 1))
+    for name in ("seams.json", "seams.csv"):
+        claim_again(changed, name)
+    (checked,) = json.loads(run_here("verify", "changed", "--json").stdout)["checked"]
+    assert any(each["where"].startswith("seams.csv frames") for each in checked["differences"])

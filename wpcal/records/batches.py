@@ -116,6 +116,9 @@ class Checked(Record):
         "What is in the folder and not among its results; files of another version of which only some numbers are "
         "compared."
     )
+    compared: Maybe[str | None] = D(
+        "all digits; or numbers, and which versions of which programs differ; null if nothing was compared."
+    )
 
 
 class Verify(Record):

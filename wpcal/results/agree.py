@@ -133,15 +133,33 @@ def _changed_value(folder: Path, name: str, hashes: Mapping[str, str]) -> str:
     try:
         mine = _stated(name, read_bytes(folder / name))
         for other in (TABLE_FILE, SEAMS_FILE, PAGE_FILE):
-            if other == name or not (other in hashes and holds_file(folder, other)):
-                continue
-            data = read_bytes(folder / other)
-            for key, said in _stated(other, data).items() if sha256_of(data) == hashes[other] else ():
-                for each in walk(mine.get(key, said), said, ""):
-                    return f"{each.where.strip()} ({each.found}, was {each.expected})"
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        pass  # the file cannot be read as what it was: its own reader says why
+            data = read_bytes(folder / other) if other != name and holds_file(folder, other) else b""
+            if data and sha256_of(data) == hashes.get(other):
+                for each in walk(*_of_both(mine, _stated(other, data)), ""):
+                    return f"{each.where.partition(' ')[2]} ({each.found}, was {each.expected})"
+    except _UNREADABLE:
+        pass  # it is not what it was: its own reader says why
     return ""
+
+
+def twice_stated(folder: Path, name: str) -> tuple[Any, Any]:
+    """Return what a table or page says, and what the records of its folder say of the same; empty for other files."""
+    try:
+        mine = _stated(name, read_bytes(folder / name))
+        records: dict[str, Any] = {}
+        for each in (CALIBRATION_FILE, SEAMS_FILE):
+            records |= _stated(each, read_bytes(folder / each))
+        return _of_both(mine, records)
+    except _UNREADABLE:
+        return "unreadable", "a table or a page"
+
+
+_UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, RecursionError)
+
+
+def _of_both(mine: dict[str, Any], others: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    both = [key for key in others if key in mine]
+    return {key: mine[key] for key in both}, {key: others[key] for key in both}
 
 
 def _stated(name: str, data: bytes) -> dict[str, Any]:
@@ -151,11 +169,14 @@ def _stated(name: str, data: bytes) -> dict[str, Any]:
     if name == PAGE_FILE:
         page = json.loads(data.decode().partition('id="data">')[2].partition("</script>")[0])
         return {"calibration": page["calibration"], "seams": page["seams"]}
-    record = json.loads(data) if name in (CALIBRATION_FILE, SEAMS_FILE) else {}
-    if name != SEAMS_FILE:
-        return {"calibration": record, "pose": {"T_base_part": record.get("T_base_part")}}
+    if name not in (CALIBRATION_FILE, SEAMS_FILE):
+        return {}
+    record = json.loads(data)
+    pose = {"T_base_part": record.get("T_base_part")}
+    if name == CALIBRATION_FILE:
+        return {"calibration": record, "pose": pose}
     heads = [{key: value for key, value in seam.items() if key != "frames"} for seam in record["seams"]]
-    return {"frames": _rows(seams_csv(record)), "seams": heads, "pose": {"T_base_part": record["T_base_part"]}}
+    return {"frames": _rows(seams_csv(record)), "seams": heads, "pose": pose}
 
 
 def _rows(table: str) -> dict[str, dict[str, str]]:
