@@ -45,12 +45,9 @@ def _versions(folder: Path) -> dict[str, str]:
 def compare_claim(claimed: Path, made: Path, record: Mapping[str, Any]) -> list[Difference]:
     """Return what differs between a folder and what its request gives.
 
-    Parameters
-    ----------
-    record : mapping
-        ``job.json`` of the folder. Within one set of versions all bytes are compared. If another version of NumPy or
-        SciPy wrote the folder, it is compared with its own hashes, and its records within `OTHER_VERSION_MM`. If
-        another version of wpcal did, only its poses, residuals, bound and seam frames are.
+    `record`: ``job.json`` of the folder. Within one set of versions all bytes are compared. If another version of NumPy
+    or SciPy wrote the folder, it is compared with its own hashes, and its records within `OTHER_VERSION_MM`. If another
+    version of wpcal did, only its poses, residuals, bound and seam frames are.
     """
     found = []
     name = record.get("job")

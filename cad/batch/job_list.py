@@ -77,17 +77,11 @@ class Job:
 def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...]:
     """Read the list of jobs.
 
-    Parameters
-    ----------
-    options : mapping
-        What columns besides job, part, taught and when may be called: the long flags without the dashes in front, with
-        underscores (``sigma_mm``).
-
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When it is not a table, has no rows, lacks a column, or has one that is not an option of a calibration.
+    `options`: What columns besides job, part, taught and when may be called: the long flags without the dashes in
+    front, with underscores (``sigma_mm``).
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not a table, has no rows, lacks a column, or has one that is not an option of a
+    calibration.
     """
     table = read_table(path)
     table.require(REQUIRED)

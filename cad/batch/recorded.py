@@ -37,10 +37,8 @@ def asked_inputs(
 def recording(words: Sequence[str], part: Path, taught: Path, taught_sha256: str, noted: Mapping[str, str]) -> Means:
     """Return the means that write ``job.json`` for a request that `wpcal calibrate` would take as these words.
 
-    Parameters
-    ----------
-    taught_sha256, noted
-        As of `asked_inputs`. Decisions that are written into the folder with its seams have no hash yet.
+    `taught_sha256`, `noted`: As of `asked_inputs`. Decisions that are written into the folder with its seams have no
+    hash yet.
     """
     with read_words(words) as (asked, context):
         inputs = asked_inputs(context, part, taught, taught_sha256, noted)

@@ -40,9 +40,8 @@ NOT_OF_A_JOB = frozenset({"out", "force", "details", "json", "no_cache", "help"}
 def read_pose(text: str) -> RigidTransform:
     """Read ``T_nominal_part``: six numbers x,y,z,a,b,c (mm and degrees, R = Rz(c) Ry(b) Rx(a)) or a JSON file.
 
-    Raises
-    ------
-    InputError : If it is neither. The JSON file holds a 4×4 matrix, by itself or under the key ``T_nominal_part``.
+    Raises `InputError` if it is neither. The JSON file holds a 4×4 matrix, by itself or under the key
+    ``T_nominal_part``.
     """
     if text.count(",") == 5:
         try:

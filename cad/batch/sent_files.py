@@ -37,10 +37,8 @@ FilesOfOptions = Callable[[Sequence[str], str, str], Sequence[str]]
 class Reader:
     """Reads what jobs name.
 
-    Parameters
-    ----------
-    files_of_options : callable
-        Finds files that files of options name. If they are beside these or in folders below, they are sent with them.
+    `files_of_options`: Finds files that files of options name. If they are beside these or in folders below, they are
+    sent with them.
     """
 
     def __init__(self, folder: Path, files_of_options: FilesOfOptions) -> None:

@@ -88,9 +88,8 @@ class SharedSeams:
 
         Returns dict. As `decide`, and ``members`` and ``options``: the options of a command that say the same.
 
-        Raises
-        ------
-        InputError : If there is no such solid, or decisions about seams do not fit the seams that are found then.
+        Raises `InputError` if there is no such solid, or decisions about seams do not fit the seams that are found
+        then.
         """
         with self._lock:
             if revision != self._session.seams_revision:
@@ -222,11 +221,8 @@ def start_seams(
 
     Raises `InputError` when the given file cannot be read, or does not fit the part.
 
-    Parameters
-    ----------
-    given : Path, optional
-        A file with decisions that the user named. Decisions in it that do not fit the part are an error; those of an
-        earlier session are only left out.
+    `given`: Path, optional. A file with decisions that the user named. Decisions in it that do not fit the part are an
+    error; those of an earlier session are only left out.
     """
     path = seams_file_of(part_step, out)
     if given is not None and given != path:

@@ -91,11 +91,8 @@ class SharedTable:
     ) -> dict[str, Any]:
         """Take a changed table and write the draft.
 
-        Parameters
-        ----------
-        conflicts : sequence of str
-            The cells in which the window put its own text in place of another window's, with both texts, as long as
-            nobody has chosen between them. A Save of this window must name them.
+        `conflicts`: The cells in which the window put its own text in place of another window's, with both texts, as
+        long as nobody has chosen between them. A Save of this window must name them.
 
         Returns
         -------
@@ -134,11 +131,10 @@ class SharedTable:
             ``has_news``: another window changed the table after `shown`. For an older revision than the present one
             the present ``table`` and ``is_stale``; then nothing is written.
 
-        Raises
-        ------
-        FileChangedError : When the file is not the one from which the table was made.
-        ConflictError : When a conflict of the window is not in `consent`.
-        InputError : When no row is complete, a cell cannot be read, or the file cannot be written. Nothing is written.
+        Raises `FileChangedError` when the file is not the one from which the table was made.
+        Raises `ConflictError` when a conflict of the window is not in `consent`.
+        Raises `InputError` when no row is complete, a cell cannot be read, or the file cannot be written. Nothing is
+        written.
         """
         with self._lock, alone_in(self.out.parent):
             self._adopt()

@@ -19,10 +19,7 @@ Answer = TypeVar("Answer")
 class WarmAnswers(AnswerCache):
     """A cache whose last answers are in memory.
 
-    Parameters
-    ----------
-    folder, most_mb, kernel
-        As for `AnswerCache`.
+    `folder`, `most_mb`, `kernel`: As for `AnswerCache`.
     """
 
     _memory: OrderedDict[str, Any] = field(default_factory=OrderedDict, compare=False, repr=False)

@@ -154,11 +154,8 @@ class PickSession:
             accepted seams that is predicted with them; the ``seam`` where it occurs; ``sigma_mm``, the teaching error
             per axis assumed. If bodies may have moved, ``touches`` says what each feature is for (`next_for_bodies`).
 
-        Raises
-        ------
-        InputError
-            When the name of a feature is unknown, rows were touched on faces of a part that is one body, or as in
-            `wpcal.touch.advice.advise`.
+        Raises `InputError` when the name of a feature is unknown, rows were touched on faces of a part that is one
+        body, or as in `wpcal.touch.advice.advise`.
         """
         choice = self.moving.to_options(self.groups)
         if "kind" in rows.columns and choice is None:

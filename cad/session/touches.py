@@ -32,13 +32,9 @@ def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict
 
     Returns dict. ``kind`` of a taught table, ``p_mm`` on the face, its outward ``normal`` and ``border_mm``.
 
-    Parameters
-    ----------
-    point, normal : shape (3,). Of the triangle that was clicked, in `part`, mm.
-
-    Raises
-    ------
-    InputError : When a table could not say which face is meant: near the border of the face, or where two solids touch.
+    `point`, `normal`: shape (3,). Of the triangle that was clicked, in `part`, mm.
+    Raises `InputError` when a table could not say which face is meant: near the border of the face, or where two solids
+    touch.
     """
     found = touched_face(part.workpiece.trimmed, point, normal)
     place = tuple(f"{v:.{MODEL_DIGITS}f}" for v in found.p_part)

@@ -177,9 +177,7 @@ def _axes(pen: Pen, place: Place) -> FloatArray:
 def chained(segments: FloatArray) -> list[FloatArray]:
     """Join segments end to end into polylines: fewer entities, and lines without gaps in print.
 
-    Parameters
-    ----------
-    segments : shape (n, 2, 2). On paper, mm.
+    `segments`: shape (n, 2, 2). On paper, mm.
 
     Returns
     -------

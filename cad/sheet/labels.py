@@ -34,12 +34,10 @@ def place_labels(p: FloatArray, sizes: FloatArray, lines: FloatArray, cell: Box,
 
     Returns list of Label. In the order of the points.
 
-    Parameters
-    ----------
-    p : shape (m, 2). The points on paper, mm.
-    sizes : shape (m, 2). Width and height of each label, mm.
-    lines : shape (n, 2, 2). Drawn segments on paper, mm.
-    avoid : shape (k, 2, 2). Segments that no label may cover, mm.
+    `p`: shape (m, 2). The points on paper, mm.
+    `sizes`: shape (m, 2). Width and height of each label, mm.
+    `lines`: shape (n, 2, 2). Drawn segments on paper, mm.
+    `avoid`: shape (k, 2, 2). Segments that no label may cover, mm.
     """
     ink = _sampled(lines)
     kept_free = np.concatenate([p, _sampled(avoid)])

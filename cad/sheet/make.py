@@ -49,11 +49,10 @@ def make_sheet(
 ) -> Sheet:
     """Draw a part in four views with the reference points to touch and a table to fill in.
 
-    Raises
-    ------
-    InputError : When the part cannot be read, has no feature of a given name, or the points are too many for the paper.
-    GeometryError : When no points are named and none can be advised.
-    KernelError : When the kernel fails.
+    Raises `InputError` when the part cannot be read, has no feature of a given name, or the points are too many for the
+    paper.
+    Raises `GeometryError` when no points are named and none can be advised.
+    Raises `KernelError` when the kernel fails.
     """
     from cad.sheet.fonts import require_font
     from cad.sheet.render import render

@@ -55,12 +55,8 @@ class ChildFaultError(RuntimeError):
 class Limits:
     """What the child may use.
 
-    Parameters
-    ----------
-    time_s : float
-        Time from its start, s.
-    memory_gb : float
-        Memory of its own, 10⁹ bytes. Only Linux holds a process to this limit.
+    `time_s`: Time from its start, s.
+    `memory_gb`: Memory of its own, 10⁹ bytes. Only Linux holds a process to this limit.
     """
 
     time_s: float = opt(
@@ -110,12 +106,10 @@ def run_in_child(
 ) -> Any:
     """Call a function in a new process and return what it returns. The function's result.
 
-    Raises
-    ------
-    WpcalError : When the function raised one; it is raised again here.
-    KernelError : When the child crashed, was killed or exceeded its limits.
-    InputError : When the environment states a limit that is not one.
-    ChildFaultError : When the function raised anything else.
+    Raises `WpcalError` when the function raised one; it is raised again here.
+    Raises `KernelError` when the child crashed, was killed or exceeded its limits.
+    Raises `InputError` when the environment states a limit that is not one.
+    Raises `ChildFaultError` when the function raised anything else.
     """
     limits = limits or Limits.from_environment()
     request = pack((target, dict(arguments or {}), progress is not None, limits.time_s, limits.memory_gb))

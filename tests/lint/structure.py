@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 111_570,
-    "lines of tests": 57_830,
+    "lines of wpcal and cad": 111_325,
+    "lines of tests": 58_075,
     "rooms": 20,
     "arrows between rooms": 101,
     "functions and classes of one name in several files": 11,

@@ -47,10 +47,8 @@ def column_name(cell: str) -> str:
 def decimal_sign(cells: Iterable[str], *, comma_separates: bool) -> str:
     """Return the decimal sign of columns of numbers: a point, unless the cells can only mean commas.
 
-    Parameters
-    ----------
-    comma_separates : bool
-        Whether the file separates its cells by commas. A single comma in a cell is then never a decimal sign by itself.
+    `comma_separates`: Whether the file separates its cells by commas. A single comma in a cell is then never a decimal
+    sign by itself.
     """
     sure, likely = set(), set()
     for cell in cells:
@@ -73,13 +71,9 @@ def decimal_sign(cells: Iterable[str], *, comma_separates: bool) -> str:
 def number_in_cell(cell: str, *, column: str, decimal: str) -> float:
     """Return the number that a cell holds.
 
-    Parameters
-    ----------
-    column : Name of the column; its end is the unit in which the number is expected.
-
-    Raises
-    ------
-    InputError : When the cell is empty, has another unit, has an ambiguous comma or point, or is not a finite number.
+    `column`: Name of the column; its end is the unit in which the number is expected.
+    Raises `InputError` when the cell is empty, has another unit, has an ambiguous comma or point, or is not a finite
+    number.
     """
     if not cell.strip():
         raise InputError("the cell is empty, expected a number")

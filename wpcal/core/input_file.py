@@ -73,10 +73,8 @@ def noted_files(known: Iterable[tuple[str, str]] = ()) -> Iterator[dict[str, str
 def read_bytes(path: Path, *, most_mb: float = MOST_MB, first: int | None = None, expected: str = "a file") -> bytes:
     """Return the bytes of a file.
 
-    Raises
-    ------
-    InputError
-        When it cannot be opened, is not a regular file, is larger than the limit, or its name is not UTF-8 text.
+    Raises `InputError` when it cannot be opened, is not a regular file, is larger than the limit, or its name is not
+    UTF-8 text.
     """
     data = _read(path, _limit_mb(most_mb), first, expected)
     note = _NOTED.get()

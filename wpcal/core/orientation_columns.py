@@ -20,15 +20,9 @@ UNIT_LENGTH_ATOL = 1e-3
 def orientations_of_table(table: Table, *, is_optional: bool = False) -> FloatArray | None:
     """Return the orientations of a table's rows, shape (n, 3, 3); None if it has no such columns.
 
-    Parameters
-    ----------
-    table : With the columns ``qx, qy, qz, qw`` or ``rx_deg, ry_deg, rz_deg``.
-
-    Raises
-    ------
-    FormatError
-        When both forms are there, columns are missing, a cell is not a finite number, or a quaternion does not have
-        length one.
+    `table`: With the columns ``qx, qy, qz, qw`` or ``rx_deg, ry_deg, rz_deg``.
+    Raises `FormatError` when both forms are there, columns are missing, a cell is not a finite number, or a quaternion
+    does not have length one.
     """
     quaternions, angles = (
         table.has(columns[0]) or table.has(columns[-1]) for columns in (QUATERNION_COLUMNS, ANGLE_COLUMNS)

@@ -48,14 +48,10 @@ def check_record(record: Mapping[str, Any], schema: str, *, path: str, is_comple
 
     Raises `FormatError` with the place of the first fault, for example ``seam W1: point 3: p_mm[1]``.
 
-    Parameters
-    ----------
-    schema : str
-        Its name and version, for example ``wpcal/seams/1``. A record of an extension has no schema here; its numbers
-        and texts are checked all the same.
-    is_complete : bool
-        Whether a missing field is a fault, too. A reader needs fewer fields than wpcal writes, and people write files
-        by hand: each reader says itself which field it misses.
+    `schema`: Its name and version, for example ``wpcal/seams/1``. A record of an extension has no schema here; its
+    numbers and texts are checked all the same.
+    `is_complete`: Whether a missing field is a fault, too. A reader needs fewer fields than wpcal writes, and people
+    write files by hand: each reader says itself which field it misses.
     """
     _apply(_check_of(schema, is_complete) if has_schema(schema) else _check_unknown, record, path)
 

@@ -164,11 +164,8 @@ def parse_json(raw: bytes, *, path: str) -> Any:
 def new_directory(path: Path, *, overwrite: bool, head: str = "", leave_out: Collection[str] = ()) -> Iterator[Path]:
     """Fill a temporary folder, and put it in its place as a whole when all files are written.
 
-    Raises
-    ------
-    InputError
-        When the folder is not empty and `overwrite` is false, or it cannot be written, or has a folder under the name
-        of a file to write. In all these cases nothing is replaced.
+    Raises `InputError` when the folder is not empty and `overwrite` is false, or it cannot be written, or has a folder
+    under the name of a file to write. In all these cases nothing is replaced.
     """
     check_writable(path, overwrite=overwrite)
     place = Path(os.path.realpath(path))
@@ -184,10 +181,8 @@ def new_directory(path: Path, *, overwrite: bool, head: str = "", leave_out: Col
 def check_writable(path: Path, *, overwrite: bool) -> None:
     """Refuse an output folder that cannot be used, before any work is done.
 
-    Raises
-    ------
-    InputError
-        When the path is a file, or a folder that is not empty and `overwrite` is false, or it cannot be written.
+    Raises `InputError` when the path is a file, or a folder that is not empty and `overwrite` is false, or it cannot be
+    written.
     """
     require_name(path)
     require_place(path)

@@ -49,9 +49,7 @@ def rotation_from_zyx(alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> Fl
 def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
     """Return (alpha, beta, gamma), rad, of one rotation matrix; beta is in [-pi/2, pi/2].
 
-    Parameters
-    ----------
-    R : shape (3, 3). A rotation matrix.
+    `R`: shape (3, 3). A rotation matrix.
 
     Returns
     -------
@@ -98,9 +96,7 @@ def rotation_from_zyz(o: ArrayLike, a: ArrayLike, t: ArrayLike) -> FloatArray:
 def zyz_angles(R: ArrayLike) -> FloatArray:
     """Return the angles of rotation matrices as products Rz(o) Ry(a) Rz(t).
 
-    Parameters
-    ----------
-    R : shape (..., 3, 3). Rotation matrices.
+    `R`: shape (..., 3, 3). Rotation matrices.
 
     Returns
     -------

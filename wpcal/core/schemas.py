@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from importlib import resources
 from typing import Any
 
 from wpcal.core.errors import InputError
@@ -38,13 +39,21 @@ def has_schema(name: str) -> bool:
 @cache
 def schema(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a record, for example of ``wpcal/seams/1``; errors as `schema_file`."""
-    from wpcal.records.examples import EXAMPLES
     from wpcal.records.schema import schema_of, type_at
 
     schema_file(name)
     _, kind, version = name.split("/")
     found = schema_of(type_at(RECORDS[name]), f"urn:wpcal:schema:{kind}:{version}")
-    return {**found, "examples": EXAMPLES[name]} if name in EXAMPLES else found
+    examples = _examples().get(name)
+    return {**found, "examples": examples} if examples else found
+
+
+@cache
+def _examples() -> dict[str, Any]:
+    """Return examples of records, by their names."""
+    text = resources.files("wpcal.records").joinpath("examples.json").read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
+    return found
 
 
 def schema_text(name: str) -> str:

@@ -110,10 +110,8 @@ class Table:
     def numbers(self, names: Sequence[str]) -> FloatArray:
         """Return columns of finite numbers of at most `LARGEST_MM`, shape (n, k).
 
-        Raises
-        ------
-        FormatError
-            When a column is missing, or a cell is empty, not a number, NaN, infinite or has an ambiguous decimal sign.
+        Raises `FormatError` when a column is missing, or a cell is empty, not a number, NaN, infinite or has an
+        ambiguous decimal sign.
         """
         self.require(names)
         values = np.empty((len(self), len(names)))
@@ -145,12 +143,9 @@ class Table:
 def read_table(path: Path) -> Table:
     """Read a text table with a header line.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When it is not UTF-8 text, is a STEP file or empty, has no rows, has a column twice, or has a row of another
-        length than the header.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not UTF-8 text, is a STEP file or empty, has no rows, has a column twice, or has a
+    row of another length than the header.
     """
     return parse_table(read_bytes(path), path=str(path))
 

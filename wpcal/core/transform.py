@@ -81,14 +81,10 @@ class RigidTransform:
     def from_matrix(cls, matrix: ArrayLike, *, target: str, source: str) -> RigidTransform:
         """Build from a homogeneous matrix. A rotation that is off by rounding is made exact.
 
-        Parameters
-        ----------
-        matrix : shape (4, 4). Rotation, and translation in mm.
-        target, source : Frame names.
-
-        Raises
-        ------
-        InputError : When the matrix is not 4×4, its last row is not 0 0 0 1, or its rotation is off by more than 1e-6.
+        `matrix`: shape (4, 4). Rotation, and translation in mm.
+        `target`, `source`: Frame names.
+        Raises `InputError` when the matrix is not 4×4, its last row is not 0 0 0 1, or its rotation is off by more than
+        1e-6.
         """
         try:
             m = np.asarray(matrix)

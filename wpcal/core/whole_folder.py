@@ -130,16 +130,10 @@ def temporary_sibling(path: Path) -> Iterator[Path]:
 def put_in_place(new: Path, path: Path, *, overwrite: bool, head: str = "", leave_out: Collection[str] = ()) -> None:
     """Let a filled folder become `path`. What `path` holds under other names is kept.
 
-    Parameters
-    ----------
-    head : The file without which a reader has no result; by default the first by name.
-
-    Raises
-    ------
-    InputError
-        When `path` holds a folder under the name of a new file, or it holds files and `overwrite` is false, or another
-        run is writing into it. Nothing was replaced.
-    OSError : When the system refuses.
+    `head`: The file without which a reader has no result; by default the first by name.
+    Raises `InputError` when `path` holds a folder under the name of a new file, or it holds files and `overwrite` is
+    false, or another run is writing into it. Nothing was replaced.
+    Raises `OSError` when the system refuses.
     """
     ours = sorted(_files_in(new), key=lambda name: (name != head, name))
     for name in ours:

@@ -43,10 +43,8 @@ def _each_by_itself(names: str) -> str:
 def exporter_named(name: str) -> Exporter | Controller:
     """Return one format or controller, by its name or its maker's; a controller goes before a format of the same name.
 
-    Raises
-    ------
-    InputError
-        When the name is unknown, with the nearest name and the known ones, or its entry point is not an `Exporter`.
+    Raises `InputError` when the name is unknown, with the nearest name and the known ones, or its entry point is not an
+    `Exporter`.
     """
     if "," in name:
         raise InputError(f"{name!r} is more than one format; give each by itself: {_each_by_itself(name)}")

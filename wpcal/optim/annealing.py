@@ -175,16 +175,13 @@ def anneal(
 
     Raises `InputError` when the box is empty or not finite.
 
-    Parameters
-    ----------
-    cost : Maps states, shape (m, d), to costs, shape (m,).
-    lower, upper : shape (d,). The box. R_i of eq. (6) is upper - lower.
-    start : array_like, shape (d,), optional
-        Where all chains start. The samples of eq. (9) are then drawn from its first neighbourhood. Without it both are
-        random states of the box.
-    periodic : array_like of bool, shape (d,), optional
-        Variables that leave the box at one side and enter at the other (full turns). They are brought back into the
-        box between temperatures, so the cost must repeat beyond it. The others stop at its wall.
+    `cost`: Maps states, shape (m, d), to costs, shape (m,).
+    `lower`, `upper`: shape (d,). The box. R_i of eq. (6) is upper - lower.
+    `start`: array_like, shape (d,), optional. Where all chains start. The samples of eq. (9) are then drawn from its
+    first neighbourhood. Without it both are random states of the box.
+    `periodic`: array_like of bool, shape (d,), optional. Variables that leave the box at one side and enter at the
+    other (full turns). They are brought back into the box between temperatures, so the cost must repeat beyond it. The
+    others stop at its wall.
     """
     run = _Run(cost, SearchBox.of(lower, upper, periodic), schedule or AnnealingSchedule(), rng, start)
     stop = StopReason.TEMPERATURES

@@ -33,13 +33,10 @@ def least_largest(
 ) -> tuple[FloatArray, FloatArray]:
     """Find the motion of least largest residual.
 
-    Parameters
-    ----------
-    d : shape (B, n, 3). Residuals without motion, mm.
-    J : shape (B, n, 3, k). Their derivatives.
-    curvature : ndarray, shape (B, k, k), optional
-        Hessian, positive semidefinite, that the residuals add to the weighted sum of their squares because they are
-        not linear. It holds the motion back where the model is flat.
+    `d`: shape (B, n, 3). Residuals without motion, mm.
+    `J`: shape (B, n, 3, k). Their derivatives.
+    `curvature`: ndarray, shape (B, k, k), optional. Hessian, positive semidefinite, that the residuals add to the
+    weighted sum of their squares because they are not linear. It holds the motion back where the model is flat.
 
     Returns
     -------

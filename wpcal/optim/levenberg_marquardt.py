@@ -66,12 +66,9 @@ def minimise_squares(
 ) -> SquaresMinimum[State]:
     """Minimise a sum of squares from a start nearby.
 
-    Parameters
-    ----------
-    still : float
-        The solver stops at a step that changes the residuals by less than this (the root of ξᵀHξ, in the unit of the
-        weighted residuals). It has converged if the damping is then not above `first_damping`; otherwise only the
-        damping made the step small, as at a kink of the residuals. Choose the round-off of the residuals.
+    `still`: The solver stops at a step that changes the residuals by less than this (the root of ξᵀHξ, in the unit of
+    the weighted residuals). It has converged if the damping is then not above `first_damping`; otherwise only the
+    damping made the step small, as at a kink of the residuals. Choose the round-off of the residuals.
     """
     state, cost, damping = start, problem.cost(start), first_damping
     for steps in range(most_steps):

@@ -67,13 +67,10 @@ def solve_tabu(
 
     Raises `InputError` when the start is outside the bounds.
 
-    Parameters
-    ----------
-    cost : callable
-        Costs (m,) of states (m, d); finite and not negative, zero at the best conceivable state: the radius shrinks
-        in proportion.
-    start : array_like, shape (d,)
-    lower, upper : array_like, shape (d,)
+    `cost`: Costs (m,) of states (m, d); finite and not negative, zero at the best conceivable state: the radius shrinks
+    in proportion.
+    `start`: array_like, shape (d,).
+    `lower`, `upper`: array_like, shape (d,).
     """
     o = options or TabuOptions()
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)

@@ -22,11 +22,8 @@ def build_seams_page(seams: dict[str, Any], part_glb: bytes | None, *, file_name
 
     Returns str. A self-contained HTML file, the same for the same record.
 
-    Parameters
-    ----------
-    part_glb : bytes or None
-        The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows only
-        seams.
+    `part_glb`: The part's triangles, as `wpcal.brep.mesh_glb.write_part_glb` writes them. Without them the view shows
+    only seams.
     """
     plain = [{key: value for key, value in seam.items() if key != "frames"} for seam in seams["seams"]]
     data = {"file": file_name, "record": {**seams, "seams": plain}}

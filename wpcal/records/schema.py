@@ -22,14 +22,9 @@ def type_at(where: str) -> type[Any]:
 def schema_of(kind: type[Any], urn: str, *, inline: bool = False) -> dict[str, Any]:
     """Return the JSON Schema of a type.
 
-    Parameters
-    ----------
-    kind : type
-        Its docstring is the title, and after an empty line the description.
-    urn : str
-        The ``$id``.
-    inline : bool
-        Whether parts stand at their places, without ``$defs``.
+    `kind`: Its docstring is the title, and after an empty line the description.
+    `urn`: The ``$id``.
+    `inline`: Whether parts stand at their places, without ``$defs``.
     """
     parts: dict[str, Any] = {}
     if inline:

@@ -27,14 +27,9 @@ COMPARED_WORDS = ("verdict", "criterion", "certified", "robot_space")
 def compare_folders(found: Path, golden: Path, *, atol_mm: float = EQUAL_MM) -> list[Difference]:
     """Compare the records that the golden folder holds; it may hold only one of the two.
 
-    Parameters
-    ----------
-    atol_mm : Largest distance that does not count as a difference, mm.
-
-    Raises
-    ------
-    InputError
-        When the golden folder holds neither record, a record cannot be read or lacks a field, or `atol_mm` is negative.
+    `atol_mm`: Largest distance that does not count as a difference, mm.
+    Raises `InputError` when the golden folder holds neither record, a record cannot be read or lacks a field, or
+    `atol_mm` is negative.
     """
     if not 0 <= atol_mm < np.inf:
         raise InputError(f"atol_mm is a length that is not negative, got {atol_mm}")

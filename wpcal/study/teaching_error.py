@@ -99,12 +99,9 @@ def run_error_study(
 
     Raises `InputError` when the bound is negative, there are no trials, or the criterion is another.
 
-    Parameters
-    ----------
-    p_part : shape (n, 3). Reference points of the model, mm.
-    fitted : callable, optional
-        Takes the chunks, and yields the first trial and the errors (trials,) in mm of each, in any order. By default
-        they are fitted here, one after another.
+    `p_part`: shape (n, 3). Reference points of the model, mm.
+    `fitted`: callable, optional. Takes the chunks, and yields the first trial and the errors (trials,) in mm of each,
+    in any order. By default they are fitted here, one after another.
     """
     if not (np.isfinite(bound_mm) and bound_mm >= 0) or trials < 1:
         raise InputError(

@@ -22,17 +22,10 @@ LEAST_RATIO = 1e-12
 def covariances_of_table(table: Table) -> FloatArray | None:
     """Return the covariances of taught points in the base, mm², shape (n, 3, 3); None if the table states none.
 
-    Parameters
-    ----------
-    table : Table
-        Either with the column ``sigma_mm``, the standard deviation per axis of each point, or with the six columns
-        `COVARIANCE_COLUMNS`, the covariance of each point.
-
-    Raises
-    ------
-    FormatError
-        When a column is misspelt or missing, both kinds of columns are there, a standard deviation is not positive, or
-        a covariance is not positive definite.
+    `table`: Either with the column ``sigma_mm``, the standard deviation per axis of each point, or with the six columns
+    `COVARIANCE_COLUMNS`, the covariance of each point.
+    Raises `FormatError` when a column is misspelt or missing, both kinds of columns are there, a standard deviation is
+    not positive, or a covariance is not positive definite.
     """
     table.refuse_misspelt(("sigma_mm", *COVARIANCE_COLUMNS))
     if not any(table.has(column) for column in COVARIANCE_COLUMNS):

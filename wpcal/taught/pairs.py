@@ -26,13 +26,10 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
     check : PointPairs or None
         The rows with use ``check``: they are not fitted and test the fit. Rows with use ``no`` are left out.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When a column is missing, a cell is not a finite number, a name appears twice, or fewer than 3 rows are to be
-        fitted.
-    FrameError : When one file holds points of the nominal and of the identified robot.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when a column is missing, a cell is not a finite number, a name appears twice, or fewer than 3
+    rows are to be fitted.
+    Raises `FrameError` when one file holds points of the nominal and of the identified robot.
     """
     table = read_table(path)
     table.require(("name", *MODEL_COLUMNS, *REAL_COLUMNS))

@@ -41,11 +41,8 @@ def touches_of(
 ) -> Touches:
     """Find what each row of a taught file lies on.
 
-    Raises
-    ------
-    FormatError
-        With file and line: when a feature is unknown or has no such face, when a model point is equally near to two
-        faces, or when a row names nothing and `T_nominal_part` is not given.
+    Raises `FormatError` with file and line: when a feature is unknown or has no such face, when a model point is
+    equally near to two faces, or when a row names nothing and `T_nominal_part` is not given.
     """
     rows = [i for i, word in enumerate(taught.use) if word == use]
     finder = _Finder(taught, trimmed, features, T_nominal_part)

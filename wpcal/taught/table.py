@@ -111,12 +111,10 @@ def read_taught(path: Path) -> TaughtPoints:
     share. ``rx_deg, ry_deg, rz_deg`` or ``qx, qy, qz, qw`` are the posture of the tool in the base
     (`wpcal.core.orientation_columns`).
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When a column is missing or misspelt, a cell is not a number, a name appears twice or a word is unknown.
-    FrameError : When one file holds points of the nominal and of the identified robot.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when a column is missing or misspelt, a cell is not a number, a name appears twice or a word is
+    unknown.
+    Raises `FrameError` when one file holds points of the nominal and of the identified robot.
     """
     raw = read_bytes(path)
     return replace(taught_from_table(parse_table(raw, path=str(path))), sha256=sha256_of(raw))
@@ -231,9 +229,8 @@ def pair_points(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> t
     Returns `pairs`: PointPairs. The points to fit, mm.
     Returns `check`: PointPairs or None. The points that test the fit.
 
-    Raises
-    ------
-    FormatError : When a feature's name is unknown (with the nearest names), or fewer than 3 points have use ``yes``.
+    Raises `FormatError` when a feature's name is unknown (with the nearest names), or fewer than 3 points have use
+    ``yes``.
     """
     p_part = np.array(taught.p_part)
     for row, (name, use) in enumerate(zip(taught.features, taught.use, strict=True)):

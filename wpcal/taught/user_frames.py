@@ -74,12 +74,9 @@ def usable_points(program: TaughtProgram, *, arm: Arm | None = None) -> tuple[tu
 def points_in_base(program: TaughtProgram, reading: ProgramReading) -> TaughtPoints:
     """Return the points of a program in `base`. Each point's name is also its feature. All points have use ``yes``.
 
-    Raises
-    ------
-    InputError : When `reading` cannot be used.
-    FormatError
-        When the program holds no points or not the points asked for, or a point lacks its user frame (with the code
-        `ErrorCode.USER_FRAME_MISSING`), its tool or its arm.
+    Raises `InputError` when `reading` cannot be used.
+    Raises `FormatError` when the program holds no points or not the points asked for, or a point lacks its user frame
+    (with the code `ErrorCode.USER_FRAME_MISSING`), its tool or its arm.
     """
     chosen = _chosen(program, reading.points)
     places = _Places(program, reading)

@@ -56,15 +56,10 @@ def find_welds(
 ) -> FoundWelds:
     """Find the weld of every seam.
 
-    Parameters
-    ----------
-    positions : mapping, optional
-        By the name of the seam: its weld position and the file that says so, where a robot turns the part. Without
-        it the position is that of the seam in `base`.
-
-    Raises
-    ------
-    InputError : If a weld that was written by hand names a seam that is not there, or values contradict each other.
+    `positions`: mapping, optional. By the name of the seam: its weld position and the file that says so, where a robot
+    turns the part. Without it the position is that of the seam in `base`.
+    Raises `InputError` if a weld that was written by hand names a seam that is not there, or values contradict each
+    other.
     """
     places = seam_places(seams, T_base_part)
     known = {name for name, _ in places}

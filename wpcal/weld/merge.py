@@ -18,11 +18,8 @@ def merge_stated(
 
     Returns `notes`: tuple of str. One line per value of the first file that the second one changed.
 
-    Parameters
-    ----------
-    first, second : sequence of StatedWeld
-        The second counts where both state a value; what only the first one states stays, unless the second gives the
-        value back to the rules.
+    `first`, `second`: The second counts where both state a value; what only the first one states stays, unless the
+    second gives the value back to the rules.
     """
     rows = [
         pair([(one.name, one.place) for one in stated], places, worth_telling=[False] * len(stated))

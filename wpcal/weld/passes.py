@@ -38,10 +38,7 @@ def place_beads(section: Section, passes: int, *, first_side: int = -1) -> tuple
 
     Raises `InputError` if the number is not from 1 to 200.
 
-    Parameters
-    ----------
-    first_side : int
-        -1 or +1: each layer begins at the side of -y or of +y. In PB and PC this is the lower side.
+    `first_side`: -1 or +1: each layer begins at the side of -y or of +y. In PB and PC this is the lower side.
     """
     if not 1 <= passes <= MOST_PASSES:
         raise InputError(f"passes: expected 1 to {MOST_PASSES}, got {passes}")

@@ -98,12 +98,9 @@ def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
         One per weld of the file, also of those without a seam. A value counts as stated by the user if the file says
         so, or if it differs from what a rule or a file gave.
 
-    Raises
-    ------
-    InputError : If the file cannot be opened.
-    FormatError
-        If it is not such a record, a value is not what its name says, a name is unknown, two welds have one name, or
-        it was written with rules of the user, and `rules` are those of wpcal.
+    Raises `InputError` if the file cannot be opened.
+    Raises `FormatError` if it is not such a record, a value is not what its name says, a name is unknown, two welds
+    have one name, or it was written with rules of the user, and `rules` are those of wpcal.
     """
     record = read_json(path, schema=WELDS_SCHEMA)
     if record.get("rules", OWN_RULES) != OWN_RULES and not rules.file:

@@ -106,10 +106,9 @@ def shipped_text() -> str:
 def read_rules(path: Path) -> RuleTable:
     """Read a table of the user.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError : When it is not TOML, a value is not what its name says, a name is unknown, or a row has no source.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not TOML, a value is not what its name says, a name is unknown, or a row has no
+    source.
     """
     return _parsed(read_bytes(path), path=str(path), file=str(path))
 

@@ -128,10 +128,8 @@ def tack_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> t
 def woven_run(run: WeldRun, speed_mm_s: float) -> WeldRun:
     """Return a run whose weave is made of points; a run without a weave is returned as it is.
 
-    Raises
-    ------
-    InputError
-        If the weave cannot be made of points, or is stated by the name of its data only. The message names the weld.
+    Raises `InputError` if the weave cannot be made of points, or is stated by the name of its data only. The message
+    names the weld.
     """
     values, seam = run.weld.values, run.seam
     if values.weave is None:

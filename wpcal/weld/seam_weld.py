@@ -99,10 +99,8 @@ def weld_for(
 ) -> SeamWeld:
     """Find the values of the weld in a seam.
 
-    Raises
-    ------
-    InputError
-        If values contradict each other, or a stitch does not fit on the seam. The message begins with the weld.
+    Raises `InputError` if values contradict each other, or a stitch does not fit on the seam. The message begins with
+    the weld.
     """
     what = f"weld {seam.name}"
     draft = _Draft()

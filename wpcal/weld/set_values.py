@@ -20,11 +20,8 @@ def set_values(stated: Sequence[StatedWeld], settings: Sequence[str], seams: Seq
 
     Raises `InputError` if a setting is not of this form, or a seam, a name or a value cannot be used.
 
-    Parameters
-    ----------
-    settings : sequence of str
-        ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives the value
-        back to the rules.
+    `settings`: ``SEAMS:NAME=VALUE``. The value is JSON (a number, ``null``, an object) or a text; an empty one gives
+    the value back to the rules.
     """
     welds = {weld.name: weld for weld in stated}
     others = [weld for weld in stated if welds[weld.name] is not weld]

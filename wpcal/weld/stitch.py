@@ -18,10 +18,8 @@ MOST_STRETCHES = 10_000  #: More stretches on one seam are a mistake: a pitch in
 def stretches(stitch: Stitch | None, length_mm: float, *, closed: bool = False) -> tuple[tuple[float, float], ...]:
     """Return where a seam is welded: lengths from its start, mm, in order.
 
-    Raises
-    ------
-    InputError
-        If the pitch is shorter than the stretch, the offset leaves no room for one, or there are more than 10 000.
+    Raises `InputError` if the pitch is shorter than the stretch, the offset leaves no room for one, or there are more
+    than 10 000.
 
     Examples
     --------

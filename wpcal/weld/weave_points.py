@@ -30,9 +30,8 @@ def woven_frames(
 ) -> SeamFrames:
     """Return the frames of a seam with a weave. m frames with the axes of the seam; `s_mm` is the way of the wire.
 
-    Raises
-    ------
-    InputError : If the weave is of another shape, its dwells are longer than a swing, or its points would be too close.
+    Raises `InputError` if the weave is of another shape, its dwells are longer than a swing, or its points would be too
+    close.
     """
     length = float(frames.s_mm[-1])
     swings = max(1, round(length / weave.length_mm))

@@ -67,16 +67,10 @@ class _Running:
 class Cluster:
     """The workers of a scheduler, while a block runs.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler: ``tcp://host:port``, or ``tls://host:port`` with the certificates of Dask's configuration.
-
-    Raises
-    ------
-    InputError
-        In all methods: when Dask is not installed, no scheduler answers or it is gone, there is no worker, or a worker
-        would compute other bytes.
+    `address`: Of the scheduler: ``tcp://host:port``, or ``tls://host:port`` with the certificates of Dask's
+    configuration.
+    Raises `InputError` in all methods: when Dask is not installed, no scheduler answers or it is gone, there is no
+    worker, or a worker would compute other bytes.
     """
 
     def __init__(self, address: str) -> None:

@@ -84,10 +84,8 @@ def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
 def pose_channels(T_base_part: FloatArray, places: FloatArray) -> FloatArray:
     """Return the pose of each job from the median pose.
 
-    Parameters
-    ----------
-    T_base_part : ndarray, shape (n, 4, 4)
-    places : shape (p, 3). Touched points in `part`, mm.
+    `T_base_part`: ndarray, shape (n, 4, 4).
+    `places`: shape (p, 3). Touched points in `part`, mm.
 
     Returns
     -------

@@ -182,11 +182,8 @@ class WallEnds:
     def of(cls, graph: BrepGraph, body_of_face: IntArray, axis: FloatArray) -> WallEnds:
         """Measure bodies along their axes.
 
-        Parameters
-        ----------
-        body_of_face : ndarray of int, shape (F,)
-            -1 for a face without a body.
-        axis : shape (n, 3). The axis of each body.
+        `body_of_face`: ndarray of int, shape (F,). -1 for a face without a body.
+        `axis`: shape (n, 3). The axis of each body.
         """
         used = (body_of_face[graph.coedge_face] >= 0) & (graph.edge_kind[graph.coedge_edge] != CurveKind.DEGENERATE)
         face, edge = graph.coedge_face[used], graph.coedge_edge[used]

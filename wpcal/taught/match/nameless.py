@@ -88,11 +88,8 @@ def match_points(
     Raises `GeometryError` when no assignment fits, or the points are too few or on one line.
     Raises `InputError` when a feature's name is unknown.
 
-    Parameters
-    ----------
-    sigma_mm : float, optional
-        Teaching error: standard deviation per axis; by default the largest that the points state themselves, or
-        `wpcal.calibrate.errors.prediction.USUAL_SIGMA_MM`.
+    `sigma_mm`: float, optional. Teaching error: standard deviation per axis; by default the largest that the points
+    state themselves, or `wpcal.calibrate.errors.prediction.USUAL_SIGMA_MM`.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     sigma = _stated_sigma(taught, used) if sigma_mm is None else sigma_mm
@@ -119,9 +116,8 @@ def name_points(
 ) -> TaughtPoints:
     """Fill in the features of points that have no name. If all have one, the points are returned unchanged.
 
-    Raises
-    ------
-    GeometryError : When there are several answers; the message says what would settle it. Otherwise as `match_points`.
+    Raises `GeometryError` when there are several answers; the message says what would settle it. Otherwise as
+    `match_points`.
     """
     used = [row for row, use in enumerate(taught.use) if use != "no"]
     if not any(not taught.features[row] and np.isnan(taught.p_part[row]).any() for row in used):

@@ -77,18 +77,12 @@ def find_assignments(
 
     Returns Assignments. Mirrored ones are not among them.
 
-    Parameters
-    ----------
-    p_part : shape (N, 3). Points of the model, mm, no two at one place (both would be an answer).
-    p_base : shape (n, 3). Taught points, mm; n ≥ 3.
-    allowed : length n. The model points that each taught point may be; None for any.
-
-    Raises
-    ------
-    GeometryError
-        When there are fewer than three taught points, or they lie so nearly on one line that the error hides the
-        rotation about it.
-    InputError : When `sigma_mm` is not a length.
+    `p_part`: shape (N, 3). Points of the model, mm, no two at one place (both would be an answer).
+    `p_base`: shape (n, 3). Taught points, mm; n ≥ 3.
+    `allowed`: length n. The model points that each taught point may be; None for any.
+    Raises `GeometryError` when there are fewer than three taught points, or they lie so nearly on one line that the
+    error hides the rotation about it.
+    Raises `InputError` when `sigma_mm` is not a length.
 
     Notes
     -----

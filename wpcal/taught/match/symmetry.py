@@ -111,12 +111,10 @@ def best_next_point(
     ``B⁻¹ A f``. The feature with the smallest expected number of such B, over A by its weight, is the best; of equal
     ones that with the greatest least distance.
 
-    Parameters
-    ----------
-    tried : shape (k, 3). Features that may be taught, in `part`, mm.
-    R, t : shape (m, 3, 3) and (m, 3). ``T_base_part`` of the answers.
-    weights : shape (m,). Probabilities of the answers.
-    alike : shape (m, m). Pairs of answers that no point can tell apart; every answer with itself.
+    `tried`: shape (k, 3). Features that may be taught, in `part`, mm.
+    `R`, `t`: shape (m, 3, 3) and (m, 3). ``T_base_part`` of the answers.
+    `weights`: shape (m,). Probabilities of the answers.
+    `alike`: shape (m, m). Pairs of answers that no point can tell apart; every answer with itself.
     """
     seen = np.einsum("aij,fj->afi", R, tried) + t[:, None]
     left = np.zeros(len(tried))

@@ -73,11 +73,9 @@ class XmcfSeam:
 def read_xmcf(path: Path) -> tuple[XmcfSeam, ...]:
     """Read the weld seams of a file.
 
-    Raises
-    ------
-    InputError : When the file cannot be opened.
-    FormatError
-        When it is not xMCF, or a number or a unit cannot be used. The message names the line of the XML or the seam.
+    Raises `InputError` when the file cannot be opened.
+    Raises `FormatError` when it is not xMCF, or a number or a unit cannot be used. The message names the line of the
+    XML or the seam.
     """
     return parse_xmcf(read_bytes(path), path=str(path))
 
