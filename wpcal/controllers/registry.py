@@ -219,8 +219,16 @@ def grammar_of_file(path: Path) -> Grammar | None:
 
     Raises `InputError` when two controllers claim the suffix.
     """
-    claimed = _claiming(path, lambda controller: controller.program_suffixes)
+    claimed = controller_of_program(path)
     return None if claimed is None else claimed.load_grammar()
+
+
+def controller_of_program(path: Path) -> Controller | None:
+    """Return the controller whose programs have the suffix of a file; None when no controller claims it.
+
+    Raises `InputError` when two controllers claim the suffix.
+    """
+    return _claiming(path, lambda controller: controller.program_suffixes)
 
 
 def grammars() -> tuple[Grammar, ...]:

@@ -12,8 +12,8 @@ import pytest
 
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
-from wpcal.controllers.audit.programs import WrittenWrongError
 from wpcal.controllers.audit.touches import check_touches_written, is_touch_program, touch_faults
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import controller_named

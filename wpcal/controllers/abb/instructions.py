@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,8 @@ class ReturnError(Exception):
 
 MOVES = {"WOBJ", "ID", "T", "V", "Z", "INPOS", "CONC"}
 ARCS = {"WOBJ", "ID", "WEAVE", "SEAMNAME", "T"}
-MOTION = re.compile(r"(MOVE|ARC)([LCJ])(START|END|)")
+MOTION = re.compile(r"(MOVE)([LCJ])()|(ARC)([LC])(START|END|)")
+COUNTS = {"MOVE": 4, "ARC": 6}  #: Arguments without the middle of an arc.
 HARMLESS = {"WAITDI", "WAITDO", "WAITUNTIL", "WAITROB", "PULSEDO", "SETAO", "SETGO", "ACTUNIT", "DEACTUNIT"}
 HARMLESS |= {"CIRPATHMODE", "SINGAREA", "ACCSET", "VELSET", "GRIPLOAD", "CLKSTART", "CLKSTOP", "CLKRESET"}
 HARMLESS |= {"TPERASE", "EOFFSOFF", "CONFL", "CONFJ"}
@@ -129,16 +131,15 @@ class Instructions:
         return frame, self.tool(self._known(tool, "tooldata"))
 
     def _move(self, arguments: list[list[str]], options: dict[str, Any], motion: re.Match[str]) -> None:
-        name, (word, kind, part) = motion[0], motion.groups()
-        is_arc = word == "ARC"
-        self._only(options, ARCS if is_arc else MOVES, name)
-        count = (2 if kind == "C" else 1) + (2 if is_arc else 0) + 3
-        if len(arguments) != count or (part and not is_arc) or (is_arc and kind == "J"):
+        name, (word, kind, part) = motion[0], [group for group in motion.groups() if group is not None]
+        self._only(options, ARCS if word == "ARC" else MOVES, name)
+        if len(arguments) != COUNTS[word] + (kind == "C"):
             raise ProgramError(f"{name} with {len(arguments)} arguments")
         *points, speed = arguments[: 3 if kind == "C" else 2]
         zone, tool = arguments[-2:]
         frame, T_tool = self._placed(tool, options, speed)
         self.is_fine = self._known(zone, "zonedata").values[0]
+        self.machine.at = replace(self.machine.at, blends=not self.is_fine)
         *via, goal = (frame @ matrix(self._known(tokens, "robtarget")) for tokens in points)
         if via:
             self.machine.arc(via[0], goal, T_tool)
@@ -155,6 +156,7 @@ class Instructions:
         target = self._known(joints, "jointtarget")
         self.is_fine = self._known(zone, "zonedata").values[0]
         self._placed(tool, options, speed)
+        self.machine.at = replace(self.machine.at, blends=not self.is_fine)
         self.machine.joint_move(np.array(target.values[0].values, dtype=np.float64))
 
     def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:

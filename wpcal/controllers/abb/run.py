@@ -64,6 +64,7 @@ class Interpreter(Instructions):
         self.signals = {str(name).upper(): int(level) for name, level in (signals or {}).items()}
         self.data: dict[str, Data] = {}
         self.routines: dict[str, Routine] = {}
+        self.called: set[str] = set()
         self.texts: dict[str, str] = {}
         self.scopes: list[dict[str, Data]] = []
         self.files: list[str] = []
@@ -78,24 +79,26 @@ class Interpreter(Instructions):
     def _predefine(self, tools: Mapping[Any, Matrix], bases: Mapping[Any, Matrix]) -> None:
         given: dict[str, tuple[str, list[Any]]] = {}
         for name, T in {"TOOL0": np.eye(4), **tools}.items():
-            given[str(name)] = "tooldata", [True, pose_values(T), [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0]]
+            given[str(name) or " tool"] = "tooldata", [True, pose_values(T), [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0]]
         for name, T in {"WOBJ0": np.eye(4), **bases}.items():
-            given[f"{name or ' '}"] = "wobjdata", [False, True, "", pose_values(T), ZERO]
+            given[str(name) or " wobj"] = "wobjdata", [False, True, "", pose_values(T), ZERO]
         for speed in SPEEDS + FAST:
             given[f"V{speed}"] = "speeddata", [speed, 500, 5000, 1000]
         for zone in ("FINE", *(f"Z{mm}" for mm in ZONES)):
             mm = 0 if zone == "FINE" else int(zone[1:])
             given[zone] = "zonedata", [zone == "FINE", mm, 0, 0, 0, 0, 0]
         for name, (kind, values) in given.items():
-            if name.strip():
-                self.data[name.upper()] = Data("PERS", kind, typed(kind, values))
-            else:
+            if name.startswith(" "):
                 self.undeclared[kind] = typed(kind, values)
+            else:
+                self.data[name.upper()] = Data("PERS", kind, typed(kind, values))
+        self.given = set(self.data)
 
     def _load(self, reader: ModuleReader) -> None:
+        self.called |= reader.called
         self.texts |= dict.fromkeys(reader.names, reader.text)
         for line, storage, kind, name, is_array, tokens in reader.declarations:
-            if name.upper() in self.data:
+            if name.upper() in self.data and name.upper() not in self.given:
                 raise ProgramError(f"{name} is declared twice", path=reader.file, line=line)
             try:
                 value = self.value(tokens) if tokens else [] if is_array else empty(kind)
@@ -229,6 +232,10 @@ class Interpreter(Instructions):
         return PARTS[holder.kind][position][1], holder.values[position]
 
     # -- running ---------------------------------------------------------------------------------------------------
+
+    def entries(self) -> list[str]:
+        """Return the procedures that no other one calls."""
+        return [name for name, one in self.routines.items() if name not in self.called and not one.parameters]
 
     def start(self, routine: str = "main") -> Run:
         """Run a routine to its end, or until the operator ends it at a stop."""

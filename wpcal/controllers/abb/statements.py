@@ -70,6 +70,7 @@ class ModuleReader:
         self.names: list[str] = []
         self.declarations: list[Declaration] = []
         self.routines: list[Routine] = []
+        self.called: set[str] = set()
         self.tokens: list[str] = []
         self.lines: list[int] = []
         for number, line in enumerate(re.sub(r"^\s*%%%.*?%%%", _blank_lines, text, flags=re.DOTALL).splitlines(), 1):
@@ -286,6 +287,7 @@ class ModuleReader:
             return Statement("assign", line, (left, right))
         self.at = begin
         name = self.take()
+        self.called.add(name.upper())
         arguments: list[list[str]] = []
         options: dict[str, list[str]] = {}
         while self.peek() != ";":

@@ -16,6 +16,8 @@ from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.arc import arc_faults, count_switches
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, places_between, read_moves, read_poses_back
+from wpcal.controllers.judge.asked import SAME_MM, SAME_RAD
+from wpcal.controllers.judge.written import WrittenWrongError, programs_of, require_as_asked
 from wpcal.controllers.language.grammar import Step
 from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
@@ -33,22 +35,12 @@ from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
 
-SAME_MM = 0.05
-"""Poses that are read back are within this of those that were asked for: a user frame that is typed with three
-decimals of a degree moves a point at 2 m by 0.02 mm."""
-SAME_RAD = np.radians(0.01)  #: The same for orientations: three formats write three decimals of a degree.
 MOVES_AT_ONCE = 100  #: Of which all places are in one array: a file with absurd moves needs some 100 MB.
 ALL_SWITCHES = 4  #: Beginning and end of a seam, start and end of the arc: with all of them a program can be judged.
 
 
 Poses = tuple[FloatArray, FloatArray]
 """Positions (n, 3), mm, and axes (n, 3, 3) in `base`."""
-
-
-class WrittenWrongError(WpcalError):
-    """A program that was written holds other poses than it should: a fault of wpcal."""
-
-    exit_code = 70
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,6 +174,8 @@ def check_written(files: Mapping[str, str | bytes], program: WeldProgram, *, nam
 def _check_written(files: Mapping[str, str | bytes], program: WeldProgram, name: str) -> int:
     """Read written files back."""
     _refuse_wrong_arcs(files, program, name)
+    if programs_of(files):
+        return require_as_asked(files, program, name=name) if program.controller.templates is None else 0
     own = written_files(files)
     if not own:
         return 0

@@ -14,11 +14,13 @@ from difflib import SequenceMatcher
 from pathlib import Path
 from typing import TypeVar
 
+from wpcal.controllers.judge.written import WrittenWrongError, not_followed, programs_of
 from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.controllers.language.post import blocks_of
 from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import grammar_of_file
+from wpcal.core.errors import InputError
 
 MOST_PLACES = 3  #: Of one text that are told; a template is used for every seam.
 _NUMBERED = re.compile(r"^\s*\d+:")  #: Number before an instruction.
@@ -47,11 +49,28 @@ def write_with_templates(name: str, write: Writer, program: WeldProgram) -> Writ
     files = write(program)
     if program.controller.templates is None or not blocks_of(name):
         return Written(files, program)
-    if not lines_of_templates(files, write, program):
+    if not _unjudged(name, files, write, program):
         return Written(files, program)
     unchecked = replace(program, checked=())  # its header has other lines: the places are found anew
     files = write(unchecked)
-    return Written(files, unchecked, lines_of_templates(files, write, unchecked))
+    return Written(files, unchecked, _unjudged(name, files, write, unchecked))
+
+
+def _unjudged(name: str, files: Files, write: Writer, program: WeldProgram) -> tuple[str, ...]:
+    """Say which lines of templates were not judged: those that nobody followed, or all of an unknown language."""
+    foreign = lines_of_templates(files, write, program)
+    if not foreign or not programs_of(files):
+        return foreign
+    try:
+        lines = not_followed(files, program, name=name)
+    except WrittenWrongError as error:
+        raise InputError(f"{program.controller.templates}: the templates break the program: {error}") from None
+    if lines is None:
+        return foreign
+    by_file: dict[str, list[tuple[str, int, str]]] = {}
+    for file, number, line in lines:
+        by_file.setdefault(file, []).append(("", number, line))
+    return tuple(told for file, found in by_file.items() for told in _told(file, found))
 
 
 def lines_of_templates(files: Mapping[str, str | bytes], write: Callable[[P], Files], program: P) -> tuple[str, ...]:

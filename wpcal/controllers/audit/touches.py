@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, WrittenWrongError, pose_faults, require_poses
+from wpcal.controllers.audit.programs import Surroundings, pose_faults, require_poses
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import grammar_of_file

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, read_data, read_source
+from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, called_in, read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.machine import Machine, Place, inverted
@@ -95,6 +95,8 @@ class Interpreter:
         self.tools = {n: frame_value(T) for n, T in (tools or {}).items()}
         self.bases = {n: frame_value(T) for n, T in (bases or {}).items()}
         self.system: dict[str, Any] = {"$NULLFRAME": frame_value(np.eye(4)), "$ADVANCE": 3}
+        self.system["MACHINE_DEF"] = {"": Aggregate({"ROOT": 0, "MECH_TYPE": 0})}
+        self.system["$H_POS"] = Aggregate(dict.fromkeys(JOINTS))
         self.shown = {"$TOOL": "", "$BASE": ""}
         self.texts = {name: text for name, text in files.items() if name.lower().endswith(".dat")}
         self.data: dict[str, Any] = {}
@@ -177,9 +179,10 @@ class Interpreter:
         """Return an element of an array."""
         if not indices:
             return value  # a text, written with empty brackets
-        if not isinstance(value, dict) or indices[0] not in value:
+        found = value.get(indices[0], value.get("")) if isinstance(value, dict) else None
+        if found is None:
             raise ProgramError(f"no element {indices}")
-        return value[indices[0]]
+        return found
 
     def call(self, name: str, arguments: list[Any]) -> Any:
         """Return the value of a function."""
@@ -198,6 +201,11 @@ class Interpreter:
         return value.matrix()
 
     # -- running ---------------------------------------------------------------------------------------------------
+
+    def entries(self) -> list[str]:
+        """Return the subprograms that no other one calls, and no interrupt."""
+        called = {one for routine in self.routines.values() for one in called_in(routine.body)}
+        return [name for name, one in self.routines.items() if name not in called and not one.parameters]
 
     def start(self, routine: str) -> Run:
         """Run a routine to its end, or until the operator ends it at a stop."""
@@ -487,6 +495,7 @@ class Interpreter:
         given = list(s.tokens if tokens is None else tokens)
         while given and given[-1].upper() in BLENDS:
             given.pop()
+            self.machine.at = replace(self.machine.at, blends=True)
         found = self._list(given)
         if len(found) != count or not all(isinstance(one, Aggregate) for one in found):
             raise ProgramError(f"{s.line.text[:80]!r}: expected {count} points")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -193,3 +194,14 @@ def simple(line: SourceLine) -> KrlStatement:
     if tokens[1:2] == ["("] and tokens[-1] == ")" and word != "WAIT":
         return KrlStatement("CALL", line, [tokens[0]], [tokens[2:-1]])
     return KrlStatement(word, line, tokens[1:])
+
+
+def called_in(statements: Sequence[KrlStatement]) -> Iterator[str]:
+    """Yield the names of subprograms that statements call, and their interrupts."""
+    for each in statements:
+        if each.word == "CALL":
+            yield each.tokens[0].upper()
+        elif each.word == "INTERRUPT":
+            yield from (token.upper() for token in each.tokens)
+        for body in each.blocks:
+            yield from called_in(body)

@@ -116,10 +116,14 @@ class Grammar:
     #: From a text to its moves, where they are not one to a line; in each list one leads to the next.
     own_chains: Callable[[str], list[list[Step]]] | None = None
 
+    def arc_output(self, text: str) -> int | None:
+        """Return the number of the output that switches the arc, as a header states it."""
+        stated = re.search(self.stated_output, text) if self.stated_output else None
+        return None if stated is None else int(stated[1])
+
     def instructions(self, text: str, output: int | None = None) -> Iterator[Instruction]:
         """Yield the instructions of a text."""
-        if output is None and self.stated_output and (stated := re.search(self.stated_output, text)):
-            output = int(stated[1])
+        output = self.arc_output(text) if output is None else output
         rules = [LineRule(re.compile(rf"{self.comment} ?{mark}[ ;]*$"), (does,)) for mark, does in MARKS.items()]
         if output is not None and self.set_output:
             states = (("TRUE", Does.ON), ("FALSE", Does.OFF))

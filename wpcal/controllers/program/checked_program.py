@@ -78,6 +78,7 @@ def check_program(
     ways = zip(paths, plan.to_seam, plan.from_seam, strict=True)
     return replace(
         program,
+        shape=torch,
         paths=tuple(_with_ways(path, to_seam, from_seam) for path, to_seam, from_seam in ways),
         safe_point=SafePoint(frozen(plan.safe.p), frozen(plan.safe.R)),
         checked=_describe(part, torch, program.torch.tool_axis, plan),

@@ -23,6 +23,7 @@ from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import Posture, posture
 from wpcal.robot.moves import Arc, Line, Move, MovePath, PathTolerance
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
+from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.seam import Seam
 from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
 from wpcal.weld.seam_weld import SeamWeld
@@ -236,6 +237,7 @@ class WeldProgram:
     tolerance: PathTolerance | None = None
     arc: ArcSettings | None = None  #: How the arc is switched; None for a dry run without arc instructions.
     planned: PlannedMoves | None = None  #: The moves off the seams of a plan, of which `arm` is the arm.
+    shape: TorchShape = USUAL_TORCH  #: With which it was compared with the part.
 
     @property
     def marks(self) -> tuple[str, str]:

@@ -25,6 +25,7 @@ class Place:
     tool: str = ""  #: Name or number.
     frame: str = ""  #: Name or number.
     speed_mm_s: float | None = None
+    blends: bool = False  #: Whether the tool does not stop at the end.
 
 
 class Machine(Protocol):

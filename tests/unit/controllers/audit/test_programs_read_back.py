@@ -12,7 +12,8 @@ import pytest
 from tests.running import run_here
 from tests.unit.conftest import CONFIGURATIONS
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.audit.programs import WrittenWrongError, check_written
+from wpcal.controllers.audit.programs import check_written
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings, WeldProgram, build_program
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.controllers.program.coordinated_program import SyncProgram
@@ -121,7 +122,7 @@ def test_a_program_that_reads_back_differently_is_not_put_in_place(
     golden = FIXTURES / "tee" / "golden"
     ended = run_here("export", golden, "--every-point", "-f", "krl", "-f", "rapid", "-o", tmp_path / "out")
     assert ended.returncode == 70
-    assert "rapid: the pose at base" in ended.stderr
+    assert re.search(r"rapid: WPCAL.mod, line \d+: the pose at base", ended.stderr)
     assert not (tmp_path / "out").exists()
 
 

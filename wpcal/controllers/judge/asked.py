@@ -1,0 +1,108 @@
+"""Compare where a program moves the robot with what was asked: every pose in its order, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.run.trace import Motion, Trace
+from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.tangent import log_rotation
+
+SAME_MM = 0.05
+"""Poses are within this of those that were asked for: a user frame that is typed with three decimals of a degree moves
+a point at 2 m by 0.02 mm."""
+SAME_RAD = np.radians(0.01)  #: The same for orientations: three formats write three decimals of a degree.
+SAME_DEG = 1e-3  #: The same for joints.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """Where a program should lead, in its order: n poses, or joints."""
+
+    p: FloatArray  #: shape (n, 3). In `base`, mm; NaN for joints.
+    R: FloatArray  #: shape (n, 3, 3).
+    joints: FloatArray  #: shape (n, 6). deg; NaN for poses.
+    stops: BoolArray  #: shape (n,). Whether the tool stops there: always off the seams.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compared:
+    """What a program does otherwise."""
+
+    missing: tuple[int, ...]  #: Rows of `Asked`.
+    others: tuple[Motion, ...]  #: Motions that lead elsewhere.
+    blended: tuple[Motion, ...]  #: Motions that do not stop where they should.
+
+
+def asked_of(program: WeldProgram) -> Asked:
+    """Return where a weld program leads."""
+    rows = list(_rows(program))
+    nowhere, no_joints = np.full((3, 3), np.nan), np.full(6, np.nan)
+    p = np.array([np.full(3, np.nan) if at is None else at[0] for at, _, _ in rows]).reshape(-1, 3)
+    R = np.array([nowhere if at is None else at[1] for at, _, _ in rows]).reshape(-1, 3, 3)
+    joints = np.array([no_joints if q is None else q for _, q, _ in rows]).reshape(-1, 6)
+    return Asked(p, R, joints, np.array([stops for *_, stops in rows], dtype=bool))
+
+
+Row = tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, bool]
+
+
+def _rows(program: WeldProgram) -> Iterator[Row]:
+    planned, safe = program.planned, program.safe_point
+    gaps = len(program.paths) + 1
+    air = [np.zeros((0, 6))] * gaps if planned is None else [np.degrees(moves.joints) for moves in planned.air]
+    ends: list[Row] = [] if safe is None else [((safe.p_base[0], safe.R_base[0]), None, True)]
+    yield from ends
+    for before, path in zip(air, program.paths, strict=False):
+        yield from ((None, joints, True) for joints in before)
+        along = range(path.weld_rows.start + 1, path.weld_rows.stop)
+        for row in range(0 if planned is None else path.before, len(path.p_base)):
+            yield (path.p_base[row], path.R_base[row]), None, row not in along
+    yield from ((None, joints, True) for joints in air[-1])
+    yield from ends
+
+
+def compare(trace: Trace, asked: Asked) -> Compared:
+    """Return where a program leads that was not asked, and where it does not lead."""
+    at, missing, others, blended = 0, list[int](), list[Motion](), list[Motion]()
+    for motion in trace.motions:
+        found = _matches(motion, asked, at)
+        if found is None:
+            is_outside = at == 0 or at == len(asked.p)
+            if not (is_outside and motion.goal is None and motion.joints is None):  # home, which only the robot knows
+                others.append(motion)
+            continue
+        first, last = found
+        missing += range(at, first)
+        if motion.place.blends and asked.stops[last]:
+            blended.append(motion)
+        at = last + 1
+    return Compared((*missing, *range(at, len(asked.p))), tuple(others), tuple(blended))
+
+
+def _matches(motion: Motion, asked: Asked, at: int) -> tuple[int, int] | None:
+    """Return the first rows from `at` on that a motion leads to: middle and end of an arc, or twice the same."""
+    if motion.joints is not None:
+        near = np.abs(asked.joints[at:] - motion.joints).max(axis=1, initial=0.0) <= SAME_DEG
+        rows = np.flatnonzero(near & np.isfinite(asked.joints[at:, 0]))
+        return None if not len(rows) else (at + int(rows[0]), at + int(rows[0]))
+    if motion.goal is None:
+        return None
+    for row in _near(motion.goal, asked, at):
+        if motion.via is None:
+            return row, row
+        if row > at and row - 1 in _near(motion.via, asked, row - 1)[:1]:
+            return row - 1, row
+    return None
+
+
+def _near(T: FloatArray, asked: Asked, at: int) -> Sequence[int]:
+    rows = at + np.flatnonzero(np.linalg.norm(asked.p[at:] - T[:3, 3], axis=1) <= SAME_MM)
+    if not len(rows):
+        return []
+    turns = np.linalg.norm(log_rotation(asked.R[rows].transpose(0, 2, 1) @ T[:3, :3]), axis=-1)
+    return [int(row) for row in rows[turns <= SAME_RAD]]

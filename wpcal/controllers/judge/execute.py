@@ -1,0 +1,76 @@
+"""Execute a finished program: from its files to where it moves the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wpcal.controllers.language.grammar import ENCODING
+from wpcal.controllers.registry import controller_of_program
+from wpcal.controllers.run.machine import Place
+from wpcal.controllers.run.program import EndlessError, ProgramError
+from wpcal.controllers.run.recorder import Recorder
+from wpcal.controllers.run.trace import Trace, Unknown
+from wpcal.core.arrays import FloatArray
+
+UNDECLARED = ""  #: The name of the tool or frame that stands for all which the files do not declare.
+
+
+def is_executed(path: Path) -> bool:
+    """Tell by the suffix whether programs of this language can be executed."""
+    controller = controller_of_program(path)
+    return controller is not None and controller.run is not None
+
+
+def execute(
+    files: Mapping[str, str | bytes],
+    *,
+    tools: Sequence[str | int] = (UNDECLARED,),
+    T_base_frame: FloatArray | None = None,
+    arc_output: int | None = None,
+) -> Trace:
+    """Execute every routine of some files of one language that no other one calls.
+
+    `tools`: Names and numbers of tools that the controller has.
+    `T_base_frame`: shape (4, 4). Where frames are that the files do not declare; None: a move in one is not followed.
+
+    Raises `ProgramError` when a file cannot be read.
+    """
+    texts = {name: data if isinstance(data, str) else data.decode(ENCODING) for name, data in files.items()}
+    controller = controller_of_program(Path(next(iter(texts))))
+    if controller is None or controller.run is None:
+        raise ProgramError(f"no interpreter for {', '.join(texts)}")
+    bases = {} if T_base_frame is None else {UNDECLARED: T_base_frame}
+    grammar = controller.load_grammar()
+    if arc_output is None and grammar is not None:
+        arc_output = next((found for text in texts.values() if (found := grammar.arc_output(text)) is not None), None)
+    recorder = Recorder(arc_output=arc_output)
+    interpreter = controller.load_interpreter()(
+        texts, recorder, tools=dict.fromkeys(tools, np.eye(4)), bases=bases, on_stop=lambda _: True
+    )
+    for routine in interpreter.entries():
+        recorder.T_base_flange = None
+        if not _is_ended(interpreter, routine, recorder):
+            break
+    return recorder.trace
+
+
+def _is_ended(interpreter: Any, routine: str, recorder: Recorder) -> bool:
+    try:
+        interpreter.start(routine)
+    except ProgramError as error:
+        recorder.refuse(error)
+    except EndlessError as error:
+        recorder.trace.unknowns.append(Unknown(recorder.at, str(error)))
+        return False
+    return True
+
+
+def text_at(place: Place, files: Mapping[str, str | bytes]) -> str:
+    """Return the text of the line of a place."""
+    data = files.get(place.file, "")
+    lines = (data if isinstance(data, str) else data.decode(ENCODING)).splitlines()
+    return lines[place.line - 1].strip() if 0 < place.line <= len(lines) else ""

@@ -1,0 +1,87 @@
+"""Sweep motions against the part: no point of the torch moves farther than its step between two places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.rays import START_MM
+from wpcal.controllers.run.trace import Motion
+from wpcal.core.arrays import FloatArray
+from wpcal.robot.moves import sweep
+from wpcal.robot.moves.interpolation import Moves, turns_between
+from wpcal.robot.torch.attitude import ToolAxis, wire_directions
+from wpcal.robot.torch.shape import TorchShape
+from wpcal.seam.judge.material import find_poses_in_material
+
+LARGEST_MOVE_MM = 20_000.0  #: No robot makes longer moves; they are not followed.
+PLACES_AT_ONCE = 20_000  #: In one array.
+ARC_STEP_MM = 1.0
+
+
+class Meeting(NamedTuple):
+    """Where a motion meets the part first."""
+
+    motion: Motion
+    what: str
+
+
+def is_followed(motion: Motion) -> bool:
+    """Tell whether it is known where a motion leads along: not by the joints, and not from an unknown place."""
+    if motion.kind == "J" or motion.start is None or motion.goal is None:
+        return False
+    way = np.linalg.norm(motion.goal[:3, 3] - motion.start[:3, 3])
+    return bool(np.isfinite(motion.goal).all() and way <= LARGEST_MOVE_MM)
+
+
+def meetings(
+    motions: Sequence[Motion],
+    part: TriangleMaterial,
+    torch: TorchShape,
+    axis: ToolAxis,
+    *,
+    standoff_mm: float = 0.0,
+    start_mm: float = START_MM,
+) -> Iterator[Meeting]:
+    """Yield where motions that are followed meet the part; of each motion the first place."""
+    column, pending, count = 2 if axis is ToolAxis.Z else 0, list[tuple[Motion, FloatArray, FloatArray]](), 0
+
+    def judged() -> Iterator[Meeting]:
+        p, R = (np.concatenate([each[row] for each in pending]) for row in (1, 2))
+        own = np.repeat(np.arange(len(pending)), [len(each[1]) for each in pending])
+        found = find_poses_in_material(part, p, -R[:, :, column], torch, start_mm=start_mm)
+        told = set[int]()
+        for row, solid, piece in zip(found.row.tolist(), found.solid, found.part, strict=True):
+            if own[row] not in told:
+                told.add(own[row])
+                x, y, z = p[row]
+                what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {piece.value} of {torch}"
+                yield Meeting(pending[own[row]][0], f"{what} is inside {solid!r}")
+
+    for motion in filter(is_followed, motions):
+        p, R = _poses(motion)
+        tips = p + standoff_mm * wire_directions(R, axis)
+        swept = sweep(tips, R, torch.reaching, axis=column)
+        pending.append((motion, swept.p, swept.R))
+        count += len(swept.p)
+        if count > PLACES_AT_ONCE:
+            yield from judged()
+            pending, count = [], 0
+    if pending:
+        yield from judged()
+
+
+def _poses(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Return start and goal of a line, and places along an arc; shapes (n, 3) and (n, 3, 3)."""
+    ends = np.array([motion.start, motion.goal])
+    p, R = ends[:, :3, 3], ends[:, :3, :3]
+    if motion.via is None:
+        return p, R
+    moves = Moves.between(p[:1], R[:1], p[1:], turns_between(R[:1], R[1:]), motion.via[None, :3, 3])
+    length = float(moves.sweep[0] * np.linalg.norm(moves.u[0])) or float(np.linalg.norm(moves.chord[0]))
+    share = np.linspace(0.0, 1.0, max(2, int(np.ceil(length / ARC_STEP_MM)) + 1))
+    at = moves.select(np.zeros(len(share), dtype=np.int64))
+    return at.positions(share), at.rotations(share)
