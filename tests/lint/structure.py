@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 111_325,
-    "lines of tests": 58_075,
+    "lines of wpcal and cad": 111_800,
+    "lines of tests": 58_100,
     "rooms": 20,
     "arrows between rooms": 101,
     "functions and classes of one name in several files": 11,
