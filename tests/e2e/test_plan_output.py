@@ -16,6 +16,7 @@ from tests.running import run_here
 from tests.saddle import THINNED
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
+from wpcal.core.motion import WELD_SPEED_MM_S
 from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.cell_file import read_cell
 
@@ -102,7 +103,7 @@ def test_what_is_called_free_was_measured(planned: Path) -> None:
         [p["t_s"] for p in record["points"] if p["s_mm"] is not None]
     )
     np.testing.assert_allclose(speeds, record["speed_mm_s"], rtol=1e-9, atol=0)
-    assert record["speed_mm_s"] == 6.0
+    assert record["speed_mm_s"] == WELD_SPEED_MM_S
 
 
 def test_a_file_that_is_no_mesh_is_refused_before_any_work(tmp_path: Path) -> None:

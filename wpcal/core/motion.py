@@ -16,9 +16,8 @@ path, and above the bend of a wire that sticks out by 20 mm."""
 AIR_SPEED_MM_S = 100.0
 """Speed of approach and retract."""
 WELD_SPEED_MM_S = 8.0
-"""Speed along a seam: common for a MAG fillet with a throat of 4 to 5 mm."""
-PLANNED_SPEED_MM_S = 6.0
-"""Speed along a seam for which plans are made, unless weld data state one."""
+"""Speed along a seam: common for a MAG fillet with a throat of 4 to 5 mm. For plans and programs,
+unless weld data state one."""
 
 
 def work_angle(default_deg: float = 0.0) -> Any:
@@ -39,6 +38,6 @@ def torch_range(default_deg: float = 15.0) -> Any:
     return opt_deg(default_deg, what, "--torch-range-deg", least=-180.0, most=180.0)
 
 
-def weld_speed(default_mm_s: float = WELD_SPEED_MM_S) -> Any:
+def weld_speed() -> Any:
     """Declare the speed along a seam, mm/s."""
-    return opt(default_mm_s, "Speed along the seam.", "--speed-mm-s", above=0)
+    return opt(WELD_SPEED_MM_S, "Speed along the seam.", "--speed-mm-s", above=0)

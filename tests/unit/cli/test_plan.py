@@ -6,6 +6,7 @@ import pytest
 
 from tests.saddle import CELL, SEAMS, THINNED, scan_coarsely, shared_search
 from wpcal.cli.main import run
+from wpcal.core.motion import WELD_SPEED_MM_S
 
 pytestmark = pytest.mark.many
 
@@ -156,9 +157,10 @@ def test_tip_and_speed_between_points_are_in_the_table_and_in_the_record(tmp_pat
     shown = " ".join(capsys.readouterr().out.split())
     found = json.loads((out / "plan.json").read_text(encoding="utf-8"))["between_points"]
     assert f"tip up to {found['largest_tip_error_mm']:.2f} mm off the line from point to point" in shown
-    assert f"at {found['slowest_mm_s']:.1f} to {found['fastest_mm_s']:.1f} mm/s in the part (6 mm/s planned)" in shown
+    speeds = f"at {found['slowest_mm_s']:.1f} to {found['fastest_mm_s']:.1f} mm/s"
+    assert f"{speeds} in the part ({WELD_SPEED_MM_S:g} mm/s planned)" in shown
     assert "smaller steps" in shown  # every fourth point of the saddle is too few
-    assert found["slowest_mm_s"] < 6.0 < found["fastest_mm_s"]
+    assert found["slowest_mm_s"] < WELD_SPEED_MM_S < found["fastest_mm_s"]
     assert found["largest_tip_error_mm"] > 0.25
 
 

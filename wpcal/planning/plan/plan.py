@@ -17,7 +17,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
-from wpcal.core.motion import PLANNED_SPEED_MM_S
+from wpcal.core.motion import WELD_SPEED_MM_S
 from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.shape import JOINTS
 
@@ -104,7 +104,7 @@ class Schedule:
         return f"{text}; {place} allows {self.limit.fastest_mm_s:.1f} mm/s"
 
 
-def schedule_plan(plan: Plan, cell: Cell, *, speed_mm_s: float = PLANNED_SPEED_MM_S) -> Schedule:
+def schedule_plan(plan: Plan, cell: Cell, *, speed_mm_s: float = WELD_SPEED_MM_S) -> Schedule:
     r"""Compute the time of every point of a plan.
 
     The speed is the asked speed or the largest that every joint allows, whichever is less:

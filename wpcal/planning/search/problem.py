@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.motion import PLANNED_SPEED_MM_S
+from wpcal.core.motion import WELD_SPEED_MM_S
 from wpcal.planning.cell.cell import Cell, CellState
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE, TRAVEL, WORK, SeamPath
@@ -48,7 +48,7 @@ class PlanningProblem:
     cell: Cell
     path: SeamPath  #: n points in `part`.
     targets: WeldTargets = field(default_factory=WeldTargets)
-    speed_mm_s: float = PLANNED_SPEED_MM_S  #: Along the seam: no joint may need more than its largest speed.
+    speed_mm_s: float = WELD_SPEED_MM_S  #: Along the seam: no joint may need more than its largest speed.
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:

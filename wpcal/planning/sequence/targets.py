@@ -14,7 +14,6 @@ from wpcal.core.motion import (
     AIR_CLEARANCE_MM,
     AIR_SPEED_MM_S,
     APPROACH_MM,
-    PLANNED_SPEED_MM_S,
     torch_range,
     travel_angle,
     weld_speed,
@@ -67,7 +66,7 @@ class SequenceTargets:
         "Order of the seams: least time, as listed, each far from the two before it (skip), or each followed by the "
         "one opposite (pairs); the last two for less distortion. Tack welds come first, then bead by bead.",
     )
-    speed_mm_s: float = weld_speed(PLANNED_SPEED_MM_S)
+    speed_mm_s: float = weld_speed()
     air_speed_mm_s: float = AIR_SPEED_MM_S
     approach_mm: float = APPROACH_MM
     air_clearance_mm: float = opt(
