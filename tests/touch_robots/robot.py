@@ -109,7 +109,7 @@ class Robot:
 
     # -- moves -----------------------------------------------------------------------------------------------------
 
-    def joint_move(self, joints: Array | None = None) -> None:
+    def joint_move(self, joints: Array | None = None, **_: Any) -> None:
         """Move to joint angles: without an arm nobody knows where that is."""
         self.T_base_flange, self.is_home = None, True
 

@@ -69,12 +69,15 @@ def export(
 ) -> int:
     """Write the calibrated seams in DIR (calibration.json, seams.json) as programs for a controller.
 
-    If DIR holds a plan of touches (touches.json) instead, its searches are written.
+    If DIR holds a plan of `wpcal plan` with one robot (plan.json) instead, its programs are written again, without
+    planning again: with other names, weld data or languages. If it holds a plan of touches (touches.json), its searches
+    are written.
 
     Ends with code 1 unless the verdict of the calibration is PASS, if a seam is left out because the torch does not
     get along it, and if a template has lines that wpcal does not know; the files are written and say so.
     """
-    from wpcal.cli.export_touches import export_touches, refuse_weld_options, touches_file, write_touch_setup
+    from wpcal.cli.export_plan import export_plan, is_plan
+    from wpcal.cli.export_touches import export_touches, touches_file, write_touch_setup
     from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.audit.programs import check_written, unjudged_parts
@@ -90,9 +93,10 @@ def export(
         return _write_templates(write_templates, [exporter.name for exporter in exporters], force=force)
     if write_setup is not None:
         return write_touch_setup(write_setup, force=force)
+    if is_plan(folder):
+        return export_plan(folder, formats, flags, out=out, force=force, as_json=as_json)
     plan = touches_file(folder)
     if plan is not None:
-        refuse_weld_options(click.get_current_context())
         return export_touches(plan, exporters, flags, setup_file=setup, out=out, force=force, as_json=as_json)
     if setup is not None:
         raise InputError("--setup is for a plan of touches, and this folder has none")
@@ -115,12 +119,11 @@ def export(
     program = forms[exporters[0].name]
     for why in program.left_out.values():
         click.echo(f"wpcal: not written: {why}", err=True)
-    if program.calibration.get("verdict") == "PASS":
-        return 1 if program.left_out or foreign else 0
-    click.echo(
-        f"wpcal: the verdict of the calibration is {program.calibration.get('verdict')}; the files say so", err=True
-    )
-    return 1
+    passed = program.calibration.get("verdict") == "PASS"
+    if not passed:
+        verdict = program.calibration.get("verdict")
+        click.echo(f"wpcal: the verdict of the calibration is {verdict}; the files say so", err=True)
+    return 0 if passed and not program.left_out and not foreign else 1
 
 
 def _write_templates(folder: Path, names: list[str], *, force: bool) -> int:

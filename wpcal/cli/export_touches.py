@@ -48,24 +48,14 @@ def touches_file(folder: Path) -> Path | None:
     return file
 
 
-def refuse_weld_options(context: click.Context) -> None:
-    """Refuse options that only weld programs have.
-
-    Raises `InputError` with the first of them.
-    """
-    from click.core import ParameterSource
-
-    from wpcal.core.errors import InputError
-
-    for each in context.command.params:
-        name = each.name or ""
-        if name not in TAKEN and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            where = (
-                "its number is frame_number in the touch setup (--setup)"
-                if name == "frame_number"
-                else ("speeds and names of a touch program are in the touch setup (--setup)")
-            )
-            raise InputError(f"{each.opts[0]} is for weld programs, and this is a plan of touches; {where}")
+def _why_not(name: str) -> str:
+    """Say why a plan of touches does not take an option of weld programs."""
+    where = (
+        "its number is frame_number in the touch setup (--setup)"
+        if name == "frame_number"
+        else "speeds and names of a touch program are in the touch setup (--setup)"
+    )
+    return f"is for weld programs, and this is a plan of touches; {where}"
 
 
 def write_touch_setup(path: Path, *, force: bool) -> int:
@@ -92,13 +82,14 @@ def export_touches(
 
     `setup_file`: The touch setup; None for its defaults.
     """
-    from wpcal.cli.outputs import write_programs
+    from wpcal.cli.outputs import refuse_options, write_programs
     from wpcal.controllers.audit.templates import lines_of_templates
     from wpcal.controllers.audit.touches import check_touches_written
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.core.records import check_writable
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 
+    refuse_options(TAKEN, _why_not)
     plan = read_touch_plan(file)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     program = TouchProgram(plan, setup, flags.controller, _arm(plan, flags.arm.robot))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 import click
@@ -39,6 +39,24 @@ def say_note(note: str | None) -> None:
 
     if note is not None:
         click.get_current_context().call_on_close(say)
+
+
+def refuse_options(taken: Collection[str], why: Callable[[str], str]) -> None:
+    """Refuse options of the command that what it was given does not take.
+
+    `taken`: Names of the parameters that it takes.
+    `why`: From the name of another one to what follows it in the message.
+    Raises `InputError` with the first of them.
+    """
+    from click.core import ParameterSource
+
+    from wpcal.core.errors import InputError
+
+    context = click.get_current_context()
+    for each in context.command.params:
+        name = each.name or ""
+        if name not in taken and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise InputError(f"{each.opts[0]} {why(name)}")
 
 
 def require_result(seams: Path, *others: Path) -> None:

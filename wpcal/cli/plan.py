@@ -122,7 +122,7 @@ def plan(
     if seam is not None:
         raise click.UsageError("--seam is for two robots; name the seams of one robot with --only")
     seeded = replace(targets(), seed=genetic.options.seed)
-    asked = SequenceRequest(cell, seams_json, output, seeded, programs, prefer, part)
+    asked = SequenceRequest(cell_json, cell, seams_json, output, seeded, programs, prefer, part)
     return run_sequence(asked, force=force, as_json=as_json)
 
 

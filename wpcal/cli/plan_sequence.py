@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,9 @@ from wpcal.core.options import group, opt
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from typing import Any
 
+    from wpcal.cli.export_options import WeldProgramAsked
     from wpcal.controllers.program.planned_program import PlanOutput
     from wpcal.controllers.program.weld_program import ControllerSettings
     from wpcal.controllers.registry import Controller
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from wpcal.planning.sequence.sequence_input import SequenceInput
     from wpcal.planning.sequence.targets import SequenceTargets
     from wpcal.planning.sequence.timeline import Timeline
-    from wpcal.planning.sequence.weld_sequence import WeldSequence
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +52,8 @@ class PlanPrograms:
 class SequenceRequest:
     """What is planned with one robot."""
 
-    cell: Cell
+    cell_json: Path
+    cell: Cell  #: Of that file.
     result: Path  #: A folder with ``seams.json``, or the file.
     output: Path  #: The folder.
     targets: SequenceTargets
@@ -63,18 +65,20 @@ class SequenceRequest:
 def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
     from wpcal.cli.progress import shown_progress
+    from wpcal.controllers.plan_programs import refusals, write_plan
     from wpcal.controllers.program.describe import describe_woven_data
     from wpcal.core.errors import InputError
     from wpcal.core.records import new_directory, to_json, write_file
     from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
+    from wpcal.planning.sequence.kept_plan import INPUT, input_files, plan_from_record, with_digest
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
     from wpcal.planning.sequence.sequence_input import read_sequence_input
     from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, sequence_record
     from wpcal.seam.names import split_names
 
     flags, targets, output = asked.flags, asked.targets, asked.output
-    writers = _writers(flags.formats)
+    writers = plan_writers(flags.formats)
     names = None if flags.only is None else split_names(flags.only)
     given = read_sequence_input(asked.result, asked.cell, names, part_glb=read_part_option(asked.part))
     cell = given.placed(asked.cell)
@@ -82,7 +86,11 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
         raise InputError(
             "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
         )
-    given, made = _with_welds(given, cell, flags, asked.result, targets.speed_mm_s)
+    planned = [each.name for each in given.seams]
+    given, made = with_welds(given, cell, flags, calibration_of(given, asked.result), targets.speed_mm_s)
+    refused = refusals(cell, given.seams, made, writers)
+    if flags.formats:
+        refuse_languages(refused, writers)
     if other := given.other_torch(cell):
         click.echo(f"wpcal: {other}", err=True)
     with shown_progress("starting") as progress:
@@ -90,43 +98,58 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
             cell, given.part, given.seams, targets, prefer=SequencePreference(asked.prefer), progress=progress
         )
     line = build_timeline(choice.sequence)
-    programs, refused, not_checked = _programs(choice.sequence, given, made, writers)
+    inputs = dict(
+        input_files(asked.cell_json, asked.result, given.part_glb, flags.arc.welds, flags.arc.rules.weld_rules)
+    )
+    record = sequence_record(choice, line, inputs=inputs, planned=planned, runs=flags.arc.choice)
+    kept = plan_from_record(record, cell, {each.name: each for each in given.seams})
+    found = write_plan(kept, given.seams, made, [each for each in writers if each.name not in refused])
+    found.refused |= refused
+    record = with_digest({**record, "no_program": found.refused})
     files: dict[str, str] = {
-        "plan.json": to_json(sequence_record(choice, line, no_program=refused)),
+        "plan.json": to_json(record),
         "plan.csv": sequence_csv(choice.sequence, line),
         "trajectory.yaml": joint_trajectory(choice.sequence, line),
         "trajectory_tesseract.py": tesseract_states(choice.sequence, line),
         "plan.html": build_sequence_page(choice, line, part_glb=given.part_glb),
     }
-    with new_directory(output, overwrite=force) as folder:
-        for name, text in files.items():
-            write_file(folder / name, text, overwrite=True)
-    for language, texts in programs.items():
-        with new_directory(output / language, overwrite=force) as folder:
+    folders = {INPUT: inputs, **found.files}
+    for target, texts in {output: files, **{output / name: texts for name, texts in folders.items()}}.items():
+        with new_directory(target, overwrite=force) as folder:
             for name, data in texts.items():
                 write_file(folder / name, data, overwrite=True)
     if as_json:
         click.echo(files["plan.json"], nl=False)
     else:
         _show(choice, line, has_part=given.part is not None)
-        if programs and refused and not flags.formats:
-            click.echo(f"no program in {', '.join(refused)}: plan.json says why (no_program)")
-        listed = [*files, *(f"{language}/ ({len(texts)})" for language, texts in programs.items())]
-        click.echo(f"wrote {', '.join(listed)} to {output}")
-        click.echo(
-            "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
-        )
-    for note in (*describe_woven_data(each.run for each in given.seams), *not_checked):
+        if found.files and found.refused and not flags.formats:
+            click.echo(f"no program in {', '.join(found.refused)}: plan.json says why (no_program)")
+        listed = [*files, *(f"{name}/ ({len(texts)})" for name, texts in folders.items())]
+        click.echo(f"wrote {', '.join(listed)} to {output}\n{said_of_arc(made)}")
+    notes = (*describe_woven_data(each.run for each in given.seams), *found.notes(why=bool(flags.formats)))
+    for note in (*notes, *(gap.describe() for gap in choice.sequence.unwelded)):
         click.echo(f"wpcal: {note}", err=True)
-    for name, why in refused.items() if flags.formats or not programs else ():
-        click.echo(f"wpcal: no {name} program: {why}", err=True)
-    for gap in choice.sequence.unwelded:
-        click.echo(f"wpcal: {gap.describe()}", err=True)
-    is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not not_checked
-    return 0 if is_whole and not (flags.formats and refused) else 1
+    is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not found.not_checked
+    return 0 if is_whole and not (flags.formats and found.refused) else 1
 
 
-def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
+def said_of_arc(made: PlanOutput) -> str:
+    """Say whether programs switch the arc."""
+    return "the programs are a dry run: the arc stays off" if made.arc is None else "the programs switch the arc"
+
+
+def refuse_languages(refused: Mapping[str, str], writers: Sequence[Controller]) -> None:
+    """Refuse to go on when no language that is asked for can hold the programs.
+
+    Raises `InputError` with the first reason.
+    """
+    from wpcal.core.errors import InputError
+
+    if len(refused) == len(writers):
+        raise InputError("; ".join(f"no {name} program: {why}" for name, why in refused.items()))
+
+
+def plan_writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
     """Return the controllers whose programs are asked for; by default all that can hold a plan.
 
     Raises `InputError` when a name is unknown, or its controller has no programs of plans.
@@ -143,56 +166,31 @@ def _writers(formats: tuple[str, ...]) -> tuple[Controller, ...]:
     return chosen or able
 
 
-def _with_welds(
-    given: SequenceInput, cell: Cell, flags: PlanPrograms, result: Path, speed_mm_s: float
+def with_welds(
+    given: SequenceInput,
+    cell: Cell,
+    flags: PlanPrograms | WeldProgramAsked,
+    calibration: Mapping[str, Any],
+    speed_mm_s: float,
 ) -> tuple[SequenceInput, PlanOutput]:
     """Return the seams with their weld data, and how the plan becomes programs."""
     from wpcal.controllers.program.planned_program import PlanOutput
-    from wpcal.results.agree import CALIBRATION_FILE
-    from wpcal.results.folder import read_record
 
     T_base_part, seams = given.in_base(cell)
     names = {each.name for each in given.seams}
     welds, arc = flags.arc.read(seams, T_base_part, part_glb=given.part_glb, names=names)
-    folder = result if result.is_dir() else result.parent
-    is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
-    record = read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
-    output = PlanOutput(flags.path.tolerance, flags.controller, arc, record, given.part is not None)
+    output = PlanOutput(flags.path.tolerance, flags.controller, arc, calibration, given.part_glb is not None)
     return given if welds is None else given.with_welds(welds, flags.arc.choice, speed_mm_s), output
 
 
-def _programs(
-    sequence: WeldSequence, given: SequenceInput, made: PlanOutput, writers: Sequence[Controller]
-) -> tuple[dict[str, Mapping[str, str | bytes]], dict[str, str], list[str]]:
-    """Return the files by language, read back and checked; by language why there are none; what was not checked."""
-    from wpcal.controllers.audit.programs import check_written, unjudged_parts
-    from wpcal.controllers.audit.templates import write_with_templates
-    from wpcal.controllers.program.planned_program import build_planned_program
-    from wpcal.core.errors import FormatError, InputError
+def calibration_of(given: SequenceInput, result: Path) -> Mapping[str, Any]:
+    """Return the record of the calibration that found the part; empty without one."""
+    from wpcal.results.agree import CALIBRATION_FILE
+    from wpcal.results.folder import read_record
 
-    seams = {each.name: each for each in given.seams}
-    try:
-        carried = build_planned_program(sequence, seams, made)
-    except InputError as error:
-        return {}, {each.name: str(error) for each in writers}, []
-    files: dict[str, Mapping[str, str | bytes]] = {}
-    refused: dict[str, str] = {}
-    not_checked = list[str]()
-    for each in writers:
-        program = carried
-        try:
-            if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
-                program = build_planned_program(sequence, seams, replace(made, is_carried=False))
-            written = write_with_templates(each.name, each.write, program)
-            check_written(written.files, program, name=each.name)
-            files[each.name] = written.files
-            unjudged = (*unjudged_parts(written.files, program, name=each.name), *written.not_checked)
-            not_checked += (f"NOT CHECKED: {each.name}: {what}" for what in unjudged)
-        except FormatError:
-            raise  # a template of the user
-        except InputError as error:
-            refused[each.name] = str(error)
-    return files, refused, not_checked
+    folder = result if result.is_dir() else result.parent
+    is_calibrated = given.T_base_part is not None and (folder / CALIBRATION_FILE).exists()
+    return read_record(folder, CALIBRATION_FILE) if is_calibrated else {}
 
 
 def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
@@ -200,7 +198,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
     from rich.table import Table
 
     from wpcal.cli.console import plain_console
-    from wpcal.planning.sequence.timeline import checked_text, position_name
+    from wpcal.planning.sequence.timeline import position_name
 
     console, sequence = plain_console(), choice.sequence
     table = Table(title=f"Seams in the order of welding: {sequence.cell.name}")
@@ -239,7 +237,7 @@ def _show(choice: SequenceChoice, line: Timeline, *, has_part: bool) -> None:
     if sequence.out_of_position:
         listed = ", ".join(piece.name for piece in sequence.out_of_position)
         console.print(f"out of position (!), more than the tolerance: {listed}")
-    console.print(f"{'free' if sequence.is_free else 'NOT FREE'}: {checked_text(sequence)}")
+    console.print(f"{'free' if sequence.is_free else 'NOT FREE'}: {sequence.checked}")
     if not has_part:
         console.print("NOT CHECKED for collisions with the part: there is no part.glb beside the seams; give --part")
 

@@ -15,7 +15,7 @@ from wpcal.pages.cell import BODY, cell_record, frames_at
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.plan import ANGLE_DIGITS, PLACE_DIGITS, TIME_DIGITS
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
-from wpcal.planning.sequence.timeline import Timeline, checked_text, position_name, values_record
+from wpcal.planning.sequence.timeline import Timeline, position_name, values_record
 
 
 def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: bytes | None = None) -> str:
@@ -25,7 +25,7 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
     data = {
         **cell_record(cell, shows_frames=False),
         "freedom": "free" if sequence.is_free else "not free",
-        "checked": checked_text(sequence),
+        "checked": sequence.checked,
         "axes": list(cell.axis_names),
         "tolerance": round(math.degrees(sequence.targets.position_tol_rad), 1),
         "plans": [

@@ -259,6 +259,27 @@ class WeldSequencePoint(Record):
     margin_mm: float | None = D("Least margin from here to the next point, a lower bound; null if nothing can meet.")
 
 
+class Runs(Record):
+    tacks: Literal["first", "only", "off"]
+    weave: Literal["controller", "points"]
+
+
+class KeptPiece(Record):
+    before: int = D("States of the approach: the first ones.")
+    after: int = D("States of the retract: the last ones.")
+    states: list[list[float]] = D("Axes at the points of approach, weld and retract.")
+
+
+class KeptPlan(Record):
+    """What programs are written from"""
+
+    speed_mm_s: float = D("Of the wire, where weld data do not say it.")
+    approach_mm: float
+    air_speed_mm_s: float
+    pieces: list[KeptPiece] = D("As in seams.")
+    air: list[list[list[float]]] = D("Axes of the moves from home to the first piece, between pieces, and home.")
+
+
 class WeldSequence(Record):
     """One robot welds all seams: pieces in their order, what is left out, and all axes with times"""
 
@@ -280,4 +301,9 @@ class WeldSequence(Record):
     seams: list[Seam] = D("Pieces in the order of welding.")
     unwelded: list[Unwelded] = D("Stretches that are not welded.")
     no_program: dict[str, str] = D("Why there is no program, by the language.")
+    made_from: Maybe[dict[str, str]] = D("SHA-256 of the files in the folder input, by name.")
+    planned: Maybe[list[str]] = D("The seams that were asked for.")
+    runs: Maybe[Runs] = D("Which runs the weld data became.")
+    kept: Maybe[KeptPlan]
     points: list[WeldSequencePoint]
+    digest: Maybe[str] = D("SHA-256 of the record without this field.")

@@ -21,6 +21,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.formats.trajectory import joint_trajectory, tesseract_states
 from wpcal.planning.cell.cell import Rail
 from wpcal.planning.cell.cell_file import read_one_robot
+from wpcal.planning.sequence.kept_plan import KeptPlan
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
@@ -63,7 +64,7 @@ def sequence(tmp_path_factory, given):
 
 
 def program_of(sequence, given, **more):
-    return build_planned_program(sequence, {each.name: each for each in given.seams}, PlanOutput(**more))
+    return build_planned_program(KeptPlan.of(sequence), {each.name: each for each in given.seams}, PlanOutput(**more))
 
 
 def with_coupling(arm):
@@ -257,7 +258,7 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     up = np.einsum("nij,njk->nik", cell.part_places(q)[:, :3, :3], piece.candidate.task.R)[:, 2]
     assert np.degrees(np.arccos(up[:, 2].min())) < 1.0  # out of the joint is up everywhere
     assert np.abs(up[:, 0]).max() < np.sin(np.radians(1.0))  # and the travel is level
-    program = build_planned_program(found, {"R1": ring}, PlanOutput(has_part=False))
+    program = build_planned_program(KeptPlan.of(found), {"R1": ring}, PlanOutput(has_part=False))
     rapid, krl = written(program, "rapid"), written(program, "krl")
     assert 2 <= rapid.count("MoveC ") <= 3
     assert "NOT CHECKED for collisions with the part" in rapid
@@ -268,7 +269,7 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     radius = [np.hypot(*(float(v) for v in point.split(",")[:2])) for point in points]
     assert np.allclose(radius, 60.0, rtol=0, atol=WRITTEN_MM)  # in the part, which the positioner carries
     check_coordinated(program, cell)
-    lines = build_planned_program(found, {"R1": ring}, PlanOutput(has_part=False, is_carried=False))
+    lines = build_planned_program(KeptPlan.of(found), {"R1": ring}, PlanOutput(has_part=False, is_carried=False))
     check_coordinated(lines, cell)
     with pytest.raises(InputError, match="positions are expected in the base of the robot"):
         written(program, "fanuc")

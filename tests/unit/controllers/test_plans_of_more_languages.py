@@ -15,6 +15,7 @@ from wpcal.controllers.program.planned_program import PlanOutput, build_planned_
 from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell_file import read_one_robot
+from wpcal.planning.sequence.kept_plan import KeptPlan
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
@@ -31,7 +32,9 @@ def made(cell, **output):
     given = read_sequence_input(TEE, cell, SEAMS)
     cell = given.placed(cell)
     sequence = plan_sequence(cell, given.part, given.seams, SequenceTargets()).sequence
-    return cell, build_planned_program(sequence, {each.name: each for each in given.seams}, PlanOutput(**output))
+    return cell, build_planned_program(
+        KeptPlan.of(sequence), {each.name: each for each in given.seams}, PlanOutput(**output)
+    )
 
 
 @pytest.fixture(scope="module")

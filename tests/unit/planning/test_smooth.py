@@ -9,6 +9,7 @@ from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.controllers.program.planned_program import build_planned_program
 from wpcal.optim.banded import damped_step
 from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.sequence.kept_plan import KeptPlan
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import seam_task
@@ -94,7 +95,7 @@ def test_a_straight_seam_is_still_one_line():
         assert np.allclose(column, np.interp(s, even, column[[0, -1]]), rtol=0, atol=1e-9)
     given = read_sequence_input(TEE, fixed_cell(), ["W2"])
     sequence = plan_sequence(search.cell, given.part, given.seams, TARGETS).sequence
-    program = build_planned_program(sequence, {each.name: each for each in given.seams})
+    program = build_planned_program(KeptPlan.of(sequence), {each.name: each for each in given.seams})
     assert [len(path.weld_moves) for path in program.paths] == [1]
 
 

@@ -216,6 +216,10 @@ class Interpreter(Base):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
+    def bodies(self) -> Mapping[str, str]:
+        """Return the programs."""
+        return {name: "\n".join(line for _, line in one.lines) for name, one in self.programs.items()}
+
     def routine(self, name: str) -> None:
         """Run a program to its END."""
         program = self.programs.get(name.upper())

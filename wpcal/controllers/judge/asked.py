@@ -25,7 +25,7 @@ class Asked:
 
     p: FloatArray  #: shape (n, 3). In `base`, mm; NaN for joints.
     R: FloatArray  #: shape (n, 3, 3).
-    joints: FloatArray  #: shape (n, 6). deg; NaN for poses.
+    joints: FloatArray  #: shape (n, 6). deg; NaN where nobody knows them.
     stops: BoolArray  #: shape (n,). Whether the tool stops there: always off the seams.
 
 
@@ -61,7 +61,8 @@ def _rows(program: WeldProgram) -> Iterator[Row]:
         yield from ((None, joints, True) for joints in before)
         along = range(path.weld_rows.start + 1, path.weld_rows.stop)
         for row in range(0 if planned is None else path.before, len(path.p_base)):
-            yield (path.p_base[row], path.R_base[row]), None, row not in along
+            joints = None if planned is None or path.joints is None else np.degrees(path.joints[row])
+            yield (path.p_base[row], path.R_base[row]), joints, row not in along
     yield from ((None, joints, True) for joints in air[-1])
     yield from ends
 
@@ -86,23 +87,23 @@ def compare(trace: Trace, asked: Asked) -> Compared:
 
 def _matches(motion: Motion, asked: Asked, at: int) -> tuple[int, int] | None:
     """Return the first rows from `at` on that a motion leads to: middle and end of an arc, or twice the same."""
-    if motion.joints is not None:
-        near = np.abs(asked.joints[at:] - motion.joints).max(axis=1, initial=0.0) <= SAME_DEG
-        rows = np.flatnonzero(near & np.isfinite(asked.joints[at:, 0]))
-        return None if not len(rows) else (at + int(rows[0]), at + int(rows[0]))
-    if motion.goal is None:
-        return None
-    for row in _near(motion.goal, asked, at):
-        if motion.via is None:
+    near = _near if motion.joints is None else _near_joints
+    goal, via = (motion.goal, motion.via) if motion.joints is None else (motion.joints, motion.via_joints)
+    for row in [] if goal is None else near(goal, asked, at):
+        if via is None:
             return row, row
-        if row > at and row - 1 in _near(motion.via, asked, row - 1)[:1]:
+        if row > at and row - 1 in near(via, asked, row - 1)[:1]:
             return row - 1, row
     return None
 
 
-def _near(T: FloatArray, asked: Asked, at: int) -> Sequence[int]:
-    rows = at + np.flatnonzero(np.linalg.norm(asked.p[at:] - T[:3, 3], axis=1) <= SAME_MM)
+def _near_joints(q: FloatArray, asked: Asked, at: int) -> Sequence[int]:
+    return (at + np.flatnonzero(np.abs(asked.joints[at:] - q).max(axis=1, initial=0.0) <= SAME_DEG)).tolist()
+
+
+def _near(q: FloatArray, asked: Asked, at: int) -> Sequence[int]:
+    rows = at + np.flatnonzero(np.linalg.norm(asked.p[at:] - q[:3, 3], axis=1) <= SAME_MM)
     if not len(rows):
         return []
-    turns = np.linalg.norm(log_rotation(asked.R[rows].transpose(0, 2, 1) @ T[:3, :3]), axis=-1)
+    turns = np.linalg.norm(log_rotation(asked.R[rows].transpose(0, 2, 1) @ q[:3, :3]), axis=-1)
     return [int(row) for row in rows[turns <= SAME_RAD]]

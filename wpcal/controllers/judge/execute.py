@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,10 +31,12 @@ def execute(
     tools: Sequence[str | int] = (UNDECLARED,),
     T_base_frame: FloatArray | None = None,
     arc_output: int | None = None,
+    from_pulses: Callable[[FloatArray], FloatArray] | None = None,
 ) -> Trace:
     """Execute every routine of some files of one language that no other one calls.
 
     `tools`: Names and numbers of tools that the controller has.
+    `from_pulses`: From pulses of the arm, shape (6,), to its joints, deg.
     `T_base_frame`: shape (4, 4). Where frames are that the files do not declare; None: a move in one is not followed.
 
     Raises `ProgramError` when a file cannot be read.
@@ -47,7 +49,7 @@ def execute(
     grammar = controller.load_grammar()
     if arc_output is None and grammar is not None:
         arc_output = next((found for text in texts.values() if (found := grammar.arc_output(text)) is not None), None)
-    recorder = Recorder(arc_output=arc_output)
+    recorder = Recorder(from_pulses, arc_output=arc_output)
     interpreter = controller.load_interpreter()(
         texts, recorder, tools=dict.fromkeys(tools, np.eye(4)), bases=bases, on_stop=lambda _: True
     )

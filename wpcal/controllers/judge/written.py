@@ -38,12 +38,13 @@ def programs_of(files: Files) -> dict[str, str | bytes]:
 
 def run_written(files: Files, program: WeldProgram, *, name: str) -> Trace:
     """Execute the files of a program; `WrittenWrongError` when one cannot be read."""
-    output = None if program.arc is None else program.arc.output
+    output, arm = None if program.arc is None else program.arc.output, program.arm
     try:
         return execute(
             programs_of(files),
             tools=(program.controller.tool_name, program.controller.tool_number),
             arc_output=output,
+            from_pulses=None if arm is None else lambda pulses: np.degrees(arm.angles_from_pulses(pulses)),
         )
     except WpcalError as error:
         what = f"{name}: the written program cannot be read back: {error}; nothing is written"

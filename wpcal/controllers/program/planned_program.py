@@ -21,10 +21,10 @@ from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
-from wpcal.planning.sequence.timeline import checked_text
-from wpcal.planning.sequence.weld_sequence import AIR_SHARE, WeldPiece, WeldSequence
+from wpcal.planning.sequence.weld_sequence import AIR_SHARE
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
@@ -50,28 +50,27 @@ class PlanOutput:
 
 
 def build_planned_program(
-    sequence: WeldSequence, seams: Mapping[str, PlannedSeam], output: PlanOutput | None = None
+    plan: KeptPlan, seams: Mapping[str, PlannedSeam], output: PlanOutput | None = None
 ) -> WeldProgram:
     """Return the weld program of a plan.
 
     Raises `InputError` when a move is not free.
     """
-    if not sequence.is_free:
+    if not plan.is_free:
         raise InputError("no program is written for a plan that is not free of collision")
     output = output or PlanOutput()
-    cell = sequence.cell
+    cell = plan.cell
     turning = cell.axis_names[cell.first_turning :]
     controller = replace(output.controller, frame_number=WITHOUT_FRAME) if turning else output.controller
-    follows = any(np.ptp(piece.candidate.q[:, cell.first_turning :], axis=0).any() for piece in sequence.pieces)
+    follows = any(np.ptp(piece.q[:, cell.first_turning :], axis=0).any() for piece in plan.pieces)
     frame = _Frame(cell, follows=follows, is_carried=output.is_carried)
-    paths = tuple(_path(sequence, piece, seams[piece.candidate.task.name], output, frame) for piece in sequence.pieces)
-    air = tuple(JointMoves(*_split(path.q if row == 0 else path.q[1:])) for row, path in enumerate(sequence.air))
+    paths = tuple(_path(plan, piece, seams[piece.task.name], output, frame) for piece in plan.pieces)
+    air = tuple(JointMoves(*_split(q if row == 0 else q[1:])) for row, q in enumerate(plan.air))
     rail = None if cell.rail_axis is None else cell.axis_names[cell.rail_axis]
-    about = _about(sequence, rail)
+    about = _about(plan, rail)
     planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows, output.is_carried)
-    targets = sequence.targets
-    motion = MotionSettings(targets.approach_mm, targets.approach_mm, targets.speed_mm_s, targets.air_speed_mm_s)
-    checked = [f"checked against collision: all moves between home and home: {checked_text(sequence)}"]
+    motion = MotionSettings(plan.approach_mm, plan.approach_mm, plan.speed_mm_s, plan.air_speed_mm_s)
+    checked = [f"checked against collision: all moves between home and home: {plan.checked}"]
     checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
     return WeldProgram(
         paths,
@@ -87,16 +86,16 @@ def build_planned_program(
     )
 
 
-def _about(sequence: WeldSequence, rail: str | None) -> tuple[str, ...]:
-    cell = sequence.cell
+def _about(plan: KeptPlan, rail: str | None) -> tuple[str, ...]:
+    cell = plan.cell
     tool = cell.T_flange_tool
     place = ", ".join(f"{value:.3f}" for value in tool.t_mm)
     axis = ", ".join(f"{value:.4f}" for value in tool.R[:, 2])
     lines = [
-        f"cell {cell.name}, robot {cell.arm.name}; {len(sequence.pieces)} runs, {sequence.welded_mm:.0f} mm",
+        f"cell {cell.name}, robot {cell.arm.name}; {len(plan.pieces)} runs, {plan.welded_mm:.0f} mm",
         f"tool centre point in the flange: {place} mm; the wire is along z of the tool, {axis} in the flange",
     ]
-    lines += [f"NOT WELDED: {gap.seam} from {gap.from_mm:.0f} to {gap.to_mm:.0f} mm" for gap in sequence.unwelded]
+    lines += [f"NOT WELDED: {seam} from {start:.0f} to {end:.0f} mm" for seam, start, end in plan.not_welded]
     lines.append("run the whole program: the way to a seam that is run alone is not checked")
     if rail is not None:
         lines.append("positions count from where the base is at 0 mm of the rail, set up as a coordinated axis")
@@ -148,9 +147,8 @@ class _Frame:
         return RigidTransform.from_matrix(T, target="base", source="part")
 
 
-def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: PlanOutput, frame: _Frame) -> WeldPath:
-    cell, candidate = sequence.cell, piece.candidate
-    task, q = candidate.task, candidate.q
+def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput, frame: _Frame) -> WeldPath:
+    cell, task, q = plan.cell, piece.task, piece.q
     into = np.linalg.inv(frame.places(q))
     T_part, T_tool = into @ cell.part_places(q), into @ cell.tool_places(q)
     R_seam = T_part[:, :3, :3] @ task.R
@@ -168,7 +166,7 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
         T = np.zeros((len(moves.p), 4, 4))
         T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = moves.R, moves.p, 1.0
         T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
-        joints = _joints_at(cell, candidate.branch, T_base @ T, near)
+        joints = _joints_at(cell, piece.branch, T_base @ T, near)
     ends = piece.states[[0, -1]]
     T_ends = np.linalg.inv(frame.places(ends)) @ cell.tool_places(ends)
     T = np.concatenate([T_ends[:1], T, T_ends[1:]])
@@ -190,7 +188,7 @@ def _path(sequence: WeldSequence, piece: WeldPiece, of: PlannedSeam, output: Pla
         moves=moves,
         run=of.run,
         external=external,
-        speed_mm_s=piece.speed_mm_s / (1.0 if of.run is None else of.run.speed_ratio),
+        speed_mm_s=piece.speed_mm_s(cell, plan.speed_mm_s) / (1.0 if of.run is None else of.run.speed_ratio),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -81,6 +81,13 @@ def tree(rows: Iterable[Row], file: str, *, begins: Callable[[str], bool], turns
     return top
 
 
+def text_of(nodes: Sequence[Node]) -> str:
+    """Return lines with all that is in their blocks."""
+    return "\n".join(
+        "\n".join([node.text, *(f"{head}\n{text_of(body)}" for head, body in node.branches)]) for node in nodes
+    )
+
+
 class BlockInterpreter(Interpreter):
     """Runs the routines of a language of blocks."""
 
@@ -91,6 +98,10 @@ class BlockInterpreter(Interpreter):
         self.values: dict[str, Any] = {}
         self.locals: list[dict[str, Any]] = [{}]
         super().__init__(*args, **given)
+
+    def bodies(self) -> Mapping[str, str]:
+        """Return the texts of the routines that take no values, by name."""
+        return {name: text_of(one.body) for name, one in self.routines.items() if not one.parameters}
 
     def value(self, text: str | list[str]) -> Any:
         """Return the value of an expression."""

@@ -13,6 +13,7 @@ from wpcal.controllers.language.jobs import JobLanguage
 from wpcal.controllers.run.machine import Machine, Matrix, Place, rigid
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
+WORD = re.compile(r"[A-Za-z_][\w-]*+")  #: May be the name of a routine.
 MOST_BLOCKS = 40  #: Blocks (IF, WHILE …) in one another.
 T = TypeVar("T")
 
@@ -61,6 +62,20 @@ class Interpreter:
     def routine(self, name: str) -> None:
         """Run a routine to its end."""
         raise NotImplementedError
+
+    def bodies(self) -> Mapping[str, str]:
+        """Return the texts of the routines that take no values, by name."""
+        raise NotImplementedError
+
+    def entries(self) -> list[str]:
+        """Return the routines that no other one calls."""
+        bodies = {name: self._words(text) for name, text in self.bodies().items()}
+        called = {one for one in bodies for other, words in bodies.items() if other != one and one.upper() in words}
+        return [name for name in bodies if name not in called]
+
+    def _words(self, text: str) -> set[str]:
+        lines = (line for line in text.splitlines() if not re.match(self.grammar.comment, line))
+        return {word.upper() for line in lines for word in WORD.findall(line)}
 
     def start(self, routine: str) -> Run:
         """Run a routine and what it calls, to the end or to a stop of the operator."""

@@ -51,8 +51,18 @@ class Machine(Protocol):
     def arc(self, via: Matrix, goal: Matrix, T_flange_tool: Matrix) -> None:
         """Go to a pose on the circle through the place of `via`."""
 
-    def joint_move(self, joints: FloatArray | None = None) -> None:
-        """Go to joint angles, shape (6,), deg; None where the program does not say them."""
+    def joint_move(
+        self,
+        joints: FloatArray | None = None,
+        *,
+        kind: str = "J",
+        via: FloatArray | None = None,
+        in_pulses: bool = False,
+    ) -> None:
+        """Go to joint angles, shape (6,), deg or pulses; None where the program does not say them.
+
+        `kind`: ``J`` by the joints, ``L`` on a line, ``C`` on an arc through the joint angles `via`.
+        """
 
     def search(
         self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True

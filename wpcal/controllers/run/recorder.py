@@ -19,14 +19,14 @@ class Recorder:
 
     Parameters
     ----------
-    flange_of : From joints, shape (6,), deg, to T_base_flange. Without it nobody knows where joint moves end.
+    from_pulses : From pulses of an arm, shape (6,), to its joints, deg. Without it they are not known.
     arc_output : Number of the digital output that switches the arc.
     """
 
     def __init__(
-        self, flange_of: Callable[[FloatArray], Matrix] | None = None, *, arc_output: int | None = None
+        self, from_pulses: Callable[[FloatArray], FloatArray] | None = None, *, arc_output: int | None = None
     ) -> None:
-        self.trace, self.flange_of, self.arc_output = Trace(), flange_of, arc_output
+        self.trace, self.from_pulses, self.arc_output = Trace(), from_pulses, arc_output
         self.at = Place("", 0)
         self.T_base_flange: FloatArray | None = None
         self._arc_on, self._in_seam, self._seams = False, False, 0
@@ -51,11 +51,20 @@ class Recorder:
         """Write an arc."""
         self._write("C", goal, T_flange_tool, via=via)
 
-    def joint_move(self, joints: FloatArray | None = None) -> None:
-        """Write a move to joints, shape (6,), deg."""
-        is_known = joints is not None and self.flange_of is not None
-        flange = self.flange_of(joints) if is_known and self.flange_of is not None and joints is not None else None
-        self._write("J", flange, np.eye(4), joints=joints)
+    def joint_move(
+        self,
+        joints: FloatArray | None = None,
+        *,
+        kind: str = "J",
+        via: FloatArray | None = None,
+        in_pulses: bool = False,
+    ) -> None:
+        """Write a move to joints, shape (6,), deg, or pulses of the arm."""
+        if in_pulses and joints is not None:
+            known = self.from_pulses
+            joints = None if known is None else known(joints)
+            via = None if known is None or via is None else known(via)
+        self._write(kind, None, np.eye(4), joints=joints, via_joints=via)
 
     def search(
         self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True
@@ -90,9 +99,12 @@ class Recorder:
         *,
         via: Matrix | None = None,
         joints: FloatArray | None = None,
+        via_joints: FloatArray | None = None,
     ) -> None:
         start = None if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
         seam = self._seams if self._in_seam else 0
         self.trace.events.append(Switch(self.at, Does.MOVE))
-        self.trace.motions.append(Motion(self.at, kind, start, goal, T_flange_tool, via, joints, self._arc_on, seam))
+        self.trace.motions.append(
+            Motion(self.at, kind, start, goal, T_flange_tool, via, joints, via_joints, self._arc_on, seam)
+        )
         self.T_base_flange = None if goal is None else goal @ inverted(T_flange_tool)

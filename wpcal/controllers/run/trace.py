@@ -20,6 +20,7 @@ class Motion:
     T_flange_tool: FloatArray  #: Shape (4, 4).
     via: FloatArray | None = None  #: T_base_tool in the middle of an arc.
     joints: FloatArray | None = None  #: Of the goal, shape (6,), deg, where the program says them.
+    via_joints: FloatArray | None = None  #: The same in the middle of an arc.
     arc_on: bool = False
     seam: int = 0  #: From 1 on in the order of the program; 0 between seams.
 

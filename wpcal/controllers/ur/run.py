@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, tree
+from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, text_of, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Parser, Syntax, tokens_of, without_comment
 from wpcal.controllers.run.machine import inverted, rigid
 from wpcal.controllers.run.program import ProgramError, StoppedError
@@ -154,6 +154,11 @@ class Interpreter(BlockInterpreter):
         return {number: level == "True" for number, level in found} if self.threads or "thread" in text else {}
 
     # -- running ---------------------------------------------------------------------------------------------------
+
+    def bodies(self) -> Mapping[str, str]:
+        """Return the functions that take no values, and what is outside of them, without a name."""
+        outside = text_of([node for _, node in self.outside if not node.text.startswith("#")])
+        return {**super().bodies(), **({"": outside} if outside else {})}
 
     def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
         """Run a function; without a name the first one, or what is outside of functions."""

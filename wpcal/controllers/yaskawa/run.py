@@ -43,6 +43,9 @@ COMPARE = {
     "<=": operator.le,
     ">=": operator.ge,
 }
+AXES = r"(?: [BE]C\d{5}){0,2}"  #: Of a rail and a station.
+MASTER = r"(?:  \+MOVJ EC\d{5})?"  #: How the station moves in step.
+JOINT_KINDS = ("PULSE", "ANGLE")
 POINT = r"(C\d{5}|PX?\d{3,5})"
 NUMBER = r"([BID]\d{3})"
 UNITS = (1000.0, 1000.0, 1000.0, 10000.0, 10000.0, 10000.0)  #: Of the elements of a position, as numbers.
@@ -114,7 +117,7 @@ class Interpreter(Base):
         self.detected: FloatArray | None = None
         self.is_found: bool | None = None
         self.job: _Job | None = None
-        self.arc: list[FloatArray] = []
+        self.arc: list[_Point] = []
         self.shift: tuple[FloatArray, bool] | None = None
         self.loops: list[tuple[int, int]] = []
         super().__init__(files, *args, **given)
@@ -175,6 +178,10 @@ class Interpreter(Base):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
+    def bodies(self) -> Mapping[str, str]:
+        """Return the jobs."""
+        return {name: "\n".join(line for _, line in one.lines) for name, one in self.jobs.items()}
+
     def routine(self, name: str) -> None:
         """Run a job to END or RET."""
         if name not in self.jobs:
@@ -200,7 +207,7 @@ class Interpreter(Base):
             return None
         if line.startswith("*") or line == "NOP":
             return None
-        if not line.startswith("MOVC") and re.match(r"S?MOV|IMOV", line):
+        if not re.match("S?MOVC", line) and re.match(r"S?MOV|IMOV", line):
             self._end_arc()
         for pattern, function in self._INSTRUCTIONS:
             if found := re.fullmatch(pattern, line):
@@ -215,18 +222,28 @@ class Interpreter(Base):
 
     def _movj(self, name: str) -> None:
         point = self.place(name)
-        if point.kind in {"PULSE", "ANGLE"}:
-            self.machine.joint_move(np.array(point.values) if point.kind == "ANGLE" else None)
+        if point.kind in JOINT_KINDS:
+            self._to_joints("J", point)
         else:
             self.go("J", self._T_base(point))
 
+    def _to_joints(self, kind: str, point: _Point, via: _Point | None = None) -> None:
+        middle = None if via is None else np.array(via.values)
+        self.tool = point.tool
+        self.machine.joint_move(np.array(point.values), kind=kind, via=middle, in_pulses=point.kind == "PULSE")
+
     def _movl(self, name: str, speed: str, rest: str | None) -> None:
-        goal = self._T_base(self.place(name))
-        if not rest or not rest.startswith(" SRCH"):
+        point, is_search = self.place(name), bool(rest) and str(rest).startswith(" SRCH")
+        if not is_search:
             self._options(rest)
+            if point.kind in JOINT_KINDS:
+                self._to_joints("L", point)
+                return
+        goal = self._T_base(point)
+        if not is_search:
             self.go("L", goal, speed_mm_s=float(speed))
             return
-        found = re.fullmatch(r" SRCH (R?IN#\(\d+\))=(ON|OFF)(?: T=\d+\.\d+)?", rest)
+        found = re.fullmatch(r" SRCH (R?IN#\(\d+\))=(ON|OFF)(?: T=\d+\.\d+)?", rest or "")
         if found is None:
             raise ProgramError(f"not followed: {rest!r}")
         if self.signals.get(found[1]) != (found[2] == "ON"):
@@ -243,12 +260,15 @@ class Interpreter(Base):
     def _movc(self, name: str, speed: str, rest: str | None) -> None:
         """Take one of the three points of an arc; the robot goes to the first on a line."""
         self._options(rest)
-        goal = self._T_base(self.place(name))
-        self.arc.append(goal)
-        if len(self.arc) == 1:
-            self.go("L", goal, speed_mm_s=float(speed))
-        elif len(self.arc) == 3:
-            self.go("C", goal, via=self.arc[1], speed_mm_s=float(speed))
+        point = self.place(name)
+        self.arc.append(point)
+        if len(self.arc) in {1, 3}:
+            kind, via = ("L", None) if len(self.arc) == 1 else ("C", self.arc[1])
+            if point.kind in JOINT_KINDS:
+                self._to_joints(kind, point, via)
+            else:
+                T_via = None if via is None else self._T_base(via)
+                self.go(kind, self._T_base(point), via=T_via, speed_mm_s=float(speed))
         elif len(self.arc) > 3:
             raise ProgramError("more than three MOVC in a row")
 
@@ -271,7 +291,7 @@ class Interpreter(Base):
 
     def _displacement(self, point: _Point, frame: str | None, user: str | None) -> tuple[FloatArray, bool]:
         """Return a displacement in `base`, or in the tool, and whether it is in the tool."""
-        if point.kind in {"PULSE", "ANGLE"} or any(point.values[3:]):
+        if point.kind in JOINT_KINDS or any(point.values[3:]):
             raise ProgramError("a displacement in pulses or with a turn")
         d = np.array(point.values[:3])
         if frame == "TF":
@@ -323,7 +343,7 @@ class Interpreter(Base):
     def _change(self, word: str, name: str, by: str | None) -> None:
         if name.startswith("P"):
             one, other = self.place(name), self.place(by or "")
-            if one.kind in {"PULSE", "ANGLE"} or other.kind in {"PULSE", "ANGLE"}:
+            if one.kind in JOINT_KINDS or other.kind in JOINT_KINDS:
                 raise ProgramError(f"{word} in pulses")
             sign = 1.0 if word == "ADD" else -1.0
             values = tuple(a + sign * b for a, b in zip(one.values, other.values, strict=True))
@@ -426,9 +446,9 @@ class Interpreter(Base):
 
     _FRAME = r"(?: (BF|RF|TF|UF#)(?:\((\d+)\))?)?"
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
-        (rf"MOVJ {POINT} VJ=\d+\.\d+(?: PL=\d)?(?: NWAIT)?", _movj),
-        (rf"MOVL {POINT} V=(\d+\.\d+)( .*)?", _movl),
-        (rf"MOVC {POINT} V=(\d+\.\d+)( .*)?", _movc),
+        (rf"S?MOVJ {POINT}{AXES} VJ=\d+\.\d+(?: PL=\d)?(?: NWAIT)?{MASTER}", _movj),
+        (rf"S?MOVL {POINT}{AXES} V=(\d+\.\d+)( [A-Z].*?)?{MASTER}", _movl),
+        (rf"S?MOVC {POINT}{AXES} V=(\d+\.\d+)( [A-Z].*?)?{MASTER}", _movc),
         (rf"IMOV {POINT} V=(\d+\.\d+)(?: PL=\d)?{_FRAME}", _imov),
         (rf"SFTON {POINT}{_FRAME}", _sfton),
         (r"SFTOF", _sftof),

@@ -135,14 +135,7 @@ class Candidate:
 
     def weld_speed(self, cell: Cell, asked_mm_s: float) -> tuple[float, str | None]:
         """Return the speed along the seam that every joint can follow, mm/s, and the joint that limits it."""
-        asked_mm_s = self.task.speed_mm_s or asked_mm_s
-        moves = np.abs(np.diff(self.q, axis=0))
-        s = np.diff(self.task.s_mm)[:, None]
-        allowed = np.divide(cell.speeds * s, moves, out=np.full(moves.shape, math.inf), where=moves > 0)
-        row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
-        if allowed[row, column] >= asked_mm_s:
-            return asked_mm_s, None
-        return float(allowed[row, column]), cell.axis_names[int(column)]
+        return speed_along(cell, self.q, self.task.s_mm, self.task.speed_mm_s or asked_mm_s)
 
     def backwards(self) -> Candidate:
         """Return the same poses in the other direction; the torch angles change their signs."""
@@ -150,3 +143,18 @@ class Candidate:
         return replace(
             self, task=self.task.backwards(), q=self.q[::-1], angles=angles, is_reversed=not self.is_reversed
         )
+
+
+def speed_along(cell: Cell, q: FloatArray, s_mm: FloatArray, asked_mm_s: float) -> tuple[float, str | None]:
+    """Return the asked speed, or the largest that every axis can follow, mm/s, and the axis that limits it.
+
+    `q`: shape (n, k). All axes, rad and mm, at the arc lengths `s_mm`, shape (n,).
+    """
+    moves = np.abs(np.diff(q, axis=0))
+    allowed = np.divide(
+        cell.speeds * np.diff(s_mm)[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0
+    )
+    row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
+    if allowed[row, column] >= asked_mm_s:
+        return asked_mm_s, None
+    return float(allowed[row, column]), cell.axis_names[int(column)]

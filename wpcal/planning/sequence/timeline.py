@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
@@ -22,14 +22,17 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
+from wpcal.core.input_file import sha256_of
 from wpcal.core.same_bits import inverse_pose, product, solve
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.cuts import Unwelded
+from wpcal.planning.sequence.kept_plan import PLAN_SCHEMA, KeptPlan, shown_units
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
 from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, WeldSequence, air_seconds
 from wpcal.seam.path.position import weld_rotation, weld_slope
+from wpcal.weld.runs import RunChoice
 
 ON_LINE_MM = 0.02  #: How far the wire may leave a line: less than half of the usual tolerance of a path.
 STEPS = 4  #: Of Newton's method: it starts within some tenths of a millimetre, and doubles its digits with each.
@@ -180,20 +183,26 @@ def _at_states(at: FloatArray, margin: FloatArray, count: int) -> FloatArray:
     return least
 
 
-SEQUENCE_SCHEMA = "wpcal/weld-sequence/1"
 CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
 
 
-def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mapping[str, str]) -> dict[str, Any]:
-    """Return the record of ``plan.json``. Angles in degrees, a rail in mm."""
+def sequence_record(
+    choice: SequenceChoice, line: Timeline, *, inputs: Mapping[str, bytes], planned: Sequence[str], runs: RunChoice
+) -> dict[str, Any]:
+    """Return the record of ``plan.json``. Angles in degrees, a rail in mm.
+
+    `inputs`: What it was planned from: names and contents of files.
+    `planned`: Names of the seams that were asked for.
+    `runs`: Which runs their weld data became.
+    """
     sequence = choice.sequence
     cell = sequence.cell
     return {
-        "schema": SEQUENCE_SCHEMA,
+        "schema": PLAN_SCHEMA,
         "cell": cell.name,
         "units": {"length": "mm", "angle": "deg", "time": "s"},
         "freedom": "free" if sequence.is_free else "not free",
-        "checked": checked_text(sequence),
+        "checked": sequence.checked,
         "axes": list(cell.axis_names),
         "welded_mm": sequence.welded_mm,
         "time_s": float(line.t_s[-1]),
@@ -204,7 +213,11 @@ def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mappi
         "T_carrier_part": cell.T_part.to_record(),
         "seams": [_piece(cell, piece, sequence) for piece in sequence.pieces],
         "unwelded": [_unwelded(each) for each in sequence.unwelded],
-        "no_program": dict(no_program),
+        "no_program": {},
+        "made_from": {name: sha256_of(data) for name, data in inputs.items()},
+        "planned": list(planned),
+        "runs": {"tacks": runs.tacks.value, "weave": runs.weave.value},
+        "kept": KeptPlan.of(sequence).record(),
         "points": _points(sequence, line),
     }
 
@@ -212,17 +225,6 @@ def sequence_record(choice: SequenceChoice, line: Timeline, *, no_program: Mappi
 def values_record(values: SequenceValues) -> dict[str, float]:
     """Return what plans are compared by as plain values."""
     return asdict(values)
-
-
-def checked_text(sequence: WeldSequence) -> str:
-    """Say in one line what was compared with what."""
-    checks = [piece.check for piece in sequence.pieces] + [path.check for path in sequence.air]
-    count = sum(len(check.at) for check in checks)
-    least = min(float(check.margin_mm.min()) for check in checks)
-    return (
-        f"{count} states on all moves; between two of them no body moves farther than is free around it; the least "
-        f"distance is at least {least:.1f} mm beyond the safety distance"
-    )
 
 
 def position_name(cell: Cell, piece: WeldPiece) -> tuple[float, float]:
@@ -263,10 +265,7 @@ def _unwelded(gap: Unwelded) -> dict[str, Any]:
 
 def _degrees(cell: Cell, q: np.ndarray[Any, Any]) -> list[list[float]]:
     """Return axes as files show them: degrees, and a rail in mm."""
-    factors = np.full(q.shape[1], 180.0 / math.pi)
-    if cell.rail_axis is not None:
-        factors[cell.rail_axis] = 1.0
-    found: list[list[float]] = (q * factors).tolist()
+    found: list[list[float]] = (q * shown_units(cell)).tolist()
     return found
 
 

@@ -85,6 +85,17 @@ class WeldSequence:
         """Whether every move is proved free of collision."""
         return all(piece.check.is_free for piece in self.pieces) and all(path.check.is_free for path in self.air)
 
+    @property
+    def checked(self) -> str:
+        """What was compared with what, in one line."""
+        checks = [piece.check for piece in self.pieces] + [path.check for path in self.air]
+        count = sum(len(check.at) for check in checks)
+        least = min(float(check.margin_mm.min()) for check in checks)
+        return (
+            f"{count} states on all moves; between two of them no body moves farther than is free around it; the least "
+            f"distance is at least {least:.1f} mm beyond the safety distance"
+        )
+
 
 def sequence_values(cell: Cell, targets: SequenceTargets, chosen: list[Candidate], air_s: float) -> SequenceValues:
     """Return what plans are compared by."""

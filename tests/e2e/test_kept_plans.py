@@ -1,0 +1,143 @@
+"""A plan is kept: programs are written again from its folder alone, and from nothing that was changed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.one_robot_cells import TEE, one_robot_record, write_cell
+from tests.running import run_here
+
+pytest.importorskip("fcl", reason="python-fcl is not installed")
+pytest.importorskip("ompl", reason="ompl is not installed")
+LANGUAGES = ("rapid", "krl")
+VALUES = {"job": 3, "current_a": 200.0, "voltage_v": 24.0, "speed_mm_s": 7.0}
+
+
+def written(folder: Path) -> dict[str, bytes]:
+    return {f"{path.parent.name}/{path.name}": path.read_bytes() for path in folder.glob("*/*") if path.is_file()}
+
+
+def welds_file(folder: Path, name: str = "welds.json", **values: object) -> Path:
+    record = {"schema": "wpcal/welds/1", "welds": [{"name": "W2", "values": {**VALUES, **values}}]}
+    path = folder / name
+    path.write_text(json.dumps(record), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The plan of one seam; nothing is left of what it was made from but the copies beside it."""
+    folder = tmp_path_factory.mktemp("kept")
+    result = shutil.copytree(TEE, folder / "tee")
+    cell = write_cell(folder, one_robot_record())
+    formats = [word for name in LANGUAGES for word in ("-f", name)]
+    done = run_here("plan", cell, result, "--only", "W2", *formats, "-o", folder / "plan")
+    assert (done.returncode, done.stderr) == (0, "")
+    shutil.rmtree(result)
+    cell.unlink()
+    return folder / "plan"
+
+
+@pytest.fixture
+def kept(planned: Path, tmp_path: Path) -> Path:
+    """A copy of the plan in another place."""
+    return shutil.copytree(planned, tmp_path / "elsewhere")
+
+
+def test_programs_are_written_again_to_the_byte(kept: Path, tmp_path: Path) -> None:
+    formats = [word for name in LANGUAGES for word in ("-f", name)]
+    done = run_here("export", kept, *formats, "-o", tmp_path / "again")
+    assert (done.returncode, done.stderr) == (0, "")
+    again = written(tmp_path / "again")
+    assert {name.partition("/")[0] for name in again} == set(LANGUAGES)
+    assert again.items() <= written(kept).items()
+
+
+def test_names_are_changed_without_planning(kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("wpcal.planning.sequence.plan_sequence.plan_sequence", None)
+    names = ("--program-name", "NIGHT", "--tool-name", "tGun")
+    assert run_here("export", kept, "-f", "rapid", *names, "-o", tmp_path / "again").returncode == 0
+    text = (tmp_path / "again" / "rapid" / "NIGHT.mod").read_text()
+    before = (kept / "rapid" / "WPCAL.mod").read_text()
+    assert text == before.replace("WPCAL", "NIGHT").replace("tTorch", "tGun")
+
+
+def test_the_arc_is_switched_on_later(kept: Path, tmp_path: Path) -> None:
+    words = ("--arc", "on", "--welds", welds_file(tmp_path))
+    done = run_here("export", kept, "-f", "rapid", *words, "-o", tmp_path / "again")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "the programs switch the arc" in done.stdout
+    text = (tmp_path / "again" / "rapid" / "WPCAL.mod").read_text()
+    assert "ArcLStart" in text
+    assert "ArcL" not in (kept / "rapid" / "WPCAL.mod").read_text()
+
+
+def test_weld_data_with_other_runs_need_another_plan(kept: Path, tmp_path: Path) -> None:
+    welds = welds_file(tmp_path, stitch={"length_mm": 40, "pitch_mm": 110, "offset_mm": 0})
+    done = run_here("export", kept, "-f", "rapid", "--welds", welds, "-o", tmp_path / "again")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "the weld data cut the seams into other runs than the plan has: plan again" in done.stderr
+    assert not (tmp_path / "again").exists()
+
+
+def _state(kept: Path) -> None:
+    record = json.loads((kept / "plan.json").read_text())
+    record["kept"]["pieces"][0]["states"][1][2] += 0.01
+    (kept / "plan.json").write_text(json.dumps(record, indent=1) + "\n")
+
+
+def _seams(kept: Path) -> None:
+    path = kept / "input" / "seams.json"
+    path.write_bytes(path.read_bytes().replace(b"5", b"6", 1))
+
+
+def _earlier(kept: Path) -> None:
+    record = json.loads((kept / "plan.json").read_text())
+    for name in ("kept", "digest", "made_from", "planned", "runs"):
+        del record[name]
+    (kept / "plan.json").write_text(json.dumps(record))
+
+
+CHANGES = (
+    (_state, "plan.json: was changed after wpcal plan wrote it (digest); plan again"),
+    (_seams, "seams.json: is not what plan.json was made from (SHA-256); plan again"),
+    (lambda kept: (kept / "input" / "cell.json").unlink(), "cell.json: is missing; the plan was made from it"),
+    (_earlier, "plan.json: an earlier version of wpcal made this plan, without its states: plan again"),
+    (lambda kept: (kept / "plan.json").write_text('{"schema": "wpcal/plan/1"}'), "not a plan of one robot"),
+)
+
+
+@pytest.mark.parametrize(("change", "message"), CHANGES, ids=["state", "seams", "cell", "earlier", "two robots"])
+def test_a_changed_plan_is_refused(kept: Path, tmp_path: Path, change: Callable[[Path], None], message: str) -> None:
+    change(kept)
+    done = run_here("export", kept, "-f", "rapid", "-o", tmp_path / "again")
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert message in done.stderr
+    assert not (tmp_path / "again").exists()
+
+
+@pytest.mark.parametrize("words", [("--only", "W3"), ("--speed-mm-s", "5"), ("--tacks", "off"), ("--robot", "mh6")])
+def test_what_a_plan_settles_is_refused(kept: Path, words: tuple[str, ...]) -> None:
+    done = run_here("export", kept, "-f", "rapid", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{words[0]} is settled in a plan; give it to wpcal plan" in done.stderr
+
+
+def test_what_a_language_needs_is_asked_before_anything_is_planned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("wpcal.planning.sequence.plan_sequence.plan_sequence", None)
+    cell = write_cell(tmp_path, one_robot_record())
+    record = {name: value for name, value in VALUES.items() if name != "job"}
+    path = tmp_path / "welds.json"
+    path.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": [{"name": "W2", "values": record}]}))
+    words = ("--only", "W2", "--arc", "on", "--welds", path)
+    done = run_here("plan", cell, TEE, *words, "-f", "inform", "-o", tmp_path / "plan")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("wpcal: no inform program: ")
+    assert not (tmp_path / "plan").exists()

@@ -1,0 +1,105 @@
+"""`wpcal export` of a plan that was kept: its programs again, with other names, weld data or languages."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from wpcal.cli.export_options import WeldProgramAsked
+    from wpcal.cli.weld_options import ArcAsked
+    from wpcal.controllers.plan_programs import WrittenPlan
+    from wpcal.controllers.program.planned_program import PlanOutput
+    from wpcal.planning.sequence.kept_plan import KeptInput
+
+TAKEN = frozenset(
+    {
+        *("folder", "formats", "out", "write_templates", "write_setup", "force", "as_json"),
+        *("program_name", "tool_name", "tool_number", "frame_number", "config", "template"),
+        *("path_tol_mm", "every_point", "welds", "weld_rules", "arc", "arc_output"),
+    }
+)
+"""Parameters of the command that a plan takes: all others are settled when it is made."""
+
+
+def is_plan(folder: Path) -> bool:
+    """Tell whether a folder holds a plan of one robot, and no calibration."""
+    from wpcal.core.input_file import holds_file
+    from wpcal.planning.sequence.kept_plan import PLAN_FILE
+    from wpcal.results.agree import CALIBRATION_FILE
+
+    return holds_file(folder, PLAN_FILE) and not holds_file(folder, CALIBRATION_FILE)
+
+
+def export_plan(
+    folder: Path, formats: Sequence[str], flags: WeldProgramAsked, *, out: Path | None, force: bool, as_json: bool
+) -> int:
+    """Write the programs of a plan. The exit code: 1 if a language refuses, or something was not checked."""
+    from wpcal.cli.outputs import refuse_options, write_programs
+    from wpcal.cli.plan_sequence import calibration_of, plan_writers, refuse_languages, with_welds
+    from wpcal.controllers.plan_programs import write_plan
+    from wpcal.core.records import check_writable
+    from wpcal.planning.sequence.kept_plan import plan_from_record, read_kept_plan
+
+    refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan")
+    writers = plan_writers(tuple(formats))
+    kept = read_kept_plan(folder)
+    targets = {each.name: (out or folder) / each.name for each in writers}
+    for target in targets.values():
+        check_writable(target, overwrite=force)
+    asked = replace(flags, arc=_arc(flags.arc, kept))
+    calibration = calibration_of(kept.given, kept.folder)
+    given, made = with_welds(kept.given, kept.cell, asked, calibration, kept.record["kept"]["speed_mm_s"])
+    plan = plan_from_record(kept.record, kept.cell, {each.name: each for each in given.seams})
+    found = write_plan(plan, given.seams, made, writers)
+    refuse_languages(found.refused, writers)
+    write_programs(found.files, targets, overwrite=force)
+    _show(found, targets, made, kept.record, as_json=as_json)
+    for note in found.notes(why=True):
+        click.echo(f"wpcal: {note}", err=True)
+    return 1 if found.refused or found.not_checked or plan.not_welded else 0
+
+
+def _arc(arc: ArcAsked, kept: KeptInput) -> ArcAsked:
+    """Return the weld data that are asked for, else those of the plan; its runs are always those of the plan."""
+    from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
+
+    runs = kept.record["runs"]
+    choice = RunChoice(Tacks(runs["tacks"]), WeaveBy(runs["weave"]))
+    if arc.welds is not None:
+        return replace(arc, choice=choice)
+    return replace(arc, choice=choice, welds=kept.welds, rules=replace(arc.rules, weld_rules=kept.rules))
+
+
+def _show(
+    found: WrittenPlan,
+    targets: Mapping[str, Path],
+    made: PlanOutput,
+    record: Mapping[str, object],
+    *,
+    as_json: bool,
+) -> None:
+    from wpcal.cli.plan_sequence import said_of_arc
+
+    if as_json:
+        from wpcal.core.records import to_json
+
+        written = {name: [str(targets[name] / file) for file in sorted(files)] for name, files in found.files.items()}
+        answer = {
+            "schema": "wpcal/export/1",
+            "seams": record["planned"],
+            "files": written,
+            "no_program": found.refused,
+            "checked": [record["checked"]],
+            "not_checked": "; ".join(found.not_checked),
+        }
+        click.echo(to_json(answer), nl=False)
+        return
+    for name, files in found.files.items():
+        click.echo(f"{name}: {', '.join(sorted(files))} in {targets[name]}")
+    click.echo(said_of_arc(made))

@@ -1,0 +1,91 @@
+"""Write the programs of a plan in several languages; each is checked, and one that refuses stops no other.
+
+What a language needs is asked for before anything is planned (`refusals`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from wpcal.controllers.audit.programs import check_written, unjudged_parts
+from wpcal.controllers.audit.templates import write_with_templates
+from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
+from wpcal.controllers.registry import Controller
+from wpcal.core.errors import FormatError, InputError
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
+from wpcal.planning.sequence.seam_task import seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+
+
+@dataclass(slots=True)
+class WrittenPlan:
+    """The programs of a plan, by language."""
+
+    files: dict[str, Mapping[str, str | bytes]] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)  #: Why there is no program.
+    not_checked: list[str] = field(default_factory=list)
+
+    def notes(self, *, why: bool) -> list[str]:
+        """Say what was not checked, and why there is no program: where it was asked for, or in no language."""
+        reasons = self.refused.items() if why or not self.files else ()
+        return [*self.not_checked, *(f"no {name} program: {reason}" for name, reason in reasons)]
+
+
+def write_plan(
+    plan: KeptPlan, seams: Sequence[PlannedSeam], output: PlanOutput, writers: Sequence[Controller]
+) -> WrittenPlan:
+    """Return the programs of a plan.
+
+    Raises `FormatError` when a template of the user has a fault.
+    """
+    named, found = {each.name: each for each in seams}, WrittenPlan()
+    try:
+        carried = build_planned_program(plan, named, output)
+    except InputError as error:
+        found.refused = {each.name: str(error) for each in writers}
+        return found
+    for each in writers:
+        program = carried
+        try:
+            if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
+                program = build_planned_program(plan, named, replace(output, is_carried=False))
+            written = write_with_templates(each.name, each.write, program)
+            check_written(written.files, program, name=each.name)
+            found.files[each.name] = written.files
+            unjudged = (*unjudged_parts(written.files, program, name=each.name), *written.not_checked)
+            found.not_checked += (f"NOT CHECKED: {each.name}: {what}" for what in unjudged)
+        except FormatError:
+            raise
+        except InputError as error:
+            found.refused[each.name] = str(error)
+    return found
+
+
+def refusals(
+    cell: Cell, seams: Sequence[PlannedSeam], output: PlanOutput, writers: Sequence[Controller]
+) -> dict[str, str]:
+    """Return which languages refuse every plan of these seams, and why: names, numbers, weld data, templates.
+
+    A plan in which the arm stands at home is written for this, with two points of each seam.
+
+    Raises `FormatError` when a template of the user has a fault.
+    """
+    home = cell.home[None]
+    ends = [seam_task(each.seam, each.speed_mm_s, each.rank) for each in seams]
+    ends = [replace(task.part_of(0, 1), s_mm=task.s_mm[[0, -1]], p=task.p[[0, -1]]) for task in ends]
+    pieces = tuple(KeptPiece(task.name, task, 0, np.repeat(home, 4, axis=0), 1, 1) for task in ends)
+    still = KeptPlan(cell, pieces, (home,) * (len(pieces) + 1), (), True, "", 1.0, 1.0, 1.0)
+    program = build_planned_program(still, {each.name: each for each in seams}, replace(output, tolerance=None))
+    found = dict[str, str]()
+    for each in writers:
+        try:
+            each.write(program)
+        except FormatError:
+            raise
+        except InputError as error:
+            found[each.name] = str(error)
+    return found
