@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -75,7 +76,7 @@ def capsule_clearance(cell: Cell, state: CellState) -> Clearance:
     """
     pairs = body_pairs(cell)
     table = _CapsuleTable.of_pairs(pairs)
-    return Clearance.of_states(cell, state, pairs, lambda frames: _least_margins(capsule_axes(pairs, frames), table))
+    return Clearance.of_states(cell, state, pairs, lambda frames: _least_margins(table.axes(frames), table))
 
 
 def require_bases_apart(cell: Cell) -> None:
@@ -115,7 +116,7 @@ def _least_margins(axes: Segments, table: _CapsuleTable) -> tuple[FloatArray, In
 def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
     """Return distance minus safety distance of every pair of bodies at every state, shape (m, n), mm."""
     table = _CapsuleTable.of_pairs(pairs)
-    axes = capsule_axes(pairs, frames)
+    axes = table.axes(frames)
     margins = np.empty((len(table.pair), axes.p.shape[2]))
     step = max(1, BLOCK // margins.shape[1])
     for start in range(0, len(margins), step):
@@ -128,14 +129,17 @@ def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CapsuleTable:
-    """Pairs of capsules: rows of both, the body pair of each, and radii plus safety distance."""
+    """Pairs of capsules: rows of both, the body pair of each, and radii plus safety distance; the axes of all."""
 
     first: IntArray
     second: IntArray
     pair: IntArray
     needed_mm: FloatArray
+    carrier: IntArray
+    ends: FloatArray  #: shape (2, 3, k, 1). Starts and spans of the axes in the frames of their carriers, mm.
 
     @classmethod
+    @lru_cache(maxsize=16)
     def of_pairs(cls, pairs: BodyPairs) -> _CapsuleTable:
         counts = [len(body.shape.radius_mm) for body in pairs.bodies]
         starts = np.concatenate([[0], np.cumsum(counts)])
@@ -147,20 +151,25 @@ class _CapsuleTable:
         ]
         first, second, pair = np.array(rows, dtype=np.int64).reshape(-1, 3).T
         radius = np.concatenate([np.zeros(0), *(body.shape.radius_mm for body in pairs.bodies)])
-        return cls(first, second, pair, radius[first] + radius[second] + pairs.safety_mm[pair])
+        carrier = np.repeat(np.array([body.carrier for body in pairs.bodies], dtype=np.int64), counts)
+        shapes = [body.shape for body in pairs.bodies]
+        p, q = (
+            np.concatenate([np.zeros((0, 3)), *(getattr(shape, end) for shape in shapes)]).T[:, :, None]
+            for end in ("p", "q")
+        )
+        needed = radius[first] + radius[second] + pairs.safety_mm[pair]
+        return cls(first, second, pair, needed, carrier, np.stack([p, q - p]))
 
-
-def capsule_axes(pairs: BodyPairs, frames: tuple[Frames, ...]) -> Segments:
-    """Return the axes of all capsules of all bodies, in order, in `world`: arrays of shape (3, k, n)."""
-    n = max(frame.p.shape[1] for frame in frames)
-    carrier = np.repeat([body.carrier for body in pairs.bodies], [len(body.shape.p) for body in pairs.bodies])
-    together = (
-        np.stack([np.broadcast_to(axis, (3, n)) for axis in axes], axis=1) for axes in zip(*frames, strict=True)
-    )
-    x, y, z, origin = (axes[:, carrier] for axes in together)
-    p, q = (np.concatenate([getattr(body.shape, end) for body in pairs.bodies]).T[:, :, None] for end in ("p", "q"))
-    u = q - p
-    return Segments(Frames(x, y, z, origin).point(p), np.asarray(u[0] * x + u[1] * y + u[2] * z, dtype=np.float64))
+    def axes(self, frames: tuple[Frames, ...]) -> Segments:
+        """Return the axes of all capsules of all bodies, in order, in `world`: arrays of shape (3, k, n)."""
+        together = np.empty((4, 3, len(frames), max(frame.p.shape[1] for frame in frames)))
+        for row, frame in enumerate(frames):
+            for own, axis in zip(together, frame, strict=True):
+                own[:, row] = axis
+        x, y, z, origin = together[:, :, self.carrier]
+        u = self.ends[1]
+        start = Frames(x, y, z, origin).point(self.ends[0])
+        return Segments(start, np.asarray(u[0] * x + u[1] * y + u[2] * z, dtype=np.float64))
 
 
 def _rows(axes: Segments, rows: IntArray) -> Segments:

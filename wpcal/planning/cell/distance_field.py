@@ -71,14 +71,19 @@ class DistanceField:
         `points`: shape (n, 3). In the frame of the triangles, mm.
         Returns `least, most`: ndarray, shape (n,). mm; `most` is infinite outside the grid.
         """
-        index = np.floor((points - self.low) / self.cell_mm).astype(np.int64)
-        shape = np.array(self.bound_mm.shape)
-        inside = ((index >= 0) & (index < shape)).all(axis=1)
-        i, j, k = np.clip(index, 0, shape - 1).T
-        off = np.maximum(np.maximum(self.box[0] - points, points - self.box[1]), 0.0)
-        beside = np.sqrt((off**2).sum(axis=1))
-        grid = self.bound_mm[i, j, k]
-        least = np.maximum(beside, np.where(inside, grid, 0.0))
+        place = np.zeros(len(points), dtype=np.int64)
+        inside = np.ones(len(points), dtype=bool)
+        beside = np.zeros(len(points))
+        for axis, count in enumerate(self.bound_mm.shape):  # long rows: three times as fast as rows of three
+            x = points[:, axis]
+            index = np.floor((x - self.low[axis]) / self.cell_mm)
+            inside &= (index >= 0.0) & (index < count)
+            place *= count
+            place += np.clip(index, 0.0, count - 1.0).astype(np.int64)
+            off = np.maximum(np.maximum(self.box[0, axis] - x, x - self.box[1, axis]), 0.0)
+            beside += off * off
+        grid = self.bound_mm.ravel()[place]
+        least = np.maximum(np.sqrt(beside), np.where(inside, grid, 0.0))
         return np.asarray(least, dtype=np.float64), np.where(inside, grid + self.slack_mm, np.inf)
 
 

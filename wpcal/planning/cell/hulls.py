@@ -11,6 +11,7 @@ The hulls are measured by FCL (Pan, Chitta, Manocha: FCL, a general purpose libr
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,10 @@ class HullMeasure:
         has_hull = np.asarray(hulled[pairs.first] | hulled[pairs.second])
         met = np.unique(np.concatenate([pairs.first[has_hull], pairs.second[has_hull]]))
         objects = {int(row): fcl_objects(pairs.bodies[row].shape) for row in met}
-        bounded = tuple(_bounded(body) if hull else body for body, hull in zip(pairs.bodies, hulled, strict=True))
+        bounded = tuple(
+            replace(body, shape=_bounded(body.shape)) if hull else body
+            for body, hull in zip(pairs.bodies, hulled, strict=True)
+        )
         return cls(pairs, replace(pairs, bodies=bounded), has_hull, objects, _walls(pairs, bounded))
 
     def least_margins(self, frames: tuple[Frames, ...]) -> tuple[FloatArray, IntArray]:
@@ -140,9 +144,10 @@ def _walls(pairs: BodyPairs, bounded: tuple[Body, ...]) -> dict[int, FloatArray]
     }
 
 
-def _bounded(body: Body) -> Body:
-    p, q, radius = capsule_around(body.shape.hull)
-    return replace(body, shape=replace(body.shape, p=p, q=q, radius_mm=np.array([radius + FCL_MM])))
+@lru_cache(maxsize=256)
+def _bounded(shape: Shape) -> Shape:
+    p, q, radius = capsule_around(shape.hull)
+    return replace(shape, p=p, q=q, radius_mm=np.array([radius + FCL_MM]))
 
 
 def _fcl_distance(first: Any, second: Any) -> float:
@@ -177,6 +182,7 @@ def convex_hull_object(shape: Shape) -> Any:
     return fcl.CollisionObject(_fcl_hull(shape), fcl.Transform())
 
 
+@lru_cache(maxsize=256)
 def _fcl_hull(shape: Shape) -> Any:
     """Build FCL's convex body: corners and triangles with outward normals."""
     try:

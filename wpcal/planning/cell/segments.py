@@ -17,6 +17,7 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.kinematics.forward import cross
 
 LEAST_SQUARED_MM2 = 1e-18
 """Smaller squared lengths are raised to this: a segment of 1e-9 mm counts as a point, and no division is by zero."""
@@ -101,30 +102,33 @@ def segment_triangle_distances(starts: FloatArray, ends: FloatArray, corners: Fl
     `starts`, `ends`: shape (k, 3). Any frame, mm.
     `corners`: shape (k, 3, 3). Corners of the triangles in the same frame.
     """
-    segments = Segments(starts.T, (ends - starts).T)
-    best = np.full(len(starts), np.inf)
-    for k in range(3):
-        edge = Segments(corners[:, k].T, (corners[:, (k + 1) % 3] - corners[:, k]).T)
-        best = np.minimum(best, segment_distances(segments, edge))
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normal, axis=1)
-    real = length > FLAT * ((corners - corners[:, :1]) ** 2).sum(axis=(1, 2))
-    normal = np.where(real[:, None], normal, 0.0) / np.where(real, length, 1.0)[:, None]
-    heights = [np.einsum("ij,ij->i", point - corners[:, 0], normal) for point in (starts, ends)]
-    for point, height in zip((starts, ends), heights, strict=True):
-        over = real & _is_over(point, corners, normal)
-        best = np.where(over, np.minimum(best, np.abs(height)), best)
+    p, q = np.ascontiguousarray(starts.T), np.ascontiguousarray(ends.T)
+    a = np.ascontiguousarray(corners.transpose(1, 2, 0))  # (corner, coordinate, k): long rows
+    edges = a[[1, 2, 0]] - a
+    best = segment_distances(Segments(p, q - p), Segments(a[0], edges[0]))
+    for corner, edge in zip(a[1:], edges[1:], strict=True):
+        np.minimum(best, segment_distances(Segments(p, q - p), Segments(corner, edge)), out=best)
+    normal = _cross(edges[0], -edges[2])
+    length = np.sqrt(dot(normal, normal))
+    real = length > FLAT * (dot(edges[0], edges[0]) + dot(edges[2], edges[2]))
+    normal = np.where(real, normal, 0.0) / np.where(real, length, 1.0)
+    inward = [_cross(normal, edge) for edge in edges]
+
+    def is_over(point: FloatArray) -> BoolArray:
+        """Tell whether the projections of points on the planes of triangles are inside the triangles."""
+        sides = [dot(side, point - corner) >= 0.0 for side, corner in zip(inward, a, strict=True)]
+        return np.asarray(sides[0] & sides[1] & sides[2] & real)
+
+    heights = dot(p - a[0], normal), dot(q - a[0], normal)
+    for point, height in zip((p, q), heights, strict=True):
+        best = np.where(is_over(point), np.minimum(best, np.abs(height)), best)
     span = heights[0] - heights[1]
-    crosses = real & (heights[0] * heights[1] <= 0.0) & (span != 0.0)
+    crosses = (heights[0] * heights[1] <= 0.0) & (span != 0.0)
     share = heights[0] / np.where(span != 0.0, span, 1.0)
-    through = crosses & _is_over(starts + share[:, None] * (ends - starts), corners, normal)
-    return np.where(through, 0.0, best)
+    return np.where(crosses & is_over(p + share * (q - p)), 0.0, best)
 
 
-def _is_over(points: FloatArray, corners: FloatArray, normal: FloatArray) -> BoolArray:
-    """Tell whether the projections of points on the planes of triangles are inside the triangles."""
-    over = np.ones(len(points), dtype=bool)
-    for k in range(3):
-        edge = corners[:, (k + 1) % 3] - corners[:, k]
-        over &= np.einsum("ij,ij->i", np.cross(normal, edge), points - corners[:, k]) >= 0.0
-    return over
+def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
+    out = np.empty_like(u)
+    cross(u, v, out=out)
+    return out

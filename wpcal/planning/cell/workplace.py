@@ -133,19 +133,22 @@ def least_shortage(cell: Cell, flanges: tuple[FloatArray, FloatArray]) -> tuple[
 
 
 def back_along_wire(cell: Cell, joints: FloatArray, distance_mm: float) -> FloatArray:
-    """Return joints at steps of `AIR_STEP_MM` away from a pose, against the wire, as far as they are reached; (a, 6).
+    """Return joints at steps of `AIR_STEP_MM` away from n poses, against the wire, shape (n, a, 6).
 
-    `joints`: shape (6,). Of the robot with the torch at the pose, rad; nothing else moves.
+    NaN from where a way is not reached. `joints`: shape (n, 6). Of the robot with the torch, rad; nothing else moves.
     """
-    count = math.ceil(distance_mm / AIR_STEP_MM)
+    n, count = len(joints), math.ceil(distance_mm / AIR_STEP_MM)
     back = np.linspace(0.0, distance_mm, count + 1)[1:]
-    T = np.repeat(cell.arm.forward(joints[None]), count, axis=0)
-    T[:, :3, 3] -= back[:, None] * product(cell.arm.forward(joints[None])[0, :3, :3], cell.T_flange_tool.R[:, 2])
-    found = [joints]
-    for every in solve_inverse(cell.arm, T).joints:
-        near = turn_into_limits(cell.arm, every, found[-1])
-        move = np.abs(near - found[-1]).max(axis=1)
-        if np.isnan(move).all() or np.nanmin(move) > LARGEST_AIR_MOVE_RAD:
-            break
-        found.append(near[int(np.nanargmin(move))])
-    return np.array(found[1:]).reshape(-1, len(joints))
+    flange = cell.arm.forward(joints)
+    T = np.repeat(flange[:, None], count, axis=1)
+    T[:, :, :3, 3] -= back[:, None] * product(flange[:, :3, :3], cell.T_flange_tool.R[:, 2])[:, None]
+    every = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints.reshape(n, count, -1, joints.shape[1])
+    found, last = np.full((n, count, joints.shape[1]), np.nan), joints
+    for step in range(count):
+        near = turn_into_limits(cell.arm, every[:, step], last[:, None])
+        move = np.nan_to_num(np.abs(near - last[:, None]).max(axis=2), nan=np.inf)
+        best = np.argmin(move, axis=1)
+        goes = move[np.arange(n), best] <= LARGEST_AIR_MOVE_RAD
+        last = np.where(goes[:, None], near[np.arange(n), best], np.nan)
+        found[:, step] = last
+    return found

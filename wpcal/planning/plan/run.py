@@ -117,7 +117,8 @@ def away_along_wire(
     `joints1`, `joints2`: shape (6,). At the pose, rad.
     Returns ndarray, shape (k, 6). As far as the steps can be reached and, if checked, are clear.
     """
-    away = back_along_wire(cell, joints1, distance_mm)
+    every = back_along_wire(cell, joints1[None], distance_mm)[0]
+    away: FloatArray = every[np.isfinite(every[:, 0])]
     if refine is None or not len(away):
         return away
     steps = np.concatenate([joints1[None], away])

@@ -25,7 +25,7 @@ from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import bodies_of
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
-from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.cell.cell_clearance import CellClearance, Margins
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames
@@ -193,15 +193,16 @@ class MotionChecker:
                 found[:, row] = np.where(still, nearer, found[:, row])
         return np.asarray(found, dtype=np.float64)
 
-    def check(self, states: FloatArray, *, again: bool = False) -> CheckedMove:
+    def check(self, states: FloatArray, *, again: bool = False, known: Margins | None = None) -> CheckedMove:
         """Check the straight moves from state to state. Where it is not free, the states measured so far.
 
         `states`: shape (n, k). Two or more, rad and mm.
         `again`: Whether they were found free one by one, so that a margin of zero is round-off.
+        `known`: Margins of the states, and of more after them.
         """
         least_mm = -ROUND_OFF_MM if again else 0.0
         at, q = self._divided(np.asarray(states, dtype=np.float64))
-        margin, free = self._measured(q)
+        margin, free = self._measured(q, known if len(q) == len(states) else None)
         while True:
             wide = self._is_wide(q[:-1], q[1:], free[:-1] + free[1:])
             is_free = bool((margin > least_mm).all())
@@ -215,10 +216,10 @@ class MotionChecker:
             order = np.argsort(at, kind="stable")
             at, q, margin, free = at[order], q[order], margin[order], free[order]
 
-    def _measured(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _measured(self, q: FloatArray, known: Margins | None = None) -> tuple[FloatArray, FloatArray]:
         """Return margins (n,) and the free distances of the bodies of every two carriers (n, c), mm."""
-        found = self.clearance.margins(q)
-        return found.margin_mm, np.maximum(found.by_carriers_mm, 0.0) + self._free_mm
+        found, n = known or self.clearance.margins(q), len(q)
+        return found.margin_mm[:n], np.maximum(found.by_carriers_mm[:n], 0.0) + self._free_mm
 
     def _divided(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return places and states at steps of `FIRST_STEP_MM` at most: one call measures them all."""

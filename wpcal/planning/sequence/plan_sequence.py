@@ -243,9 +243,7 @@ class _Smoother:
         key = id(way), may_tilt
         if key not in self.found:
             found = smoothed(ways.search, way, may_tilt=may_tilt)
-            if ways.search.cannot_leave(found) is not None:
-                found = way
-            self.found[key] = way, found  # the way is kept with its id
+            self.found[key] = way, next(iter(ways.search.leaving([found])), way)  # the way is kept with its id
         return self.found[key][1]
 
 

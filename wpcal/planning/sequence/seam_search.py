@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.seam_task import Candidate, SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses, wire_is_free
-from wpcal.planning.sequence.withdraw import Withdrawal, withdraw
+from wpcal.planning.sequence.withdraw import Withdrawal, withdraw, withdraws
 from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, solve_inverse
 from wpcal.robot.kinematics.opw import BRANCHES
 
@@ -81,19 +82,22 @@ class SeamSearch:
         other.__dict__["air"] = self.air
         return other
 
-    def withdrawn(self, q: FloatArray, most_mm: float = math.inf) -> Withdrawal:
+    def withdrawn(self, q: FloatArray) -> Withdrawal:
         """Go back along the wire from a state of a weld.
 
         `q`: shape (k,). All axes, rad and mm.
         """
-        return withdraw(self.checker, self.air, q, min(self.targets.approach_mm, most_mm))
+        return withdraw(self.checker, self.air, q, self.targets.approach_mm)
 
-    def cannot_leave(self, way: Candidate) -> str | None:
-        """Say why the torch cannot go back along the wire from an end of a way; None if it can from both."""
-        for q in way.q[[0, -1]]:
-            if self.withdrawn(q, FIRST_BACK_MM).why is not None and (why := self.withdrawn(q).why) is not None:
-                return why
-        return None
+    def leaving(self, ways: Sequence[Candidate]) -> list[Candidate]:
+        """Return those ways from whose ends the torch can go back along the wire: most can after `FIRST_BACK_MM`."""
+        if not ways:
+            return []
+        ends = np.concatenate([way.q[[0, -1]] for way in ways])
+        first_mm = min(self.targets.approach_mm, FIRST_BACK_MM)
+        can = withdraws(self.checker, self.air, ends, first_mm).tolist()
+        can = [row or self.withdrawn(q).why is None for row, q in zip(can, ends, strict=True)]
+        return [way for row, way in enumerate(ways) if can[2 * row] and can[2 * row + 1]]
 
     def whole(
         self, task: SeamTask, most_axes: int | None = None, tilts: Sequence[bool] = (False, True)
@@ -105,12 +109,10 @@ class SeamSearch:
             if not poses.is_free.any(axis=1).all():
                 continue
             found: list[Candidate] = []
-            for climb in self._climbs(task, poses, axes, whole=True):
-                way = climb.candidate
-                if way is not None and climb.last == len(task) - 1 and self.cannot_leave(way) is None:
-                    found.append(way)
-                if len(found) >= MOST_CANDIDATES:
-                    break
+            climbs = self._climbs(task, poses, axes, whole=True)
+            ways = (climb.candidate for climb in climbs if climb.candidate and climb.last == len(task) - 1)
+            while len(found) < MOST_CANDIDATES and (some := list(islice(ways, MOST_CANDIDATES - len(found)))):
+                found += self.leaving(some)
             if found:
                 return found
         return []
@@ -169,10 +171,14 @@ class SeamSearch:
     def flange_places(self, T_part_tool: FloatArray, values: FloatArray) -> FloatArray:
         """Return ``T_base_flange`` for n poses (n, 4, 4) and external axes (C, n, k - 6); shape (C, n, 4, 4), mm."""
         T_part_flange = product(T_part_tool, self.cell.T_flange_tool.inverse().matrix)
-        some = values[:, :1] if (values == values[:, :1]).all() else values  # mostly they stand still
+        return product(self.part_places(values), T_part_flange)
+
+    def part_places(self, values: FloatArray) -> FloatArray:
+        """Return ``T_base_part`` at external axes (C, n, k - 6); shape (C, n, 4, 4), n is 1 where they stand still."""
+        some = values[:, :1] if (values == values[:, :1]).all() else values
         q = axes_of(self.cell, some.reshape(some.shape[0] * some.shape[1], some.shape[2]))
         T_base_part = product(inverse_pose(self.cell.base_places(q)), self.cell.part_places(q))
-        return product(T_base_part.reshape(*some.shape[:2], 4, 4), T_part_flange)
+        return T_base_part.reshape(*some.shape[:2], 4, 4)
 
     def _climb(
         self,
@@ -260,8 +266,9 @@ class SeamSearch:
             path = continue_branch(self.cell.arm, joints[:end], self.cell.home[:JOINTS])
         q = np.concatenate([path, external[0, :end]], axis=1)
         end = _leading(is_regular(self.cell.arm, path))
-        end = _leading(self.clearance.margins(q[:end]).is_clear)
-        if end > 1 and not (moves := self.checker.check(q[:end])).is_free:
+        margins = self.clearance.margins(q[:end])
+        end = _leading(margins.is_clear)
+        if end > 1 and not (moves := self.checker.check(q[:end], known=margins)).is_free:
             end = math.ceil(moves.at[np.argmax(moves.margin_mm <= 0.0)])
         return q[:end], None if end == n else end
 

@@ -60,12 +60,15 @@ class _Problem:
         self.start = _Rungs(way.angles[self.rows], way.q[self.rows, :JOINTS])
         self.asked = torch_angles(self.task, self.rows, search.targets)
         self.low, self.high = search.cell.arm.limits
+        self._T_base_part = search.part_places(self.external)[0]
+        self._T_tool_flange = search.cell.T_flange_tool.inverse().matrix
 
     def joints(self, angles: FloatArray, near: FloatArray) -> FloatArray:
-        """Return the joints (m, 6) at angles (m, 3), in the turns of joints nearby; NaN where there are none."""
-        T = tool_on_seam(self.task, self.rows, angles)
-        flange = self.search.flange_places(T, self.external)[0]
-        found = solve_inverse(self.search.cell.arm, flange).joints[:, self.way.branch]
+        """Return the joints (..., m, 6) at angles (..., m, 3), in the turns of joints (m, 6); NaN if there are none."""
+        m, count = len(self.rows), angles.size // (3 * len(self.rows))
+        T = tool_on_seam(self.task, np.tile(self.rows, count), angles.reshape(-1, 3)).reshape(count, m, 4, 4)
+        flange = product(self._T_base_part, product(T, self._T_tool_flange)).reshape(-1, 4, 4)
+        found = solve_inverse(self.search.cell.arm, flange).joints[:, self.way.branch].reshape(*angles.shape[:-1], 6)
         return np.asarray(found + TURN * np.rint((near - found) / TURN))
 
     def moved(self, at: _Rungs, step: FloatArray) -> _Rungs | None:
@@ -80,7 +83,7 @@ class _Problem:
     def linearise(self, at: _Rungs) -> LinearModel:
         """Return the sum of squares around a way."""
         m, s = len(self.rows), self.task.s_mm[self.rows]
-        slopes = np.stack([self._slope(at, column) for column in range(3)], axis=2)
+        slopes = self._slopes(at)
         weights = self.search.weights
         scale = MOTION * np.sqrt(weights / (weights.sum() * (s[-1] - s[0])) / np.diff(s)[:, None])
         off = np.concatenate(
@@ -100,12 +103,13 @@ class _Problem:
             scale=scale,
         )
 
-    def _slope(self, at: _Rungs, column: int) -> FloatArray:
-        if not self.is_free[column]:
-            return np.zeros_like(at.joints)
-        step = STEP_RAD * np.eye(3)[column]
-        ends = [self.joints(at.angles + sign * step, at.joints) for sign in (1.0, -1.0)]
-        return np.nan_to_num((ends[0] - ends[1]) / (2.0 * STEP_RAD))
+    def _slopes(self, at: _Rungs) -> FloatArray:
+        """Return the derivatives of the joints by the angles, shape (m, 6, 3)."""
+        steps = STEP_RAD * np.eye(3)[self.is_free]
+        ends = self.joints(at.angles + np.stack([steps, -steps])[:, :, None], at.joints)
+        slopes = np.zeros((*at.joints.shape, 3))
+        slopes[:, :, self.is_free] = np.moveaxis(np.nan_to_num((ends[0] - ends[1]) / (2.0 * STEP_RAD)), 0, 2)
+        return slopes
 
 
 def _knots(way: Candidate) -> IntArray:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import back_along_wire
 from wpcal.planning.sequence.motion_check import MotionChecker
@@ -30,7 +30,8 @@ def withdraw(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm
     `weld`, `air`: Without and with the wire as a body.
     `q`: shape (k,). All axes, rad and mm.
     """
-    found = np.concatenate([q[None, :JOINTS], back_along_wire(weld.cell, q[:JOINTS], distance_mm)])
+    back = back_along_wire(weld.cell, q[None, :JOINTS], distance_mm)[0]
+    found = np.concatenate([q[None, :JOINTS], back[np.isfinite(back[:, 0])]])
     states = np.concatenate([found, np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
     if len(states) == 1:
         return Withdrawal(states[1:], "the arm does not reach the way back along the wire")
@@ -46,3 +47,16 @@ def withdraw(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm
             states[:0], f"it does not come free on its way back along the wire: {air.nearest(states[1:])}"
         )
     return Withdrawal(states[1 : clear[-1] + 2], None)
+
+
+def withdraws(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float) -> BoolArray:
+    """Tell from which states of a weld, shape (n, k), all of the way back is free and the wire comes clear on it."""
+    back = back_along_wire(weld.cell, q[:, :JOINTS], distance_mm)
+    still = np.repeat(q[:, None, JOINTS:], back.shape[1], axis=1)
+    states = np.concatenate([q[:, None], np.concatenate([back, still], axis=2)], axis=1)  # (n, a + 1, k)
+    can = np.asarray(np.isfinite(back).all(axis=(1, 2)))
+    a, b = states[can, :-1].reshape(-1, q.shape[1]), states[can, 1:].reshape(-1, q.shape[1])
+    free = (weld.free_shares(a, b, whole=True) == 1.0).reshape(-1, back.shape[1]).all(axis=1)
+    clear = air.clearance.margins(b).is_clear.reshape(-1, back.shape[1]).any(axis=1)
+    can[can] = free & clear
+    return can

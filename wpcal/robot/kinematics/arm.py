@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -95,16 +96,12 @@ class Arm:
     @property
     def coupling_matrix(self) -> FloatArray:
         """S of ``θ = S q``, shape (n, n)."""
-        names = [joint.name for joint in self.joints]
-        coupled = np.eye(len(names))
-        for coupling in self.couplings:
-            coupled[names.index(coupling.joint), names.index(coupling.adds)] += coupling.factor
-        return np.asarray(np.array([joint.sign for joint in self.joints])[:, None] * coupled, dtype=np.float64)
+        return _coupling_matrices(self)[0]
 
     @property
     def limits(self) -> FloatArray:
         """Lower and upper limits of the shown angles, shape (2, n), rad."""
-        return np.array([[j.min_rad for j in self.joints], [j.max_rad for j in self.joints]])
+        return _limits(self)
 
     def model_angles(self, q: ArrayLike) -> FloatArray:
         """Return the angles of the model (without the chain's offsets) for shown angles, shape (..., n), rad."""
@@ -115,7 +112,7 @@ class Arm:
 
     def shown_angles(self, theta: ArrayLike) -> FloatArray:
         """Return the angles that the controller shows for angles of the model, shape (..., n), rad."""
-        return product(theta, solve(self.coupling_matrix[None], np.eye(len(self.joints))[None])[0][0].T)
+        return product(theta, _coupling_matrices(self)[1].T)
 
     def forward(self, q: ArrayLike) -> FloatArray:
         """Return ``T_base_flange`` for shown joint angles of shape (N, n), rad; shape (N, 4, 4), mm."""
@@ -172,6 +169,27 @@ class Arm:
         )
 
 
+@lru_cache(maxsize=64)
+def _coupling_matrices(arm: Arm) -> tuple[FloatArray, FloatArray]:
+    """Return S of ``θ = S q`` and its inverse."""
+    names = [joint.name for joint in arm.joints]
+    S = np.eye(len(names))
+    for coupling in arm.couplings:
+        S[names.index(coupling.joint), names.index(coupling.adds)] += coupling.factor
+    S *= np.array([joint.sign for joint in arm.joints])[:, None]
+    return frozen(S), frozen(solve(S[None], np.eye(len(names))[None])[0][0])
+
+
+@lru_cache(maxsize=64)
+def _limits(arm: Arm) -> FloatArray:
+    return frozen([[j.min_rad for j in arm.joints], [j.max_rad for j in arm.joints]])
+
+
+@lru_cache(maxsize=64)
+def _first_frames(arm: Arm, T_world_base: RigidTransform) -> Frames:
+    return start_frames(T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0, 1)
+
+
 def arm_frames(
     arm: Arm, T_world_base: RigidTransform, joints: FloatArray, *, shift_mm: FloatArray | None = None
 ) -> Iterator[Frames]:
@@ -184,7 +202,7 @@ def arm_frames(
     base = start_frames(T_world_base, 1)
     yield base._replace(p=base.p + moved)
     theta = np.ascontiguousarray(arm.model_angles(joints).T)
-    first = start_frames(T_world_base.relabelled(target="world", source="base") @ arm.chain.T_base_dh0, 1)
+    first = _first_frames(arm, T_world_base)
     motions = list(walk(first._replace(p=first.p + moved), arm.chain.table, theta))
     yield from (motion.frame for motion in motions[:-1])
     yield motions[-1].frame.then(arm.chain.T_dhn_flange)

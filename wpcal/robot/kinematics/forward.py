@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -143,7 +144,12 @@ def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMo
     """
     frame, more = start, (1,) * (theta.ndim + 1 - table.ndim)
     offsets, ds, lengths, alphas, betas = table.reshape(*table.shape[:2], *more, *table.shape[2:])
-    turns = (zip(*sine_cosine(angles), strict=True) for angles in (theta + offsets, alphas, betas))
+    own = (
+        sine_cosine(theta + offsets),
+        _of_links(alphas.tobytes(), alphas.shape),
+        _of_links(betas.tobytes(), betas.shape),
+    )
+    turns = (zip(*angles, strict=True) for angles in own)
     for d, a, turn, twist, tilt in zip(ds, lengths, *turns, strict=True):
         z, p_before = frame.z, frame.p
         x, y = _turn(frame.x, frame.y, turn)  # Rz(θ)
@@ -154,6 +160,12 @@ def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMo
             z_end, x_end = _turn(z_end, x, tilt)  # Ry(β)
         frame = Frames(x_end, y, z_end, p)
         yield LinkMotion(z, p_before, x, frame)
+
+
+@lru_cache(maxsize=64)
+def _of_links(angles: bytes, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return sine and cosine of angles that the links of an arm have, whatever the joints."""
+    return sine_cosine(np.frombuffer(angles).reshape(shape))
 
 
 def _turn(u: FloatArray, v: FloatArray, turn: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:

@@ -209,7 +209,7 @@ def capsule_around(points: ArrayLike) -> tuple[FloatArray, FloatArray, float]:
     Returns `radius`: float. mm.
     """
     x = np.asarray(points, dtype=np.float64)
-    directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=True)[2]
+    directions = np.linalg.svd(x - x.mean(axis=0), full_matrices=len(x) < 3)[2]
     return min((_capsule_along(x, np.roll(directions, -i, axis=0)) for i in range(3)), key=_volume)
 
 
