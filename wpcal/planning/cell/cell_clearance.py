@@ -175,16 +175,21 @@ class CellClearance:
     def _floor_names(self, row: int) -> tuple[str, str]:
         return (self._bodies[row].name if row < len(self._bodies) else PART), FLOOR
 
-    def margins(self, q: FloatArray) -> Margins:
+    def margins(self, q: FloatArray, *, moved: tuple[slice, FloatArray] | None = None) -> Margins:
         """Return lower bounds of the margins of n states.
 
         `q`: shape (n, k). All axes, rad and mm.
+        `moved`: Rows of `Cell.frames` that stand elsewhere, and by how much in `world` at each state, (n, 3), mm.
         """
         least, pair = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
         by_carriers = np.full((len(self.carriers), len(q)), np.inf)
         for start in range(0, len(q), ROWS):
             some = slice(start, start + ROWS)
             frames = self.cell.frames(q[some])
+            if moved is not None:
+                first, last, _ = moved[0].indices(len(frames))
+                shifted = (frame.shifted(moved[1][some].T) for frame in frames[first:last])
+                frames = (*frames[:first], *shifted, *frames[last:])
             for measure in (self._pairs_margins, self._floor_margins, self._part_margins):
                 found, numbers = measure(frames, least[some])
                 if not len(numbers):

@@ -20,7 +20,7 @@ from wpcal.planning.cell.cell import Carrier, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, default_home, rail_from_record, shapes_from_records
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.workplace import is_regular, is_within_turns, reach_mm
+from wpcal.planning.cell.workplace import is_usable, reach_mm
 from wpcal.robot.kinematics.arm import Arm, Coupling, arm_frames
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.robot.kinematics.inverse import solve_inverse
@@ -77,7 +77,7 @@ def _torch_down(cell: Cell) -> FloatArray:
     T[:, :3, :3] = np.tile(R, (len(places), 1, 1))
     T[:, [0, 2], 3] = np.repeat(places, len(R), axis=0)
     joints = solve_inverse(arm, product(T, cell.T_flange_tool.inverse().matrix)).joints
-    good = (is_within_turns(arm, joints) & is_regular(arm, joints)).reshape(-1)
+    good = is_usable(arm, joints).reshape(-1)
     flat = joints.reshape(-1, joints.shape[-1])[good]
     if not len(flat):
         return flat

@@ -110,7 +110,14 @@ def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
     """
     low, high = arm.limits
     with np.errstate(invalid="ignore"):
-        return np.asarray((np.ceil((low - q) / TURN) <= np.floor((high - q) / TURN)).all(axis=-1))
+        return np.asarray((np.ceil((low - q) / TURN) <= np.floor((high - q) / TURN)).all(axis=-1))  # NaN: none
+
+
+def is_usable(arm: Arm, q: FloatArray) -> BoolArray:
+    """Tell which joints, shape (..., 6), whole turns bring within the limits, and are away from singular poses."""
+    usable = is_within_turns(arm, q)
+    usable[usable] = is_regular(arm, q[usable])
+    return usable
 
 
 def is_regular(arm: Arm, q: FloatArray) -> BoolArray:

@@ -25,7 +25,7 @@ from wpcal.planning.cell.closed_chain import (
     all_joints,
     flange_poses,
 )
-from wpcal.planning.cell.workplace import candidate_places, is_regular, is_within_turns, least_shortage
+from wpcal.planning.cell.workplace import candidate_places, is_usable, least_shortage
 from wpcal.planning.search.diagnosis import (
     ROTATIONS_RAD,
     NoFeasiblePlanError,
@@ -64,10 +64,7 @@ def usable_branches(problem: PlanningProblem, coordinates: FloatArray, path: Sea
     Returns `usable`: ndarray of bool, shape (2, N, 8).
     """
     joints = np.stack(all_joints(problem.cell, path, coordinates))
-    usable = [
-        is_within_turns(arm, q) & is_regular(arm, q)
-        for arm, q in zip((problem.cell.arm, problem.cell.arm2), joints, strict=True)
-    ]
+    usable = [is_usable(arm, q) for arm, q in zip((problem.cell.arm, problem.cell.arm2), joints, strict=True)]
     return joints, np.stack(usable)
 
 

@@ -7,22 +7,23 @@ are not looked at: a plan at the best place does that.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.progress import Progress, no_progress
 from wpcal.core.same_bits import inverse_pose, product
-from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.bodies import with_torch_at
+from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.workplace import is_regular, is_within_turns
+from wpcal.planning.cell.workplace import is_usable
 from wpcal.planning.sequence.external import axes_of, external_axes, values_along
 from wpcal.planning.sequence.remedies import Help, changed_cell
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task
@@ -37,6 +38,7 @@ TURNS_DEG = (0.0, 90.0, 180.0, 270.0)  #: Turns of the part about the vertical t
 MOST_AXES = 12  #: Positions of the external axes that are tried per seam and place.
 MOST_WAYS = 4
 """Branches, with positions of the external axes, that are compared with the bodies of the cell per seam and place."""
+POSES_AT_ONCE = 16384  #: Poses whose joints are solved together: 6 MB of joints.
 MOST_SPINS = 4  #: Poses of the torch that are compared per point of a seam: quarter turns about the wire.
 RUNGS = 3  #: Points of a seam that are looked at: its ends and its middle.
 
@@ -108,9 +110,9 @@ def map_places(
     Only places that the arm reaches, and that could be better than with the part turned otherwise, are compared with
     the bodies of the cell: at most `RUNGS` times `MOST_WAYS` times `MOST_SPINS` states per seam.
     """
-    clearance = CellClearance(cell, part)
+    clearance = CellClearance(with_torch_at(cell, targets.seam_clearance_mm), part)
     tasks = [seam_task(seam.seam) for seam in seams]
-    poses = [_thinned(task, torch_poses(task, targets, clearance, tilted=False)) for task in tasks]
+    poses = [_poses(task, targets, clearance) for task in tasks]
     length = np.array([task.length_mm for task in tasks])
     steps = round(range_mm / step_mm)
     grid = np.asarray(step_mm * np.arange(-steps, steps + 1), dtype=np.float64)
@@ -120,7 +122,7 @@ def map_places(
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     for turn in turns:
         turned = changed_cell(cell, Help("", turn_deg=turn), middle)
-        grid_of = _Grid(clearance, turned, targets, moved, grid)
+        grid_of = _Grid(clearance.standing_as(turned), turned, targets, moved, grid)
         found, rest = np.zeros_like(share), 1.0
         for number, (task, pose) in enumerate(zip(tasks, poses, strict=True), start=1):
             progress(f"places: seam {number} of {len(tasks)}, part turned by {turn:g} deg")
@@ -135,10 +137,12 @@ def map_places(
     return PlaceMap(moved, grid, grid, best_turn, share, now)
 
 
-def _thinned(task: SeamTask, poses: TorchPoses) -> TorchPoses:
-    """Keep the poses at the ends and in the middle of a seam."""
-    m = len(poses.rungs)
-    rows = np.unique(np.linspace(0, m - 1, RUNGS).round().astype(int))
+def _poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearance) -> TorchPoses:
+    """Return poses at the ends and in the middle of a seam; off the target angles only where the torch needs it."""
+    poses = torch_poses(task, targets, clearance, tilted=False)
+    rows = np.unique(np.linspace(0, len(poses.rungs) - 1, RUNGS).round().astype(int))
+    if not poses.is_free[rows].any(axis=1).all():
+        poses = torch_poses(task, targets, clearance, tilted=True)
     return poses.select(rows)
 
 
@@ -164,57 +168,57 @@ class _Grid:
         T_flange = product(T_base_world[:, None], product(places, T_part_flange))
         shape = (len(values), *poses.is_free.shape)
         outer = axes[:, JOINTS:].reshape(*shape, -1)
-        sign = 1.0 if self.moved is Moved.PART else -1.0
-        found = np.zeros((len(grid), len(grid)))
-        for i, x in enumerate(grid.tolist()):
-            columns = np.flatnonzero(asked[i])
-            moves = np.column_stack([np.full(len(columns), x), grid[columns], np.zeros(len(columns))]) * sign
-            shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves)
-            T = np.repeat(T_flange[None], len(columns), axis=0)
+        every: IntArray = np.argwhere(asked)
+        found = np.zeros(asked.shape)
+        most = max(1, POSES_AT_ONCE // math.prod(shape))
+        for first in range(0, len(every), most):
+            some = every[first : first + most]
+            moves = np.column_stack([grid[some], np.zeros(len(some))])
+            shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves if self.moved is Moved.PART else -moves)
+            T = np.repeat(T_flange[None], len(some), axis=0)
             T[..., :3, 3] += shift[:, :, None]
-            joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints
-            usable = is_within_turns(cell.arm, joints) & is_regular(cell.arm, joints)
-            usable = usable.reshape(len(columns), *shape, BRANCHES) & poses.is_free[..., None]
-            joints = joints.reshape(len(columns), *shape, BRANCHES, JOINTS)
-            for row in np.flatnonzero(np.any(np.all(np.any(usable, axis=3), axis=2), axis=(1, 2))):
-                y = float(grid[columns[row]])
-                found[i, columns[row]] = self._is_free_way((x, y), usable[row], joints[row], outer)
+            joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints.reshape(len(some), *shape, BRANCHES, JOINTS)
+            usable = is_usable(cell.arm, joints) & poses.is_free[..., None]
+            rows = np.flatnonzero(np.any(np.all(np.any(usable, axis=3), axis=2), axis=(1, 2)))
+            found[tuple(some[rows].T)] = self._has_free_way(moves[rows], usable[rows], joints[rows], outer)
         return found
 
-    def _is_free_way(self, at: tuple[float, float], usable: BoolArray, joints: FloatArray, outer: FloatArray) -> bool:
-        """Tell whether one branch reaches all points of a seam without collision at a place.
+    def _has_free_way(self, moves: FloatArray, usable: BoolArray, joints: FloatArray, outer: FloatArray) -> BoolArray:
+        """Tell at which places one branch reaches all points of a seam without collision, shape (p,).
 
         Parameters
         ----------
-        at : Move in x and y, mm.
-        usable : shape (c, m, K, 8). For each position of the external axes, point, pose of the torch and branch.
-        joints : shape (c, m, K, 8, 6). rad.
+        moves : shape (p, 3). In `world`, mm.
+        usable : shape (p, c, m, K, 8). For each position of the external axes, point, pose of the torch and branch.
+        joints : shape (p, c, m, K, 8, 6). rad.
         outer : shape (c, m, K, e). External axes, rad and mm.
         """
-        counts = usable.sum(axis=2).min(axis=1)  # poses at the point that has the fewest
-        ways = np.argsort(-counts, axis=None, kind="stable")[:MOST_WAYS]
-        clearance = self.clearance.standing_as(_moved(self.cell, self.moved, *at))
-        for value, branch in zip(*np.unravel_index(ways[counts.ravel()[ways] > 0], counts.shape), strict=True):
-            rows = [np.flatnonzero(usable[value, rung, :, branch]) for rung in range(usable.shape[1])]
-            rows = [row[np.linspace(0, len(row) - 1, min(len(row), MOST_SPINS)).astype(int)] for row in rows]
-            rung = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
-            pose = np.concatenate(rows)
-            q = np.concatenate([joints[value, rung, pose, branch], outer[value, rung, pose]], axis=1)
-            clear = clearance.margins(q).is_clear
-            if np.isin(np.arange(len(rows)), rung[clear]).all():
-                return True
-        return False
+        counts = (
+            usable.sum(axis=3).min(axis=2).reshape(len(moves), BRANCHES * usable.shape[1])
+        )  # poses at the point that has the fewest
+        ways = np.argsort(-counts, axis=1, kind="stable")[:, :MOST_WAYS]
+        found = np.zeros(len(moves), dtype=np.bool_)
+        for way in ways.T:
+            rows = np.flatnonzero(~found & (counts[np.arange(len(way)), way] > 0))
+            value, branch = np.divmod(way[rows], BRANCHES)
+            own = usable[rows, value, :, :, branch]  # (r, m, K)
+            number = own.sum(axis=2)
+            tried = np.minimum(number, MOST_SPINS)
+            clear = np.zeros(number.shape, dtype=np.bool_)
+            for k in range(MOST_SPINS):
+                hopeful = (clear | (tried > k)).all(axis=1)
+                at, rung = np.nonzero(~clear & hopeful[:, None])
+                if not len(at):
+                    break
+                rank = (k * (number - 1)[at, rung]) // np.maximum(tried[at, rung] - 1, 1)
+                pose = np.argmax(np.cumsum(own[at, rung], axis=1) > rank[:, None], axis=1)
+                q = joints[rows[at], value[at], rung, pose, branch[at]]
+                q = np.concatenate([q, outer[value[at], rung, pose]], axis=1)
+                clear[at, rung] = self.clearance.margins(q, moved=(self._frames, moves[rows[at]])).is_clear
+            found[rows] = clear.all(axis=1)
+        return found
 
-
-def _moved(cell: Cell, moved: Moved, x_mm: float, y_mm: float) -> Cell:
-    """Return the cell with the robot, or the part with its positioner, moved in `world`."""
-    if moved is Moved.ROBOT:
-        return replace(cell, T_world_base=_shifted(cell.T_world_base, x_mm, y_mm))
-    if cell.carrier is None:
-        return replace(cell, T_carrier_part=_shifted(cell.T_part, x_mm, y_mm))
-    standing = replace(cell.carrier, T_world_base=_shifted(cell.carrier.T_world_base, x_mm, y_mm))
-    return replace(cell, carrier=standing)
-
-
-def _shifted(T: RigidTransform, x_mm: float, y_mm: float) -> RigidTransform:
-    return RigidTransform(T.R, T.t_mm + np.array([x_mm, y_mm, 0.0]), T.target, T.source)
+    @property
+    def _frames(self) -> slice:
+        """The frames of `Cell.frames` that are moved."""
+        return slice(CARRIER, None) if self.moved is Moved.PART else slice(TOOL + 1)

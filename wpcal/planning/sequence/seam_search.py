@@ -23,7 +23,7 @@ from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.workplace import is_regular, is_within_turns
+from wpcal.planning.cell.workplace import is_regular, is_usable
 from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axes, values_along
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.seam_task import Candidate, SeamTask
@@ -165,7 +165,7 @@ class SeamSearch:
         along = np.repeat(values_along(values, task, poses.rungs), K, axis=1)
         flange = self.flange_places(poses.T_part_tool.reshape(-1, 4, 4), along)
         joints = solve_inverse(self.cell.arm, flange.reshape(-1, 4, 4)).joints.reshape(-1, m, K, BRANCHES, JOINTS)
-        usable = is_within_turns(self.cell.arm, joints) & is_regular(self.cell.arm, joints)
+        usable = is_usable(self.cell.arm, joints)
         return joints, usable & poses.is_free[None, :, :, None]
 
     def flange_places(self, T_part_tool: FloatArray, values: FloatArray) -> FloatArray:

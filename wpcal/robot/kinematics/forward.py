@@ -99,6 +99,11 @@ class Frames(NamedTuple):
         x, y, z = ((self.x * c[0] + self.y * c[1] + self.z * c[2]) for c in transform.R.T)
         return Frames(x, y, z, self.point(transform.t_mm))
 
+    def shifted(self, by: FloatArray) -> Frames:
+        """Return the frames with their origins moved by (3, n), mm."""
+        x, y, z = (np.broadcast_to(axis, by.shape) for axis in self[:3])
+        return Frames(x, y, z, self.p + by)
+
     def at(self, rows: IntArray) -> Frames:
         """Return frames of shape (3, n) at some of the n states; frames that stand still, (3, 1), stay as they are."""
         return self if self.p.shape[1] == 1 else Frames(*(axis[:, rows] for axis in self))
