@@ -7,6 +7,7 @@ part stands, where on the flange the wire is, how late the controller notices a 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp

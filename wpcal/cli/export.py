@@ -80,8 +80,7 @@ def export(
     from wpcal.cli.export_touches import export_touches, touches_file, write_touch_setup
     from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
-    from wpcal.controllers.audit.programs import check_written, unjudged_parts
-    from wpcal.controllers.audit.templates import write_with_templates
+    from wpcal.controllers.judge.written import write_judged
     from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable
     from wpcal.formats.registry import exporter_named
@@ -106,14 +105,14 @@ def export(
         forms = {each.name: programs.form(takes_arcs=getattr(each, "takes_arcs", False)) for each in exporters}
         for target in targets.values():
             check_writable(target, overwrite=force)
-        made = {each.name: write_with_templates(each.name, each.write, forms[each.name]) for each in exporters}
-        contents = {name: each.files for name, each in made.items()}
-        forms = {name: each.program for name, each in made.items()}
-        for done, (name, files) in enumerate(contents.items(), 1):
-            progress(f"reading {name} back and checking it: {done} of {len(contents)}")
-            check_written(files, forms[name], name=name)
+        made = {}
+        for done, each in enumerate(exporters, 1):
+            progress(f"writing {each.name} and executing it: {done} of {len(exporters)}")
+            made[each.name] = write_judged(each.name, each.write, forms[each.name])
+    contents = {name: each.files for name, each in made.items()}
+    forms = {name: each.program for name, each in made.items()}
     write_programs(contents, targets, overwrite=force)
-    unjudged = {each for name, files in contents.items() for each in unjudged_parts(files, forms[name], name=name)}
+    unjudged = {what for each in made.values() for what in each.unjudged}
     foreign = [line for each in made.values() for line in each.not_checked]
     _show(forms, contents, targets, unjudged=[*sorted(unjudged), *foreign], as_json=as_json)
     program = forms[exporters[0].name]

@@ -83,8 +83,7 @@ def export_touches(
     `setup_file`: The touch setup; None for its defaults.
     """
     from wpcal.cli.outputs import refuse_options, write_programs
-    from wpcal.controllers.audit.templates import lines_of_templates
-    from wpcal.controllers.audit.touches import check_touches_written
+    from wpcal.controllers.judge.written import write_judged
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.core.records import check_writable
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
@@ -97,14 +96,11 @@ def export_touches(
     targets = {each.name: (out or file.parent) / each.name for each in controllers}
     for target in targets.values():
         check_writable(target, overwrite=force)
-    contents = {each.name: each.write_touches(program) for each in controllers}
-    for name, files in contents.items():
-        check_touches_written(files, program, name=name)
+    made = {each.name: write_judged(each.name, each.write_touches, program) for each in controllers}
+    contents = {name: each.files for name, each in made.items()}
     write_programs(contents, targets, overwrite=force)
     _show(program, contents, targets, setup_file=setup_file, as_json=as_json)
-    foreign = [
-        line for each in controllers for line in lines_of_templates(contents[each.name], each.write_touches, program)
-    ]
+    foreign = [line for each in made.values() for line in (*each.unjudged, *each.not_checked)]
     for line in foreign:
         click.echo(f"wpcal: NOT CHECKED: {line}", err=True)
     return 1 if foreign else 0
@@ -142,7 +138,7 @@ def _arm(plan: TouchPlan, robot: str | None) -> Arm | None:
 
 def _show(
     program: TouchProgram,
-    contents: Mapping[str, Mapping[str, str]],
+    contents: Mapping[str, Mapping[str, str | bytes]],
     targets: Mapping[str, Path],
     *,
     setup_file: Path | None,

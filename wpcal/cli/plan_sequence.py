@@ -68,7 +68,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     from wpcal.controllers.plan_programs import refusals, write_plan
     from wpcal.controllers.program.describe import describe_woven_data
     from wpcal.core.errors import InputError
-    from wpcal.core.records import new_directory, to_json, write_file
+    from wpcal.core.records import to_json
     from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
     from wpcal.planning.sequence.kept_plan import INPUT, input_files, plan_from_record, with_digest
@@ -114,10 +114,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
         "plan.html": build_sequence_page(choice, line, part_glb=given.part_glb),
     }
     folders = {INPUT: inputs, **found.files}
-    for target, texts in {output: files, **{output / name: texts for name, texts in folders.items()}}.items():
-        with new_directory(target, overwrite=force) as folder:
-            for name, data in texts.items():
-                write_file(folder / name, data, overwrite=True)
+    _write(output, files, folders, force=force)
     if as_json:
         click.echo(files["plan.json"], nl=False)
     else:
@@ -131,6 +128,18 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
         click.echo(f"wpcal: {note}", err=True)
     is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not found.not_checked
     return 0 if is_whole and not (flags.formats and found.refused) else 1
+
+
+def _write(
+    output: Path, files: Mapping[str, str], folders: Mapping[str, Mapping[str, str | bytes]], *, force: bool
+) -> None:
+    """Write the files of a plan, and the folders beside them."""
+    from wpcal.core.records import new_directory, write_file
+
+    for target, texts in {output: files, **{output / name: texts for name, texts in folders.items()}}.items():
+        with new_directory(target, overwrite=force) as folder:
+            for name, data in texts.items():
+                write_file(folder / name, data, overwrite=True)
 
 
 def said_of_arc(made: PlanOutput) -> str:

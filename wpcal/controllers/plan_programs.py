@@ -10,8 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wpcal.controllers.audit.programs import check_written, unjudged_parts
-from wpcal.controllers.audit.templates import write_with_templates
+from wpcal.controllers.judge.written import write_judged
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import Controller
 from wpcal.core.errors import FormatError, InputError
@@ -53,10 +52,9 @@ def write_plan(
         try:
             if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
                 program = build_planned_program(plan, named, replace(output, is_carried=False))
-            written = write_with_templates(each.name, each.write, program)
-            check_written(written.files, program, name=each.name)
+            written = write_judged(each.name, each.write, program)
             found.files[each.name] = written.files
-            unjudged = (*unjudged_parts(written.files, program, name=each.name), *written.not_checked)
+            unjudged = (*written.unjudged, *written.not_checked)
             found.not_checked += (f"NOT CHECKED: {each.name}: {what}" for what in unjudged)
         except FormatError:
             raise

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.running import run_here
-from wpcal.controllers.audit.arc import arc_faults
+from tests.unit.controllers.judging import arc_faults
 from wpcal.controllers.registry import controllers
 
 OPTIONS = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
@@ -95,12 +95,16 @@ def test_a_dry_run_is_the_default_says_so_and_has_no_arc_instruction(finished_fo
     path = out / language / name
     assert not any(re.search(rf"^[^;!#'/]*\b{on_word}\b", line) for line in files[path].splitlines())
     assert arc_faults(path.read_bytes(), path) == []
-    instruction = {".mod": "    ArcLStart p,v1,s,w,fine,t;", ".ls": "   9:  Weld Start[1,1] ;", ".jbi": "ARCON ASF#(1)"}
-    other = {".src": "ARC_START(1)", ".script": "  arc_start(1)", ".pgx": "  call arcStart(1)", ".as": "  LWS p"}
-    other[".pdl"] = other[".script"]
-    planted = f"{files[path]}\n{({**instruction, **other})[path.suffix]}\n"
+    instruction = {
+        ".mod": r"    ArcLStart W1_0001,v10,seam1,weld1,fine,tTorch\WObj:=wpPart;", ".ls": "   9:  Weld Start[1,1] ;",
+        ".jbi": "ARCON ASF#(1)", ".src": "ARC_START(1)", ".script": "  arc_start(1)", ".pgx": "  call arcStart(1)",
+        ".as": "  LWS W1_0001", ".pdl": "  arc_start(1)",
+    }  # fmt: skip
+    lines = files[path].splitlines()
+    on = lines_of(lines, r"ARC ON[ ;]*$")[-1]
+    planted = "\n".join([*lines[: on + 1], instruction[path.suffix], *lines[on + 1 :]])
     (fault,) = arc_faults(planted.encode(), path)
-    assert fault.message == "an arc instruction in a program of a dry run"
+    assert fault == "an arc instruction in a program of a dry run"
 
 
 def test_the_audit_of_a_folder_reads_the_arcs(exported):
@@ -274,15 +278,16 @@ def test_a_digital_output_switches_the_arc(exported, language, on, off):
     mixed = [*lines[: first - 2], *other, *lines[first - 2 : last], *other, *lines[last:]]
     assert arc_faults("\n".join(mixed).encode(), path) == []
     for planted in (
-        ["  " + on, *mixed],
+        [*mixed[: first - 2], "  " + on, *mixed[first - 2 :]],
         [*mixed[: first + 2], *mixed[first + 3 :]],
         [*lines[:last], *lines[last + 1 :]],
     ):
         assert arc_faults("\n".join(planted).encode(), path)
-    silent = re.sub(r"(?m)^.*switches the arc.*$", "", text)  # nothing states the number: a person does
+    for each in folder.iterdir():  # nothing states the number: a person does
+        each.write_text(re.sub(r"(?m)^.*switches the arc.*$", "", each.read_text()))
+    silent = path.read_text()
     assert arc_faults(silent.encode(), path)
     assert arc_faults(silent.encode(), path, 4) == []
-    path.write_text(silent)
     codes = [run_here("audit", path, *more).returncode for more in ((), ("--arc-output", "4"), ("--arc-output", "7"))]
     assert codes == [1, 0, 1]
 

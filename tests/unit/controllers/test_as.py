@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.program_text import as_values, kawasaki
-from wpcal.controllers.audit.arc import arc_faults
+from tests.unit.controllers.judging import arc_faults
 from wpcal.controllers.kawasaki.arc import conditions
 from wpcal.controllers.kawasaki.read import frame_from_oat
 from wpcal.controllers.kawasaki.write import write_as

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
-from wpcal.controllers.audit.programs import check_written
+from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit.two_robots import is_of_two_robots, two_robot_faults
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
@@ -77,7 +77,7 @@ def written(program, name):
     if name == "fanuc":
         program = dataclasses.replace(program, arm=with_coupling(program.arm))
     files = controller_named(name).write(program)
-    check_written(files, program, name=name)
+    judged(files, program, name)
     return "\r\n".join(files.values())
 
 

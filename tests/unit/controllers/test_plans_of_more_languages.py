@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.one_robot_cells import TEE, fixed_cell, with_positioner, write_cell
-from wpcal.controllers.audit.programs import check_written
-from wpcal.controllers.audit.read_back import places_between, read_moves, read_poses_back
+from tests.unit.controllers.judging import judged
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
@@ -51,7 +50,7 @@ def turned(tmp_path_factory):
 
 def written(program, name):
     files = controller_named(name).write(program)
-    check_written(files, program, name=name)
+    judged(files, program, name)
     return files
 
 
@@ -175,18 +174,3 @@ def test_as_refuses_a_rail_and_coordinated_moves_in_one_line(turned):
         planned = dataclasses.replace(program.planned, **change)
         with pytest.raises(InputError, match=says):
             controller_named("as").write(dataclasses.replace(program, planned=planned))
-
-
-@pytest.mark.parametrize("name", ["urscript", "val3", "as"])
-def test_the_audit_reads_no_line_where_the_program_goes_to_joints(tmp_path, fixed, name):
-    """The straight line from the retract of one seam to the start of the next leads through the part."""
-    _cell, program = fixed
-    for file, text in written(program, name).items():
-        (tmp_path / file).write_bytes(text.encode())
-    (path,) = (each for each in tmp_path.iterdir() if each.suffix in (".script", ".dtx", ".as"))
-    poses = read_poses_back(path.read_bytes(), path, program.T_base_part)
-    _p, _R, to = places_between(poses, read_moves(path.read_bytes(), path))
-    starts = [seam.p_base[seam.before] for seam in program.paths]
-    reached = np.array([pose.p_base for pose in to])
-    assert len(reached) > 0
-    assert min(np.linalg.norm(reached - start, axis=1).min() for start in starts) > 1.0

@@ -11,7 +11,7 @@ import pytest
 from wpcal.cli.main import run
 from wpcal.controllers import Controller, controller_named, controllers, read_taught_program
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.audit.read_back import read_moves
+from wpcal.controllers.audit.read_back import read_poses_back
 from wpcal.controllers.program.coordinated_program import SyncProgram
 from wpcal.controllers.program.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
@@ -86,7 +86,7 @@ def test_a_language_without_a_grammar_is_never_called_checked(finished_folder, t
     program = tmp_path / "WPCAL.acme"
     program.write_text("W1 base 1 2 3\n")
     with pytest.raises(InputError, match=r"WPCAL\.acme: no language is known whose programs are \.acme files"):
-        read_moves(program.read_bytes(), program)
+        read_poses_back(program.read_bytes(), program, None)
     with pytest.raises(InputError, match="nothing is audited"):
         audit_path(program)
 
@@ -103,7 +103,7 @@ def test_a_new_controller_is_listed_and_written(finished_folder, tmp_path, capsy
         run(["export", str(finished_folder()), "-f", "acme", "-o", str(tmp_path / "out")])
     assert ended.value.code == 0
     assert (tmp_path / "out" / "acme" / "WPCAL.acme").read_text().startswith("W1 ")
-    assert "NOT CHECKED: the written program: acme has no grammar" in capsys.readouterr().err
+    assert "NOT CHECKED: the written program: acme has no interpreter" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         run(["export", str(tmp_path), "-f", "list"])
     assert "acme       Acme: NAME.acme" in capsys.readouterr().out

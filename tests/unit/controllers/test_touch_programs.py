@@ -12,7 +12,8 @@ import pytest
 
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
-from wpcal.controllers.audit.touches import check_touches_written, is_touch_program, touch_faults
+from tests.unit.controllers.judging import judged
+from wpcal.controllers.audit.touches import is_touch_program, touch_faults
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.touch_program import TouchProgram
@@ -49,18 +50,20 @@ def fewer(count=2, **changes):
 def test_programs_hold_the_poses_of_the_plan_and_nothing_else(language):
     plan = replace(fewer(), home_joints=HOME)
     files, program = written(language, plan)
-    starts_again = 2 if language == "urscript" else 0  # which has no names of points
-    assert check_touches_written(files, program, name=language) == 8 + starts_again
+    assert judged(files, program, language).not_checked == ()
     moved = {name: text.replace("115.000", "114.000").replace("0.115000000", "0.114") for name, text in files.items()}
     with pytest.raises(WrittenWrongError, match="read back"):
-        check_touches_written(moved, program, name=language)
+        judged(moved, program, language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_ways_to_a_search_are_written_before_its_approach(language):
     plan = fewer(1, via=np.array([[0.0, 0.0, 150.0], [10.0, 20.0, 140.0]]))
     files, program = written(language, plan)
-    assert check_touches_written(files, program, name=language) == (7 if language == "urscript" else 6)
+    assert judged(files, program, language).not_checked == ()
+    turned = fewer(1, via=np.array([[10.0, 20.0, 140.0], [0.0, 0.0, 150.0]]))
+    with pytest.raises(WrittenWrongError, match="not asked for"):
+        judged(written(language, turned)[0], program, language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -173,8 +176,8 @@ def test_a_search_that_does_not_move_onto_its_face_is_refused(changes, message):
 
 def test_a_point_out_of_this_world_is_refused():
     files, program = written("rapid", fewer(1, approach=np.array([40.0, 1e9, 115.0])))
-    with pytest.raises(InputError, match="rapid: point wptT1_A: expected coordinates of less than"):
-        check_touches_written(files, program, name="rapid")
+    with pytest.raises(InputError, match="rapid: a pose is more than"):
+        judged(files, program, "rapid")
 
 
 @pytest.mark.parametrize("language", ["fanuc", "inform"])
@@ -204,7 +207,7 @@ def test_smartac_searches_over_twice_half_of_the_stroke():
 
 def test_touch_sense_searches_over_the_middle_of_the_stroke_as_far_as_its_end():
     files, program = written("krl", fewer(), TouchSetup(with_package=True, krl=KrlSetup(sensor=3)))
-    assert check_touches_written(files, program, name="krl") == 10  # the start of a fold is a point of its own
+    assert any("TS_Search" in line for line in judged(files, program, "krl").not_checked)
     source, data = files["WPCAL_touch.src"], files["WPCAL_touch.dat"]
     assert "TS_Search(XWPT_T1_M,ZSPWPT_T1_M,VCDWPT_T1_M)" in source
     assert "INTERRUPT" not in source

@@ -141,12 +141,14 @@ class Instructions:
         self.is_fine = self._known(zone, "zonedata").values[0]
         self.machine.at = replace(self.machine.at, blends=not self.is_fine)
         *via, goal = (frame @ matrix(self._known(tokens, "robtarget")) for tokens in points)
+        if part == "START":
+            self.machine.switch(Does.ON)
         if via:
             self.machine.arc(via[0], goal, T_tool)
         else:
             self.machine.move(goal, T_tool, is_line=kind == "L")
-        if part:
-            self.machine.switch(Does.ON if part == "START" else Does.OFF)
+        if part and part != "START":
+            self.machine.switch(Does.OFF)
 
     def _do_moveabsj(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, MOVES | {"NOEOFFS"}, "MoveAbsJ")

@@ -7,7 +7,8 @@ the present values of its PERS data. What instructions do is in `wpcal.controlle
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,15 @@ ZONES = (0, 1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)
 ZERO = [[0, 0, 0], [1, 0, 0, 0]]
 
 
+SEARCH = re.compile(r"\bSearchL((?:\\\w+)*+),[ \t]*+(\w++)", re.IGNORECASE)
+
+
+def _signals_of(texts: Iterable[str]) -> dict[str, bool]:
+    """Return the inputs for which searches wait, and their levels."""
+    found = (match for text in texts for match in SEARCH.finditer(text))
+    return {match[2]: "NEGFLANK" not in match[1].upper() for match in found}
+
+
 class Interpreter(Instructions):
     """One motion task with its modules.
 
@@ -61,7 +71,8 @@ class Interpreter(Instructions):
         on_stop: Callable[[str], bool] = lambda _: False,
     ) -> None:
         self.machine, self.on_stop, self.run = machine, on_stop, Run()
-        self.signals = {str(name).upper(): int(level) for name, level in (signals or {}).items()}
+        given = _signals_of(files.values()) if signals is None else signals
+        self.signals = {str(name).upper(): int(level) for name, level in given.items()}
         self.data: dict[str, Data] = {}
         self.routines: dict[str, Routine] = {}
         self.called: set[str] = set()

@@ -27,9 +27,10 @@ PARTS = {
     "tooldata": [("robhold", "bool"), ("tframe", "pose"), ("tload", "loaddata")],
     "wobjdata": [("robhold", "bool"), ("ufprog", "bool"), ("ufmec", "string"), ("uframe", "pose"), ("oframe", "pose")],
     "speeddata": [("v_tcp", "num"), ("v_ori", "num"), ("v_leax", "num"), ("v_reax", "num")],
+    "tasks": [("taskname", "string")],
     "zonedata": [("finep", "bool"), *((f"z{i}", "num") for i in range(6))],
 }
-PLAIN = {"num": 0, "dnum": 0, "bool": False, "string": "", "errnum": 0, "intnum": 0, "switch": False}
+PLAIN = {"num": 0, "dnum": 0, "bool": False, "string": "", "errnum": 0, "intnum": 0, "switch": False, "syncident": 0}
 TOKEN = re.compile(
     r'"[^"]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|:=|<>|<=|>=|[-+*/=<>()\[\]{},;:.\\%?]'
 )

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
-from wpcal.controllers.audit.arc import arc_faults
 from wpcal.controllers.audit.fault import AuditReport, Fault, FileAudit
-from wpcal.controllers.audit.programs import Surroundings, audit_program
+from wpcal.controllers.audit.programs import (
+    NEAR_SEAM_MM,
+    Surroundings,
+    arc_faults_of,
+    audit_poses,
+    executed,
+    executed_faults,
+)
 from wpcal.controllers.audit.read_back import is_weld_program
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
 from wpcal.controllers.audit.touches import is_touch_program, touch_faults
 from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
-from wpcal.controllers.registry import grammar_of_file
+from wpcal.controllers.registry import controller_of_program, grammar_of_file
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
@@ -86,6 +95,7 @@ class _Audit:
         self.around, self.root, self.is_named = around, root, not root.is_dir()
         self.of_folder: dict[Path, Surroundings] = {}
         self.refused: dict[Path, Fault] = {}
+        self.of_programs: dict[tuple[Path, str], dict[str, list[Fault]]] = {}
 
     def file(self, path: Path) -> FileAudit | None:
         """Audit one file; None for a kind that wpcal does not know."""
@@ -122,14 +132,37 @@ class _Audit:
             return FileAudit(str(path), f"program of two robots ({suffix})", tuple(faults), CHECKED)
         if is_touch_program(raw, path):
             return FileAudit(str(path), f"touch program ({suffix})", tuple(touch_faults(raw, path)), TOUCHES_CHECKED)
-        if not is_weld_program(path):
-            return FileAudit(str(path), f"program ({suffix})", tuple(arc_faults(raw, path, output)))
         result = _result_folder_of(path.parent)
         around = self._with_part(result)
-        faults = audit_program(raw, path, around)
+        stated = around if around.seams is None else replace(around, part=None)  # poses are executed
+        faults = audit_poses(raw, path, stated) if is_weld_program(path) else []
+        if not faults:
+            faults = self._executed(path, around).get(path.name, [])
         if result in self.refused and self.root.absolute() not in (result.absolute(), *result.absolute().parents):
             faults = [*faults, self.refused[result]]
         return FileAudit(str(path), f"program ({suffix})", tuple(faults), str(around))
+
+    def _executed(self, path: Path, around: Surroundings) -> dict[str, list[Fault]]:
+        """Return the faults that show when the programs beside a file are executed, by the names of their files."""
+        controller = controller_of_program(path)
+        if controller is None or controller.run is None:
+            return {}
+        key = path.parent, controller.name
+        if key not in self.of_programs:
+            files = {
+                each.name: data
+                for each in sorted(path.parent.iterdir())
+                if each.suffix.lower() in controller.program_suffixes and each.is_file()
+                if not is_of_two_robots(data := read_bytes(each), each) and not is_touch_program(data, each)
+            }
+            trace, found = executed(files, around)
+            if around.seams is None:  # of others: they may be right for a controller that has more than is known here
+                found.clear()
+            else:
+                _add(found, executed_faults(trace, around))
+            _add(found, arc_faults_of(trace))
+            self.of_programs[key] = found
+        return self.of_programs[key]
 
     def _with_part(self, result: Path | None) -> Surroundings:
         """Add the part as calibrated; without it if the files of the result folder have faults."""
@@ -149,7 +182,20 @@ class _Audit:
         is_corrected = RobotSpace.parse(finished.calibration["robot_space"]) is RobotSpace.IDENTIFIED
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
-        return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start)
+        seams = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in finished.seams)])
+        return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start, seams=seams)
+
+
+def _add(found: dict[str, list[Fault]], faults: Iterable[tuple[str, Fault]]) -> None:
+    for name, fault in faults:
+        found.setdefault(name, []).append(fault)
+
+
+def _densely(p: FloatArray) -> FloatArray:
+    """Return points (n, 3) with more of them between those that are far apart."""
+    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    at = np.union1d(steps, np.arange(0.0, steps[-1], NEAR_SEAM_MM))
+    return np.stack([np.interp(at, steps, column) for column in p.T], axis=1)
 
 
 def _finished(folder: Path, *, is_compared: bool = True) -> FinishedCalibration:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from wpcal.controllers.language.grammar import ENCODING, Grammar, Step
+from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.robot.moves.interpolation import Moves, turns_between
 from wpcal.taught.programs import BASE
 
 STEP_MM = 1.0  #: Places along a move: as fine as weld poses are compared with the part before they are written.
@@ -82,55 +80,3 @@ def _frame_of(
     if frame == BASE:
         return RigidTransform.identity(target="base", source="frame")
     return carried.get(frame or "", T_base_part)
-
-
-def read_moves(raw: bytes, path: Path) -> list[list[Step]]:
-    """Return the moves of a program; in each list one leads to the next.
-
-    Only what is between two poses of one file, or of a pair of files, is read: the first move of a procedure comes from
-    wherever its caller left the tool. Loops over the points of an array are not followed.
-
-    Raises `InputError` when no grammar knows the suffix.
-    """
-    return require_grammar(path).chains_of(raw, path)
-
-
-def places_between(
-    poses: Sequence[ReadPose], chains: Sequence[Sequence[Step]]
-) -> tuple[FloatArray, FloatArray, list[ReadPose]]:
-    """Return where the tool is between the poses of a program.
-
-    Returns `p, R`: ndarray, shapes (m, 3) and (m, 3, 3). In `base`.
-    Returns `to`: list of ReadPose. The end of the move of each place.
-    """
-    named = {pose.name.lower(): pose for pose in poses}
-    by_name: Mapping[str, ReadPose] = {
-        **{f"x{name}": pose for name, pose in named.items()},
-        **named,
-    }  # folds name points without their X
-    rows = list[tuple[ReadPose, ReadPose, FloatArray]]()
-    for chain in chains:
-        for before, step in pairwise(chain):
-            known = [by_name.get(name.lower()) for name in (before[-1], *step)]
-            start, end = known[0], known[-1]
-            if start is None or end is None or None in known:
-                continue
-            if np.linalg.norm(end.p_base - start.p_base) > LARGEST_MOVE_MM:
-                continue
-            middle = known[1] if len(known) == 3 else None
-            rows.append((start, end, np.full(3, np.nan) if middle is None else middle.p_base))
-    if not rows:
-        return np.zeros((0, 3)), np.zeros((0, 3, 3)), []
-    starts, ends, via = zip(*rows, strict=True)
-    p0, p1 = (np.array([pose.p_base for pose in side]) for side in (starts, ends))
-    R0, R1 = (np.array([pose.R_base for pose in side]) for side in (starts, ends))
-    turn = turns_between(R0, R1)
-    moves = Moves.between(p0, R0, p1, turn, np.array(via))
-    length = np.maximum(np.linalg.norm(moves.chord, axis=1), moves.sweep * np.linalg.norm(moves.u, axis=1))
-    steps = np.maximum(length / STEP_MM, np.linalg.norm(turn, axis=1) / STEP_RAD)
-    counts = np.maximum(np.ceil(steps).astype(np.int64) - 1, 0)
-    own = np.repeat(np.arange(len(counts)), counts)
-    number = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
-    share = (number + 1) / (counts[own] + 1)
-    at = moves.select(own)
-    return at.positions(share), at.rotations(share), [ends[row] for row in own]

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, pose_faults, require_poses
+from wpcal.controllers.audit.programs import Surroundings, pose_faults
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
-from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.language.grammar import ENCODING
-from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import grammar_of_file
-from wpcal.core.arrays import FloatArray
-from wpcal.core.errors import InputError, WpcalError
+from wpcal.core.errors import WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import TouchPlan, read_touch_plan
 from wpcal.touch.searches.record import TOUCHES_FILE
@@ -66,48 +60,3 @@ def _poses(raw: bytes, path: Path, T_base_part: RigidTransform | None) -> list[R
     stored = require_grammar(path).results
     poses = read_poses_back(raw, path, T_base_part)
     return [pose for pose in poses if not (stored and re.match(stored, pose.name, re.IGNORECASE))]
-
-
-def check_touches_written(files: Mapping[str, str], program: TouchProgram, *, name: str) -> int:
-    """Read written files back, and refuse them if their poses are not those of the plan.
-
-    Raises
-    ------
-    WrittenWrongError
-        When a file cannot be read, or has not the poses of the plan, and no template of the user made the files.
-    InputError : The same with templates of the user.
-    """
-    try:
-        return _check(files, program, name)
-    except WrittenWrongError as error:
-        if program.controller.templates is None:
-            raise
-        raise InputError(f"{program.controller.templates}: the templates break the program: {error}") from None
-
-
-def _check(files: Mapping[str, str], program: TouchProgram, name: str) -> int:
-    T = program.plan.T_base_part
-    found: list[ReadPose] = []
-    for file, text in files.items():
-        path = Path(file)
-        if not is_weld_program(path):
-            continue
-        try:
-            found += _poses(text.encode("utf-8"), path, T)
-        except WpcalError as error:
-            what = f"{name}: the written program cannot be read back: {error}; nothing is written"
-            raise WrittenWrongError(what) from None
-    for fault in pose_faults(found, Surroundings(T)):
-        raise InputError(f"{name}: {fault.field}: {fault.message}; nothing is written")
-    asked = _asked(program)
-    read = np.array([pose.p_base for pose in found]).reshape(-1, 3), np.array([pose.R_base for pose in found])
-    require_poses(asked, read, name)
-    return len(found)
-
-
-def _asked(program: TouchProgram) -> tuple[FloatArray, FloatArray]:
-    """Return the poses of the plan in `base`."""
-    T = program.plan.T_base_part
-    steps = program.steps(T)  # relative to the part itself
-    p: Sequence[FloatArray] = [T.apply(each.p) for each in steps]
-    return np.concatenate(p), np.concatenate([T.R @ each.R for each in steps])

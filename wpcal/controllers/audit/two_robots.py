@@ -11,8 +11,8 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from wpcal.controllers.audit.arc import arc_faults
 from wpcal.controllers.audit.fault import Fault
+from wpcal.controllers.audit.programs import Surroundings, arc_faults_of, executed
 from wpcal.controllers.audit.read_back import require_grammar
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import grammar_of_file
@@ -43,7 +43,8 @@ def two_robot_faults(raw: bytes, path: Path, output: int | None) -> list[Fault]:
     if not has_poses or grammar.moves_of is None:
         own += _compared(lines, path, grammar.mark) if grammar.mark else ()
         own += (Fault(what, line) for what, line in grammar.judge_step(lines, path)) if grammar.judge_step else ()
-    return [*own, *arc_faults(raw, path, output)]
+    trace, _ = executed({path.name: raw}, Surroundings(arc_output=output))
+    return [*own, *(fault for _, fault in arc_faults_of(trace))]
 
 
 def _marks_of(lines: list[str], pattern: str) -> list[tuple[str, int]]:

@@ -371,7 +371,7 @@ class Interpreter(Base):
                 skip = (found[1], found[2] or "")
             elif found := re.fullmatch(r"(Offset|Tool_Offset)(?:,(PR\[\d+\]))?|(INC)", one):
                 options[found[1] or found[3]] = found[2] or ""
-            elif not re.fullmatch(r"ACC\d+|Wjnt|PTH|BREAK", one):
+            elif not re.fullmatch(r"ACC\d+|Wjnt|PTH|BREAK|COORD", one):
                 raise ProgramError(f"the motion option {one!r} is not followed")
         return options, skip
 
@@ -395,6 +395,7 @@ class Interpreter(Base):
     def _offset(self, kind: str, register: str, frame: str | None) -> None:
         if frame and frame != self.frame:
             raise ProgramError("OFFSET CONDITION in another user frame")
+        self.item("PR", [int(register)])
         self.offsets["Tool_Offset" if kind == "TOOL_OFFSET" else "Offset"] = f"PR[{register}]"
 
     def _if(self, condition: str, then: str) -> int | None:

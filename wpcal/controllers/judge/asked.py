@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
+from wpcal.controllers.judge.execute import TOOL_OF_CONTROLLER
 from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.tangent import log_rotation
@@ -27,6 +30,9 @@ class Asked:
     R: FloatArray  #: shape (n, 3, 3).
     joints: FloatArray  #: shape (n, 6). deg; NaN where nobody knows them.
     stops: BoolArray  #: shape (n,). Whether the tool stops there: always off the seams.
+    home: FloatArray | None = None  #: shape (6,). Where it may begin and end, deg; None: where only the robot knows.
+    #: shape (4, 4). With which tool.
+    T_flange_tool: FloatArray = field(default_factory=TOOL_OF_CONTROLLER.copy)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,6 +52,24 @@ def asked_of(program: WeldProgram) -> Asked:
     R = np.array([nowhere if at is None else at[1] for at, _, _ in rows]).reshape(-1, 3, 3)
     joints = np.array([no_joints if q is None else q for _, q, _ in rows]).reshape(-1, 6)
     return Asked(p, R, joints, np.array([stops for *_, stops in rows], dtype=bool))
+
+
+def asked_of_touches(program: TouchProgram) -> Asked:
+    """Return where a touch program leads: after each search it goes back to the start of it."""
+    T = program.plan.T_base_part
+    p, R = list[FloatArray](), list[FloatArray]()
+    for steps in program.steps(T):  # relative to the part itself
+        rows = [*range(len(steps.p) - 1), len(steps.p) - 3, len(steps.p) - 1]
+        p.append(T.apply(steps.p[rows]))
+        R.append(T.R @ steps.R[rows])
+    count, home = sum(map(len, p)), program.plan.home_joints
+    return Asked(
+        np.concatenate(p),
+        np.concatenate(R),
+        np.full((count, 6), np.nan),
+        np.ones(count, dtype=bool),
+        None if home is None else np.degrees(home),
+    )
 
 
 Row = tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, bool]
@@ -70,11 +94,12 @@ def _rows(program: WeldProgram) -> Iterator[Row]:
 def compare(trace: Trace, asked: Asked) -> Compared:
     """Return where a program leads that was not asked, and where it does not lead."""
     at, missing, others, blended = 0, list[int](), list[Motion](), list[Motion]()
-    for motion in trace.motions:
-        found = _matches(motion, asked, at)
+    for before, motion in pairwise((None, *trace.motions)):
+        if motion is None or _stands(motion, before):
+            continue
+        found = _matches(motion, asked, at) if _has_tool(motion, asked) else None
         if found is None:
-            is_outside = at == 0 or at == len(asked.p)
-            if not (is_outside and motion.goal is None and motion.joints is None):  # home, which only the robot knows
+            if at not in (0, len(asked.p)) or not _is_home(motion, asked):
                 others.append(motion)
             continue
         first, last = found
@@ -82,7 +107,42 @@ def compare(trace: Trace, asked: Asked) -> Compared:
         if motion.place.blends and asked.stops[last]:
             blended.append(motion)
         at = last + 1
-    return Compared((*missing, *range(at, len(asked.p))), tuple(others), tuple(blended))
+    missing += range(at, len(asked.p))
+    return Compared(tuple(row for row in missing if not _repeats(asked, row)), tuple(others), tuple(blended))
+
+
+def _repeats(asked: Asked, row: int) -> bool:
+    """Tell whether a program should stay where it is."""
+    if row == 0 or np.isfinite(asked.joints[row]).all():
+        return row > 0 and bool(np.abs(asked.joints[row] - asked.joints[row - 1]).max() <= SAME_DEG)
+    off = np.abs(asked.p[row] - asked.p[row - 1]).max(), np.abs(asked.R[row] - asked.R[row - 1]).max()
+    return bool(off[0] <= SAME_MM and off[1] <= SAME_RAD)
+
+
+def _has_tool(motion: Motion, asked: Asked) -> bool:
+    """Tell whether a motion to a pose is one of the tool that was asked for."""
+    off = np.abs(motion.T_flange_tool - asked.T_flange_tool)
+    return motion.goal is None or bool(off[:3, :3].max() <= SAME_RAD and off[:3, 3].max() <= SAME_MM)
+
+
+def _is_home(motion: Motion, asked: Asked) -> bool:
+    """Tell whether a move goes to home."""
+    if motion.joints is None or asked.home is None:
+        return motion.goal is None and motion.joints is None
+    return bool(np.abs(motion.joints - asked.home).max() <= SAME_DEG)
+
+
+def _stands(motion: Motion, before: Motion | None) -> bool:
+    """Tell whether a motion leads to where the tool is: arcs of some languages begin so."""
+    if motion.place.blends or motion.via is not None or motion.via_joints is not None:
+        return False
+    if motion.joints is not None:
+        joints = None if before is None else before.joints
+        return joints is not None and bool(np.abs(motion.joints - joints).max() <= SAME_DEG)
+    if motion.kind == "J" or motion.start is None or motion.goal is None:
+        return False
+    off = np.abs(motion.goal - motion.start)
+    return bool(off[:3, :3].max() <= SAME_RAD and off[:3, 3].max() <= SAME_MM)
 
 
 def _matches(motion: Motion, asked: Asked, at: int) -> tuple[int, int] | None:

@@ -6,36 +6,45 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import controller_of_program
-from wpcal.controllers.run.machine import Place
+from wpcal.controllers.run.machine import Place, rigid
 from wpcal.controllers.run.program import EndlessError, ProgramError
 from wpcal.controllers.run.recorder import Recorder
 from wpcal.controllers.run.trace import Trace, Unknown
 from wpcal.core.arrays import FloatArray
 
+Files = Mapping[str, str | bytes]
+
+NUMBERS = range(1, 64)  #: Of tools and frames.
 UNDECLARED = ""  #: The name of the tool or frame that stands for all which the files do not declare.
+TOOL_OF_CONTROLLER = rigid(Rotation.from_euler("xyz", (0.3, -0.7, 0.2)), (101.0, 37.0, 411.0))
+"""T_flange_tool of tools that only the controller knows: like no tool that a program sets."""
 
 
-def is_executed(path: Path) -> bool:
-    """Tell by the suffix whether programs of this language can be executed."""
-    controller = controller_of_program(path)
-    return controller is not None and controller.run is not None
+def programs_of(files: Files) -> dict[str, str | bytes]:
+    """Return the files whose language can be executed."""
+    return {
+        name: data
+        for name, data in files.items()
+        if (controller := controller_of_program(Path(name))) is not None and controller.run is not None
+    }
 
 
 def execute(
-    files: Mapping[str, str | bytes],
+    files: Files,
     *,
     tools: Sequence[str | int] = (UNDECLARED,),
+    T_flange_tool: FloatArray = TOOL_OF_CONTROLLER,
     T_base_frame: FloatArray | None = None,
     arc_output: int | None = None,
     from_pulses: Callable[[FloatArray], FloatArray] | None = None,
 ) -> Trace:
     """Execute every routine of some files of one language that no other one calls.
 
-    `tools`: Names and numbers of tools that the controller has.
+    `tools`: Names and numbers of tools that the controller has, and where they are: `T_flange_tool`, shape (4, 4).
     `from_pulses`: From pulses of the arm, shape (6,), to its joints, deg.
     `T_base_frame`: shape (4, 4). Where frames are that the files do not declare; None: a move in one is not followed.
 
@@ -45,13 +54,13 @@ def execute(
     controller = controller_of_program(Path(next(iter(texts))))
     if controller is None or controller.run is None:
         raise ProgramError(f"no interpreter for {', '.join(texts)}")
-    bases = {} if T_base_frame is None else {UNDECLARED: T_base_frame}
+    bases = {} if T_base_frame is None else dict.fromkeys((UNDECLARED, *NUMBERS), T_base_frame)
     grammar = controller.load_grammar()
     if arc_output is None and grammar is not None:
         arc_output = next((found for text in texts.values() if (found := grammar.arc_output(text)) is not None), None)
     recorder = Recorder(from_pulses, arc_output=arc_output)
     interpreter = controller.load_interpreter()(
-        texts, recorder, tools=dict.fromkeys(tools, np.eye(4)), bases=bases, on_stop=lambda _: True
+        texts, recorder, tools=dict.fromkeys(tools, T_flange_tool), bases=bases, on_stop=lambda _: True
     )
     for routine in interpreter.entries():
         recorder.T_base_flange = None
@@ -66,12 +75,12 @@ def _is_ended(interpreter: Any, routine: str, recorder: Recorder) -> bool:
     except ProgramError as error:
         recorder.refuse(error)
     except EndlessError as error:
-        recorder.trace.unknowns.append(Unknown(recorder.at, str(error)))
+        recorder.trace.unknowns.append(Unknown(recorder.at, str(error), len(recorder.trace.steps)))
         return False
     return True
 
 
-def text_at(place: Place, files: Mapping[str, str | bytes]) -> str:
+def text_at(place: Place, files: Files) -> str:
     """Return the text of the line of a place."""
     data = files.get(place.file, "")
     lines = (data if isinstance(data, str) else data.decode(ENCODING)).splitlines()

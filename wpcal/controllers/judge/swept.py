@@ -43,10 +43,13 @@ def meetings(
     torch: TorchShape,
     axis: ToolAxis,
     *,
-    standoff_mm: float = 0.0,
+    standoff_mm: Sequence[float],
     start_mm: float = START_MM,
 ) -> Iterator[Meeting]:
-    """Yield where motions that are followed meet the part; of each motion the first place."""
+    """Yield where motions meet the part; of each motion the first place, of one that is not followed its end.
+
+    `standoff_mm`: How far the tip of the wire is beyond the tool centre point of each motion.
+    """
     column, pending, count = 2 if axis is ToolAxis.Z else 0, list[tuple[Motion, FloatArray, FloatArray]](), 0
 
     def judged() -> Iterator[Meeting]:
@@ -61,9 +64,11 @@ def meetings(
                 what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {piece.value} of {torch}"
                 yield Meeting(pending[own[row]][0], f"{what} is inside {solid!r}")
 
-    for motion in filter(is_followed, motions):
+    for motion, more_mm in zip(motions, standoff_mm, strict=True):
+        if motion.goal is None or not np.isfinite(motion.goal).all():
+            continue
         p, R = _poses(motion)
-        tips = p + standoff_mm * wire_directions(R, axis)
+        tips = p + more_mm * wire_directions(R, axis)
         swept = sweep(tips, R, torch.reaching, axis=column)
         pending.append((motion, swept.p, swept.R))
         count += len(swept.p)
@@ -76,9 +81,9 @@ def meetings(
 
 def _poses(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Return start and goal of a line, and places along an arc; shapes (n, 3) and (n, 3, 3)."""
-    ends = np.array([motion.start, motion.goal])
+    ends = np.array([motion.start, motion.goal] if is_followed(motion) else [motion.goal])
     p, R = ends[:, :3, 3], ends[:, :3, :3]
-    if motion.via is None:
+    if motion.via is None or len(ends) == 1:
         return p, R
     moves = Moves.between(p[:1], R[:1], p[1:], turns_between(R[:1], R[1:]), motion.via[None, :3, 3])
     length = float(moves.sweep[0] * np.linalg.norm(moves.u[0])) or float(np.linalg.norm(moves.chord[0]))

@@ -1,28 +1,43 @@
-"""Judge files before they are written: they do what was asked; what templates add is followed, or named."""
+"""Judge a finished program before it is put in place: only what its text does may become the word "checked".
+
+The text is executed. It has to lead where it was asked to, in that order and with that tool, and nowhere else; on its
+way nothing meets anything; the arc burns along the seams and nowhere else. What a template of the user adds is followed
+and swept as well; a line that is not followed is named by file and line, and the program is not called checked.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.rays import START_MM
-from wpcal.controllers.judge.asked import Asked, Compared, asked_of, compare
-from wpcal.controllers.judge.execute import execute, is_executed, text_at
+from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
+from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare
+from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at
 from wpcal.controllers.judge.swept import is_followed, meetings
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.language.post import blocks_of, own_arc_templates
 from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.program.arc import SEAM_MARKS
+from wpcal.controllers.program.touch_program import TouchProgram
+from wpcal.controllers.registry import find_controller, grammar_of_file
 from wpcal.controllers.run.machine import Place
-from wpcal.controllers.run.trace import Motion, Trace
-from wpcal.core.errors import WpcalError
+from wpcal.controllers.run.trace import Motion, Trace, Unknown
+from wpcal.core.errors import InputError, WpcalError
 from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.record_check import FARTHEST_MM
 
 ROOM_MM = 1.0  #: A motion that was not asked for may leave the box of those that were by this.
+MOST_PLACES = 3  #: Of one text that are told; a template is used for every seam.
 
-Files = Mapping[str, str | bytes]
+P = TypeVar("P", WeldProgram, TouchProgram)
 
 
 class WrittenWrongError(WpcalError):
@@ -31,12 +46,77 @@ class WrittenWrongError(WpcalError):
     exit_code = 70
 
 
-def programs_of(files: Files) -> dict[str, str | bytes]:
-    """Return the files whose language can be executed."""
-    return {name: data for name, data in files.items() if is_executed(Path(name))}
+@dataclass(frozen=True, slots=True, eq=False)
+class Written(Generic[P]):
+    """The files of a program, and what was not checked of them."""
+
+    files: Files
+    program: P  #: It says of itself that it was checked only if it was.
+    not_checked: tuple[str, ...] = ()  #: By file and line.
+    unjudged: tuple[str, ...] = ()  #: What no line stands for.
 
 
-def run_written(files: Files, program: WeldProgram, *, name: str) -> Trace:
+def write_judged(name: str, write: Callable[[P], Files], program: P) -> Written[P]:
+    """Write a program in the format `name`, and judge the text.
+
+    Raises
+    ------
+    WrittenWrongError : When the program does other things than it should, and no template of the user made it.
+    InputError
+        When the language cannot hold the program, or a template has a fault or makes the program do other things.
+    """
+    files, controller = write(program), find_controller(name)
+    if controller is None:  # a table: it moves nothing
+        return Written(files, program)
+    if controller.run is None:
+        unchecked = _unchecked(program)
+        return Written(
+            write(unchecked), unchecked, (), (f"the written program: {name} has no interpreter that could execute it",)
+        )
+    try:
+        told, unjudged = _judged(files, program, name)
+        if not told:
+            return Written(files, program, (), unjudged)
+        unchecked = _unchecked(program)  # its header has other lines: the places are found anew
+        files = write(unchecked)
+        return Written(files, unchecked, *_judged(files, unchecked, name))
+    except WrittenWrongError as error:
+        if program.controller.templates is None:
+            raise
+        raise InputError(f"{program.controller.templates}: the templates break the program: {error}") from None
+
+
+def _unchecked(program: P) -> P:
+    return replace(program, checked=()) if isinstance(program, WeldProgram) else program
+
+
+def _judged(files: Files, program: WeldProgram | TouchProgram, name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return which lines were not followed, and what else was not judged."""
+    trace = run_written(files, program, name=name)
+    asked = asked_of(program) if isinstance(program, WeldProgram) else asked_of_touches(program)
+    if not np.nanmax(np.abs(asked.p), initial=0.0) < FARTHEST_MM:
+        raise InputError(f"{name}: a pose is more than {FARTHEST_MM:g} mm away; nothing is written")
+    found, unjudged = compare(trace, asked), tuple[str, ...]()
+    if isinstance(program, WeldProgram):
+        _refuse_wrong_arcs(trace, program, name)
+        unjudged = tuple(_unjudged_arcs(trace, program, name))
+    has_package = isinstance(program, TouchProgram) and program.setup.with_package
+    is_ours = program.controller.templates is None and not has_package
+    for unknown in trace.unknowns if is_ours else ():
+        raise _wrong(name, unknown.place, unknown.text)
+    if is_ours or (found.missing and not trace.unknowns):
+        _refuse_other_way(asked, found, name)
+    added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
+    strange: list[Unknown | Motion] = [
+        *trace.unknowns,
+        *(each for each in (*found.blended, *found.others) if each not in added),
+    ]
+    places = [*(each.place for each in strange), *_causes(trace, found, files, [each.step for each in strange])]
+    lines = {(place.file, place.line): text_at(place, files) for place in places}
+    return tuple(_told(lines)), unjudged
+
+
+def run_written(files: Files, program: WeldProgram | TouchProgram, *, name: str) -> Trace:
     """Execute the files of a program; `WrittenWrongError` when one cannot be read."""
     output, arm = None if program.arc is None else program.arc.output, program.arm
     try:
@@ -51,19 +131,15 @@ def run_written(files: Files, program: WeldProgram, *, name: str) -> Trace:
         raise WrittenWrongError(what) from None
 
 
-def require_as_asked(files: Files, program: WeldProgram, *, name: str) -> int:
-    """Return to how many places files lead; refuse those that lead elsewhere, or that cannot be followed."""
-    trace, asked = run_written(files, program, name=name), asked_of(program)
-    found = compare(trace, asked)
-    for unknown in trace.unknowns:
-        raise _wrong(name, unknown.place, unknown.text)
+def _refuse_other_way(asked: Asked, found: Compared, name: str) -> None:
     if found.others:
         raise _wrong(name, found.others[0].place, _elsewhere(found.others[0]))
     if found.missing:
-        raise WrittenWrongError(f"{name}: {_missing(asked, found)}; nothing is written")
+        x, y, z = asked.p[found.missing[0]]
+        what = "a move to joints" if np.isnan(x) else f"the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm"
+        raise WrittenWrongError(f"{name}: {what} is missing in the written program, read back; nothing is written")
     for motion in found.blended:
         raise _wrong(name, motion.place, "does not stop where it should")
-    return len(asked.p)
 
 
 def _wrong(name: str, place: Place, what: str) -> WrittenWrongError:
@@ -77,32 +153,17 @@ def _elsewhere(motion: Motion) -> str:
     return f"the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm was not asked for, but is in the written program, read back"
 
 
-def _missing(asked: Asked, found: Compared) -> str:
-    row = found.missing[0]
-    x, y, z = asked.p[row]
-    what = "a move to joints" if np.isnan(x) else f"the pose at base {x:.3f}, {y:.3f}, {z:.3f} mm"
-    return f"{what} is missing in the written program, read back"
-
-
-def not_followed(files: Files, program: WeldProgram, *, name: str) -> list[tuple[str, int, str]] | None:
-    """Return what templates of the user add and nobody followed: file, line and text; None if they leave moves out.
-
-    Raises `WrittenWrongError` when the program leads elsewhere, or what was added meets the part.
-    """
-    trace, asked = run_written(files, program, name=name), asked_of(program)
-    found = compare(trace, asked)
-    if found.missing and not trace.unknowns:
-        if found.others:
-            raise _wrong(name, found.others[0].place, _elsewhere(found.others[0]))
-        return None
-    added = [motion for motion in found.others if _is_near(motion, trace, asked)]
-    if program.planned is None and program.part_glb is not None and added:
-        _require_free(added, program, name)
-    else:
-        added = []
-    places = [each.place for each in trace.unknowns]
-    places += [motion.place for motion in (*found.blended, *found.others) if motion not in added]
-    return [(place.file, place.line, text_at(place, files)) for place in dict.fromkeys(places)]
+def _causes(trace: Trace, found: Compared, files: Files, strange: Sequence[int]) -> Iterator[Place]:
+    """Yield what ran before steps that lead elsewhere, since the last motion as asked: a frame, a tool, a register."""
+    others, first = {id(motion) for motion in found.others}, dict[int, int]()
+    good = [motion.step for motion in trace.motions if id(motion) not in others]
+    for step in sorted(strange):
+        first.setdefault(max((one for one in good if one < step), default=0), step)
+    for begin, end in first.items():
+        for place in trace.steps[begin : end - 1]:
+            grammar = grammar_of_file(Path(place.file))
+            if grammar is None or not grammar.is_harmless(text_at(place, files)):
+                yield place
 
 
 def _is_near(motion: Motion, trace: Trace, asked: Asked) -> bool:
@@ -116,9 +177,54 @@ def _is_near(motion: Motion, trace: Trace, asked: Asked) -> bool:
     return bool(beyond.max() <= ROOM_MM)
 
 
-def _require_free(added: Sequence[Motion], program: WeldProgram, name: str) -> None:
-    part = TriangleMaterial.of(read_part_glb(program.part_glb or b""), program.T_base_part)
+def _require_free(trace: Trace, found: Compared, asked: Asked, program: WeldProgram, name: str) -> list[Motion]:
+    """Sweep every motion against the part; return those of templates that were followed and are free."""
+    if program.planned is not None or program.part_glb is None:
+        return []
+    added = [motion for motion in found.others if _is_near(motion, trace, asked)]
+    strange = {id(motion) for motion in found.others}.difference(map(id, added))
+    part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
     torch, start = program.torch, max((start_mm(path.seam) for path in program.paths), default=START_MM)
-    found = meetings(added, part, program.shape, torch.tool_axis, standoff_mm=torch.standoff_mm, start_mm=start)
-    for meeting in found:
+    more = [0.0, *(path.seam.more_wire_mm for path in program.paths)]
+    motions = [motion for motion in trace.motions if id(motion) not in strange]
+    standoff = [torch.standoff_mm + more[motion.seam if motion.seam < len(more) else 0] for motion in motions]
+    found_in = meetings(motions, part, program.shape, torch.tool_axis, standoff_mm=standoff, start_mm=start)
+    for meeting in found_in:
         raise _wrong(name, meeting.motion.place, meeting.what)
+    return added
+
+
+def _refuse_wrong_arcs(trace: Trace, program: WeldProgram, name: str) -> None:
+    """Refuse a program whose arc is on or off in the wrong place, unless templates switch it in their own words."""
+    kinds = {each.does for each in trace.events} & ALL_SWITCHES
+    if program.arc is not None and program.controller.templates is not None and 0 < len(kinds) < len(ALL_SWITCHES):
+        return
+    for place, what in arc_faults(trace):
+        raise _wrong(name, place, what)
+
+
+def _unjudged_arcs(trace: Trace, program: WeldProgram, name: str) -> Iterator[str]:
+    """Say where templates switch the arc in their own words."""
+    folder = program.controller.templates
+    if folder is None or not blocks_of(name):
+        return
+    if program.arc is None:
+        if own := own_arc_templates(name, folder):
+            yield f"whether {' and '.join(own)} switch the arc in this dry run"
+        return
+    found = Counter(each.does for each in trace.events)
+    if found[Does.START] != len(program.paths) or found[Does.END] != len(program.paths):
+        yield f"where the arc burns: {folder / name} leaves out the comments {' and '.join(SEAM_MARKS)}"
+    elif unknown := [what for what, does in (("starts", Does.ON), ("ends", Does.OFF)) if not found[does]]:
+        yield f"where the arc burns: no instruction that wpcal knows {' or '.join(unknown)} it in {folder / name}"
+
+
+def _told(lines: Mapping[tuple[str, int], str]) -> Iterator[str]:
+    """Yield one sentence for each text, with the first places."""
+    places: dict[tuple[str, str], list[int]] = {}
+    for (file, number), text in lines.items():
+        places.setdefault((file, text), []).append(number)
+    for (file, text), numbers in places.items():
+        more = f" and {len(numbers) - MOST_PLACES} more" if len(numbers) > MOST_PLACES else ""
+        where = f"line{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers[:MOST_PLACES]))}{more}"
+        yield f"{file}, {where}: {text[:80]!r}"

@@ -474,7 +474,8 @@ class Interpreter(BlockInterpreter):
 
     def _do_tool(self, tokens: list[str]) -> None:
         self.tool = " ".join(tokens)
-        self.tools[self.tool] = self.value(tokens).T
+        is_undeclared = len(tokens) == 1 and tokens[0].upper() not in {*self.values, "NULL"} and "" in self.tools
+        self.tools[self.tool] = self.tools[""] if is_undeclared else self.value(tokens).T
 
     def _do_base(self, tokens: list[str]) -> None:
         self.frame = " ".join(tokens)

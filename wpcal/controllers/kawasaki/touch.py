@@ -56,14 +56,13 @@ class _AsTouches(TouchWriter):
     def files(self) -> dict[str, str]:
         tool = own_name(self.controller.tool_name, NAMES, what="tool")
         signal = self.signal if self.setup.is_on_high else f"-{self.signal}"
-        home = self.home("#wpt_home", "")
         body = self.lines(
             "touch_body",
             tool=tool,
             accuracy_mm=ACCURACY_MM,
             signal=signal,
             search_speed=as_speed(self.setup.search_speed_mm_s),
-            home=[f"  SPEED {JOINT_PERCENT} ALWAYS", *home] if home else [],
+            home=self.home("#wpt_home", str(JOINT_PERCENT)),
             **self.sensing(signal, self.enable),
         )
         points = [

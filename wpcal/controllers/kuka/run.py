@@ -11,7 +11,7 @@ takes that of the present place. In the folds of ArcTech, `BAS(#CP_PARAMS,…)` 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -70,6 +70,14 @@ class _Call:
     variables: dict[str, Any] = field(default_factory=dict)
 
 
+WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
+
+
+def _signals_of(texts: Iterable[str]) -> dict[int, bool]:
+    """Return the inputs for which interrupts wait, and their levels."""
+    return {int(match[1]): match[2].upper() == "TRUE" for text in texts for match in WAITS.finditer(text)}
+
+
 class Interpreter:
     """A robot interpreter with its modules.
 
@@ -91,7 +99,8 @@ class Interpreter:
         signals: Mapping[Any, bool] | None = None,
         on_stop: Callable[[str], bool] = lambda _: False,
     ) -> None:
-        self.machine, self.signals, self.on_stop, self.run = machine, dict(signals or {}), on_stop, Run()
+        given = _signals_of(files.values()) if signals is None else signals
+        self.machine, self.signals, self.on_stop, self.run = machine, dict(given), on_stop, Run()
         self.tools = {n: frame_value(T) for n, T in (tools or {}).items()}
         self.bases = {n: frame_value(T) for n, T in (bases or {}).items()}
         self.system: dict[str, Any] = {"$NULLFRAME": frame_value(np.eye(4)), "$ADVANCE": 3}

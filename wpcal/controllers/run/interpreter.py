@@ -142,6 +142,8 @@ class Interpreter:
 
 
 def _known(given: Mapping[str, Matrix], name: str, what: str) -> Matrix:
+    if name not in given and "" in given:
+        return given[""]
     if name not in given:
         raise ProgramError(f"the {what} {name} is not set" if name else f"a motion before a {what} is set")
     return given[name]

@@ -6,12 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.machine import Matrix, Place, inverted
+from wpcal.controllers.run.machine import Matrix, Place, inverted, rigid
 from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.run.trace import Motion, Switch, Trace, Unknown
 from wpcal.core.arrays import FloatArray
+
+NOWHERE = rigid(Rotation.from_euler("xyz", (0.4, 0.9, -1.1)), (77_777.0, -88_888.0, 99_999.0))
+"""Where a robot stands of which nobody knows."""
 
 
 class Recorder:
@@ -27,9 +31,19 @@ class Recorder:
         self, from_pulses: Callable[[FloatArray], FloatArray] | None = None, *, arc_output: int | None = None
     ) -> None:
         self.trace, self.from_pulses, self.arc_output = Trace(), from_pulses, arc_output
-        self.at = Place("", 0)
+        self._at = Place("", 0)
         self.T_base_flange: FloatArray | None = None
         self._arc_on, self._in_seam, self._seams = False, False, 0
+
+    @property
+    def at(self) -> Place:
+        """Where the program is."""
+        return self._at
+
+    @at.setter
+    def at(self, place: Place) -> None:
+        self._at = place
+        self.trace.steps.append(place)
 
     def T_base_tool(self, T_flange_tool: Matrix) -> Matrix:
         """Return where the tool is."""
@@ -37,7 +51,9 @@ class Recorder:
             raise ProgramError("the place of the robot is asked for before its first move to a point")
         return self.T_base_flange @ T_flange_tool
 
-    reading = T_base_tool
+    def reading(self, T_flange_tool: Matrix) -> Matrix:
+        """Return where the tool is; before the first move to a point a place that is like none of the program."""
+        return NOWHERE if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
 
     def is_on(self) -> bool:
         """Return False: nothing is touched until a search ends."""
@@ -89,7 +105,7 @@ class Recorder:
 
     def refuse(self, error: ProgramError) -> None:
         """Write down what is not followed."""
-        self.trace.unknowns.append(Unknown(self.at, error.what))
+        self.trace.unknowns.append(Unknown(self.at, error.what, len(self.trace.steps)))
 
     def _write(
         self,
@@ -102,9 +118,9 @@ class Recorder:
         via_joints: FloatArray | None = None,
     ) -> None:
         start = None if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
-        seam = self._seams if self._in_seam else 0
+        seam, step = self._seams if self._in_seam else 0, len(self.trace.steps)
         self.trace.events.append(Switch(self.at, Does.MOVE))
         self.trace.motions.append(
-            Motion(self.at, kind, start, goal, T_flange_tool, via, joints, via_joints, self._arc_on, seam)
+            Motion(self.at, kind, start, goal, T_flange_tool, via, joints, via_joints, self._arc_on, seam, step)
         )
         self.T_base_flange = None if goal is None else goal @ inverted(T_flange_tool)

@@ -23,6 +23,7 @@ class Motion:
     via_joints: FloatArray | None = None  #: The same in the middle of an arc.
     arc_on: bool = False
     seam: int = 0  #: From 1 on in the order of the program; 0 between seams.
+    step: int = 0  #: Steps of the program before its end.
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,7 @@ class Unknown:
 
     place: Place
     text: str
+    step: int = 0  #: Steps of the program before it was refused.
 
 
 @dataclass
@@ -48,3 +50,4 @@ class Trace:
     motions: list[Motion] = field(default_factory=list)
     events: list[Switch] = field(default_factory=list)
     unknowns: list[Unknown] = field(default_factory=list)
+    steps: list[Place] = field(default_factory=list)  #: The lines in the order in which they ran.

@@ -1,14 +1,11 @@
 """The audit follows the moves of a program: a post beside neither of two poses, but between them, is found."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh import PartMesh, SolidMesh
-from wpcal.controllers.audit.programs import Surroundings, audit_program
-from wpcal.controllers.audit.read_back import is_weld_program, places_between, read_moves, read_poses_back
+from wpcal.controllers.audit.programs import Surroundings, executed, executed_faults
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.few_moves import fit_program
 from wpcal.controllers.registry import controller_named
@@ -49,29 +46,17 @@ CURVES = {"straight": (straight, (80.0, 0.0)), "arc": (half_circle, (80 * np.cos
 
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_post_between_two_poses_is_found(name, curve, make_seam, tmp_path: Path):
+def test_a_post_between_two_poses_is_found(name, curve, make_seam):
     points, place = CURVES[curve]
     p, R = points(np.linspace(0, 1, 33))
     finished = FinishedCalibration(T, (make_seam("W1", p, R, frame="base"),), (None,), {})
     program = fit_program(build_program(finished, controller=ControllerSettings(configurations=CONFIGURATIONS)))
     moves = program.paths[0].weld_moves
-    for file, text in controller_named(name).write(program).items():
-        (tmp_path / file).write_bytes(str(text).encode())
-    told, steps, between = [], [], [np.zeros((0, 3))]
-    for path in (one for one in sorted(tmp_path.iterdir()) if is_weld_program(one)):
-        raw = path.read_bytes()
-        clean, blocked = (Surroundings(T, post_at(at)) for at in ((400.0, 400.0), place))
-        assert audit_program(raw, path, clean) == []
-        told += audit_program(raw, path, blocked)
-        chains = read_moves(raw, path)
-        steps += [step for chain in chains for step in chain]
-        between.append(places_between(read_poses_back(raw, path, T), chains)[0])
-    (fault,) = told
+    files = {file: str(text).encode() for file, text in controller_named(name).write(program).items()}
+    clean, blocked = (Surroundings(T, post_at(at)) for at in ((400.0, 400.0), place))
+    trace, refused = executed(files, clean)
+    assert (refused, list(executed_faults(trace, clean))) == ({}, [])
+    ((_, fault),) = executed_faults(trace, blocked)
     assert "on the move there" in fault.message
     assert "inside 'post'" in fault.message
-    assert sum(len(step) == 2 and step[0] != "" for step in steps) == sum(isinstance(move, Arc) for move in moves)
-    if curve == "arc":
-        on_seam = np.concatenate(between)
-        on_seam = on_seam[on_seam[:, 2] < 0.5]  # the ways to and from it are above
-        np.testing.assert_allclose(np.hypot(*on_seam[:, :2].T), 80.0, rtol=0, atol=0.01)
-        assert len(on_seam) > 200
+    assert sum(motion.kind == "C" for motion in trace.motions) == sum(isinstance(move, Arc) for move in moves)

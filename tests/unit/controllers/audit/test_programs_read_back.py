@@ -11,8 +11,8 @@ import pytest
 
 from tests.running import run_here
 from tests.unit.conftest import CONFIGURATIONS
+from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit import audit_path
-from wpcal.controllers.audit.programs import check_written
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings, WeldProgram, build_program
 from wpcal.controllers.program.checked_program import check_program
@@ -54,8 +54,9 @@ def moved(text: str, name: str, by_mm: float) -> str:
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_what_is_written_is_read_back_as_it_was_asked_for(name: str) -> None:
-    asked = sum(len(path) for path in program().paths) + 1
-    assert check_written(exporter_named(name).write(program()), program(), name=name) >= asked
+    written = judged(exporter_named(name).write(program()), program(), name)
+    assert (written.not_checked, written.unjudged) == ((), ())
+    assert written.program.checked
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -65,7 +66,7 @@ def test_a_changed_number_is_found(name: str, by_mm: float) -> None:
     changed = {file: moved(str(text), name, by_mm) for file, text in files.items()}
     assert changed != files
     with pytest.raises(WrittenWrongError, match="nothing is written") as caught:
-        check_written(changed, program(), name=name)
+        judged(changed, program(), name)
     assert caught.value.exit_code == 70
 
 
@@ -93,9 +94,9 @@ def test_an_audit_finds_a_pose_inside_the_part(name: str, tmp_path: Path) -> Non
         for file, text in exporter_named(name).write(written).items():
             (folder / name / file).write_bytes(str(text).encode("utf-8"))
         faults = [fault for file in audit_path(folder).files for fault in file.faults]
-        assert len(faults) == is_wrong
+        assert len(faults) == 2 * is_wrong  # the move there, and the one after it
     assert "of a straight torch of 300 mm" in faults[0].message
-    assert str(faults[0].field).startswith("point ")
+    assert faults[0].line is not None
 
 
 def test_an_arm_that_does_not_reach_the_part_is_named(tmp_path: Path) -> None:
