@@ -69,7 +69,7 @@ def test_a_fanuc_program_is_written_with_the_coupling_only(urdf, tmp_path):
     assert done.returncode == 0
     new_cell(urdf, "--force")
     done = run_here(*asked, "--force")
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "no fanuc program: FANUC shows J3 against the horizontal" in done.stderr
 
 
