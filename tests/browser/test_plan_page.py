@@ -41,7 +41,8 @@ def test_all_seams_are_listed_and_what_is_not_welded_is_told(planned, page):
     assert [row.split()[0] for row in rows] == names
     told = page.page.locator('[data-test="unwelded"]').inner_text()
     assert "seam W9 from 10 to 40 mm is not welded: out of reach of <img src=x>" in told
-    assert page.page.locator('[data-test="freedom"]').inner_text() == "FREE"
+    assert page.page.locator('[data-test="freedom"]').inner_text() == "NOT WELDED"
+    assert "NOT WELDED: 30 of" in page.page.locator('[data-test="open"]').inner_text()
     charts = page.page.locator("#page").inner_text()
     assert "Joints of the arm, deg" in charts
     assert "Clearance beyond the safety distance, mm" in charts

@@ -76,7 +76,7 @@ def refusals(
     ends = [seam_task(each.seam, each.speed_mm_s, each.rank) for each in seams]
     ends = [replace(task.part_of(0, 1), s_mm=task.s_mm[[0, -1]], p=task.p[[0, -1]]) for task in ends]
     pieces = tuple(KeptPiece(task.name, task, 0, np.repeat(home, 4, axis=0), 1, 1) for task in ends)
-    still = KeptPlan(cell, pieces, (home,) * (len(pieces) + 1), (), True, "", 1.0, 1.0, 1.0)
+    still = KeptPlan(cell, pieces, (home,) * (len(pieces) + 1), (), (), True, "", 1.0, 1.0, 1.0)
     program = build_planned_program(still, {each.name: each for each in seams}, replace(output, tolerance=None))
     found = dict[str, str]()
     for each in writers:

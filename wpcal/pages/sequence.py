@@ -26,6 +26,7 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
         **cell_record(cell, shows_frames=False),
         "freedom": "free" if sequence.is_free else "not free",
         "checked": sequence.checked,
+        "open": list(sequence.open_points(has_part=part_glb is not None)),
         "axes": list(cell.axis_names),
         "tolerance": round(math.degrees(sequence.targets.position_tol_rad), 1),
         "plans": [
@@ -64,6 +65,7 @@ def _seam(choice: SequenceChoice, row: int, line: Timeline) -> dict[str, Any]:
         "slope": round(slope, 1),
         "rotation": None if math.isnan(rotation) else round(rotation, 1),
         "off": round(math.degrees(piece.candidate.off_position_rad), 1),
+        "alone": [len(way) - 1 for way in (sequence.ways[row].from_home, sequence.ways[row].to_home)],
         "margin": round(float(piece.check.margin_mm.min()), 1),
         "speed": round(piece.speed_mm_s, 2),
         "from_s": float(line.t_s[rows[0]]),

@@ -270,6 +270,11 @@ class KeptPiece(Record):
     states: list[list[float]] = D("Axes at the points of approach, weld and retract.")
 
 
+class KeptWay(Record):
+    from_home: list[list[float]] = D("Axes from home to the first state of the piece; empty if no free way was found.")
+    to_home: list[list[float]] = D("Axes from its last state to home.")
+
+
 class KeptPlan(Record):
     """What programs are written from"""
 
@@ -278,6 +283,7 @@ class KeptPlan(Record):
     air_speed_mm_s: float
     pieces: list[KeptPiece] = D("As in seams.")
     air: list[list[list[float]]] = D("Axes of the moves from home to the first piece, between pieces, and home.")
+    ways: list[KeptWay] = D("Per piece, for a piece that is welded by itself: each way is proved free as those of air.")
 
 
 class WeldSequence(Record):
@@ -288,6 +294,7 @@ class WeldSequence(Record):
     units: Units
     freedom: Literal["free", "not free"] = D("Whether every move is proved free of collision: free or not free.")
     checked: str = D("What was compared with what.")
+    open: Maybe[list[str]] = D("What was not checked, not welded, off position or without a way; one line each.")
     axes: list[str] = D("Six joints of the arm, the rail if there is one (mm), the axes of the positioner.")
     welded_mm: float = D("Length of all pieces.")
     time_s: float

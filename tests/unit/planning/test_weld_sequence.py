@@ -12,16 +12,19 @@ from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.records import to_json
 from wpcal.draw.place import place_svg
+from wpcal.planning.cell.bodies import with_wire
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
+from wpcal.planning.sequence.kept_plan import plan_from_record, with_digest
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places
-from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
+from wpcal.planning.sequence.plan_sequence import SequencePreference, _Work, plan_sequence
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
 from wpcal.planning.sequence.timeline import SequencePhase, build_timeline, sequence_csv, sequence_record
+from wpcal.weld.runs import RunChoice
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 pytest.importorskip("ompl", reason="ompl is not installed")
@@ -139,12 +142,43 @@ def test_the_sequence_starts_and_ends_at_home_and_welds_at_the_speed(fixed):
 
 def test_the_records_are_of_their_schema_and_the_same_again(fixed, given):
     line = build_timeline(fixed.sequence)
-    record = json.loads(to_json(sequence_record(fixed, line, no_program={"fanuc": "why"})))
+    made = {"inputs": {"part.glb": b""}, "planned": [each.name for each in given.seams], "runs": RunChoice()}
+    record = json.loads(to_json(with_digest(sequence_record(fixed, line, **made))))
     check_record(record)
+    assert [each[:12] for each in record["open"]] == ["OFF POSITION"] * len(record["open"])
+    kept = plan_from_record(record, fixed.sequence.cell, {each.name: each for each in given.seams})
+    for piece, way in zip(kept.pieces, kept.ways, strict=True):
+        assert np.allclose(way.from_home[[0, -1]], [kept.cell.home, piece.states[0]], rtol=0, atol=1e-9)
+        assert np.allclose(way.to_home[[0, -1]], [piece.states[-1], kept.cell.home], rtol=0, atol=1e-9)
     rows = sequence_csv(fixed.sequence, line).splitlines()
     assert len(rows) == len(record["points"]) + 1
     again = plan_sequence(fixed.sequence.cell, given.part, given.seams, SequenceTargets())
     assert sequence_csv(again.sequence, build_timeline(again.sequence)).splitlines() == rows
+
+
+def test_ways_of_each_piece_are_free_at_fine_steps(fixed, given):
+    cell = with_wire(fixed.sequence.cell, SequenceTargets().air_clearance_mm)
+    clearance = CellClearance(cell, given.part)
+    for way in fixed.sequence.ways:
+        for states in (way.from_home, way.to_home):
+            fine = [a + t * (b - a) for a, b in itertools.pairwise(states) for t in np.linspace(0.0, 1.0, 200)]
+            assert clearance.margins(np.array(fine)).is_clear.all()
+
+
+def test_a_piece_that_is_not_free_is_left_out_by_name_and_the_rest_is_planned(given, monkeypatch):
+    cell = given.placed(fixed_cell())
+    one = _Work._piece
+    monkeypatch.setattr(
+        _Work, "_piece", lambda self, ways, row: "a wall" if ways.name == "W2" else one(self, ways, row)
+    )
+    plan = plan_sequence(cell, given.part, given.seams, SequenceTargets()).sequence
+    names = {each.name for each in given.seams}
+    assert {piece.candidate.task.name for piece in plan.pieces} == names - {"W2"}
+    (gap,) = plan.unwelded
+    assert gap.describe().startswith("seam W2 from 0 to 150 mm is not welded: no way along it is free: a wall")
+    assert plan.is_free
+    assert plan.open_points(has_part=False)[0].startswith("NOT CHECKED: the part")
+    assert plan.open_points(has_part=True)[0].startswith("NOT WELDED: 150 of ")
 
 
 def test_a_part_out_of_reach_is_told_with_what_helps(given):

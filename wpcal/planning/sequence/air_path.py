@@ -69,6 +69,30 @@ class AirPlanner:
             return self._shortened(way, "roadmap")
         return self._shortened(self._planned(start, end), "rrt-connect")
 
+    def ways_from_home(self, ends: FloatArray) -> list[FloatArray]:
+        """Return a free way from home to each of n states, shapes (m, k): straight, or over the roadmap; else empty.
+
+        `ends`: shape (n, k). All axes, rad and mm.
+        """
+        home = self.cell.home
+        straight = self.checker.free_shares(np.repeat(home[None], len(ends), axis=0), ends, whole=True) == 1.0
+        ways = [
+            np.stack([home, end]) if is_free else self._roadmap.way(home, end)
+            for end, is_free in zip(ends, straight.tolist(), strict=True)
+        ]
+        return [np.zeros((0, len(home))) if way is None else self._fewest(way) for way in ways]
+
+    def _fewest(self, way: FloatArray) -> FloatArray:
+        """Return the states of a free way that are needed: the first, and then always the farthest straight on."""
+        pairs = np.array([(i, j) for i in range(len(way)) for j in range(i + 2, len(way))], dtype=int).reshape(-1, 2)
+        free = self.checker.free_shares(way[pairs[:, 0]], way[pairs[:, 1]], whole=True) == 1.0
+        farthest = np.arange(1, len(way))
+        np.maximum.at(farthest, *pairs[free].T)
+        kept = [0]
+        while kept[-1] < len(farthest):
+            kept.append(int(farthest[kept[-1]]))
+        return way[kept]
+
     def _by_home(self, start: FloatArray, end: FloatArray) -> list[list[FloatArray]]:
         """Return states that a way may go through: the arm half-way home, and at home, while the part turns."""
         arm, home = slice(0, 6), self.cell.home

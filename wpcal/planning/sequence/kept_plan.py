@@ -24,7 +24,7 @@ from wpcal.planning.cell.cell_file import CELL_SCHEMA, read_cell
 from wpcal.planning.plan.seam_file import seams_in_part
 from wpcal.planning.sequence.seam_task import SeamTask, seam_task, speed_along
 from wpcal.planning.sequence.sequence_input import PART_FILE, SEAMS_FILE, PlannedSeam, SequenceInput
-from wpcal.planning.sequence.weld_sequence import WeldSequence
+from wpcal.planning.sequence.weld_sequence import Way, WeldSequence
 from wpcal.robot.kinematics.arm_file import shipped_arms
 from wpcal.robot.torch.file import torch_of_seams
 from wpcal.seam.record import errors_from_record
@@ -63,6 +63,7 @@ class KeptPlan:
     cell: Cell  #: With the part in its place.
     pieces: tuple[KeptPiece, ...]  #: In the order of welding.
     air: tuple[FloatArray, ...]  #: shapes (m, k). From home to the first piece, between pieces, and home.
+    ways: tuple[Way, ...]  #: One per piece.
     not_welded: tuple[tuple[str, float, float], ...]  #: Seam, from and to, mm.
     is_free: bool  #: Whether every move is proved free of collision.
     checked: str  #: What was compared with what.
@@ -89,6 +90,7 @@ class KeptPlan:
             sequence.cell,
             tuple(pieces),
             tuple(path.q for path in sequence.air),
+            sequence.ways,
             tuple((gap.seam, gap.from_mm, gap.to_mm) for gap in sequence.unwelded),
             sequence.is_free,
             sequence.checked,
@@ -110,6 +112,10 @@ class KeptPlan:
             "air_speed_mm_s": self.air_speed_mm_s,
             "pieces": pieces,
             "air": [(q * factors).tolist() for q in self.air],
+            "ways": [
+                {"from_home": (way.from_home * factors).tolist(), "to_home": (way.to_home * factors).tolist()}
+                for way in self.ways
+            ],
         }
 
 
@@ -131,6 +137,10 @@ def plan_from_record(record: Mapping[str, Any], cell: Cell, seams: Mapping[str, 
         cell,
         tuple(_piece(*rows, seams, factors) for rows in zip(record["seams"], kept["pieces"], strict=True)),
         tuple(np.array(q).reshape(-1, len(factors)) / factors for q in kept["air"]),
+        tuple(
+            Way(*(np.array(way[key]).reshape(-1, len(factors)) / factors for key in ("from_home", "to_home")))
+            for way in kept["ways"]
+        ),
         tuple((gap["seam"], gap["from_mm"], gap["to_mm"]) for gap in record["unwelded"]),
         record["freedom"] == "free",
         record["checked"],

@@ -60,6 +60,7 @@ def find_order(
 
     `home`: shape (k,). Where the sequence starts and ends.
     `speeds`: shape (k,). Of the axes through the air.
+    `blocked`: Moves that are not free: stop and way of both ends, -1 for home; a way itself from its stop to its stop.
     """
     seconds = _Seconds(stops, home, speeds, blocked)
     if rule is WeldOrder.LISTED:
@@ -136,7 +137,9 @@ class _Seconds:
         self.back = axis_seconds(end, home, speeds)
         for a, way_a, b, way_b in blocked:
             row, column = self.first[a] + way_a, self.first[b] + way_b
-            if a < 0:
+            if a == b:
+                self.cost[row] = np.inf
+            elif a < 0:
                 self.out[column] = np.inf
             elif b < 0:
                 self.back[row] = np.inf

@@ -6,6 +6,7 @@ Also here: what must be right before planning starts: the part above the floor, 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -33,6 +34,7 @@ from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
     AIR_SHARE,
     SequenceValues,
+    Way,
     WeldPiece,
     WeldSequence,
     air_seconds,
@@ -165,7 +167,7 @@ def plan_sequence(
     smoother = _Smoother()
     orders = {each: _order(cell, stretches, targets, each, ()) for each in SequencePreference}
     values = {each: _values(cell, stretches, targets, order, smoother.of(each)) for each, order in orders.items()}
-    sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, progress, smoother.of(prefer))
+    sequence = _worked_out(search, stretches, unwelded, orders[prefer], prefer, smoother.of(prefer), progress)
     sequence = replace(sequence, cell=given)  # with the limits of the arm itself
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
@@ -262,65 +264,104 @@ def _values(
     return sequence_values(cell, targets, chosen, air)
 
 
+class _Work:
+    """Works out orders: pieces and moves are found once, and what is not free is not taken again."""
+
+    def __init__(self, search: SeamSearch, stretches: list[_Ways], smooth: Smooth, progress: Progress) -> None:
+        self.cell, self.stretches, self.smooth, self.progress = search.cell, stretches, smooth, progress
+        self.planner = AirPlanner(search.cell, search.air, search.targets.seed)
+        self.pieces: dict[tuple[int, int], WeldPiece] = {}
+        self.air: dict[Move, AirPath] = {}
+        self.blocked: list[Move] = []
+
+    def blocks(self, order: Order) -> tuple[Move, str] | None:
+        """Find the pieces and moves of an order; return the first one that is not free, and why."""
+        stops = list(zip(order.stops, order.ways, strict=True))
+        for stop, way in stops:
+            if (stop, way) not in self.pieces:
+                found = self._piece(self.stretches[stop], way)
+                if isinstance(found, str):
+                    return (stop, way, stop, way), found
+                self.pieces[stop, way] = found
+        home = self.cell.home
+        ends = [home, *(row for at in stops for row in (self.pieces[at].states[0], self.pieces[at].states[-1])), home]
+        for row, key in enumerate(_moves(order)):
+            self.progress(f"moves through the air, {row + 1} of {len(stops) + 1}")
+            try:
+                self.air[key] = self.air.get(key) or self.planner.path(ends[2 * row], ends[2 * row + 1])
+            except GeometryError as error:
+                return key, str(error)
+        return None
+
+    def _piece(self, ways: _Ways, number: int) -> WeldPiece | str:
+        """Return a way with approach and retract: smoothed, or as it was found; or why it cannot be welded."""
+        search, why = ways.search, ""
+        for candidate in dict.fromkeys((self.smooth(ways, number), ways.candidates[number])):
+            before, after = (search.withdrawn(q) for q in candidate.q[[0, -1]])
+            if (why := before.why or after.why or "") == "":
+                speed, slowed_by = candidate.weld_speed(search.cell, search.targets.speed_mm_s)
+                states = np.concatenate([before.states[::-1], candidate.q, after.states])
+                check = search.checker.check(states, again=True)
+                if check.is_free:
+                    return WeldPiece(ways.name, candidate, before.states[::-1], after.states, check, speed, slowed_by)
+                why = search.checker.nearest(check.states)
+        return why
+
+
+Move = tuple[int, int, int, int]  #: Stop and way of its start and of its end; home is stop -1.
+
+
+def _moves(order: Order) -> list[Move]:
+    stops = list(zip(order.stops, order.ways, strict=True))
+    return [(*a, *b) for a, b in zip([(-1, 0), *stops], [*stops, (-1, 0)], strict=True)]
+
+
 def _worked_out(
     search: SeamSearch,
-    stretches: Sequence[_Ways],
+    stretches: list[_Ways],
     unwelded: list[Unwelded],
     order: Order,
     prefer: SequencePreference,
-    progress: Progress,
     smooth: Smooth,
+    progress: Progress,
 ) -> WeldSequence:
-    """Return a sequence with all its moves; another order is tried where no free way leads to the next seam."""
+    """Return a sequence with all its moves.
+
+    Where a piece or a move is not free, another order is tried, and at last the stretch is left out by name.
+    """
     cell, targets = search.cell, search.targets
-    planner = AirPlanner(cell, search.air, targets.seed)
-    pieces: dict[tuple[int, int], WeldPiece] = {}
-    ways: dict[tuple[int, int, int, int], AirPath] = {}
-    blocked: list[tuple[int, int, int, int]] = []
-    while True:
-        stops = list(zip(order.stops, order.ways, strict=True))
-        for stop, way in stops:
-            if (stop, way) not in pieces:
-                there = stretches[stop]
-                pieces[stop, way] = _piece(there.search, there.name, smooth(there, way))
-        ends = [
-            cell.home,
-            *(row for at in stops for row in (pieces[at].states[0], pieces[at].states[-1])),
-            cell.home,
-        ]
-        keys = [(*a, *b) for a, b in zip([(-1, 0), *stops], [*stops, (-1, 0)], strict=True)]
-        failed: tuple[tuple[int, int, int, int], str] | None = None
-        for row, key in enumerate(keys):
-            progress(f"moves through the air, {row + 1} of {len(keys)}")
-            if key in ways:
-                continue
-            try:
-                ways[key] = planner.path(ends[2 * row], ends[2 * row + 1])
-            except GeometryError as error:
-                failed = key, str(error)
-                break
-        if failed is None:
-            break
-        blocked.append(failed[0])
-        order = _order(cell, stretches, targets, prefer, blocked)
-        if len(blocked) > REORDERS or not math.isfinite(order.seconds):
-            one, two = ("home" if stop < 0 else stretches[stop].name for stop in (failed[0][0], failed[0][2]))
-            raise GeometryError(f"from {one} to {two}: {failed[1]}")
-    chosen = [pieces[at] for at in stops]
-    air = tuple(ways[key] for key in keys)
+    work = _Work(search, stretches, smooth, progress)
+    while (failed := work.blocks(order)) is not None:
+        key, why = failed
+        work.blocked.append(key)
+        order = _order(cell, stretches, targets, prefer, work.blocked)
+        if len(work.blocked) > REORDERS or not math.isfinite(order.seconds):
+            lost = Counter(at for move in work.blocked for at in (move[0], move[2]) if at >= 0).most_common(1)[0][0]
+            unwelded = [*unwelded, _left_out(stretches, lost, key, why)]
+            stretches = [ways for stop, ways in enumerate(stretches) if stop != lost]
+            if not stretches:
+                raise GeometryError(f"no seam can be welded: {unwelded[-1].describe()}")
+            order = _order(cell, stretches, targets, prefer, ())
+            return _worked_out(search, stretches, unwelded, order, prefer, smooth, progress)
+    chosen = [work.pieces[at] for at in zip(order.stops, order.ways, strict=True)]
+    air = tuple(work.air[key] for key in _moves(order))
     moving = sum(float(air_seconds(cell, path.q).sum()) for path in air)
     moving += sum(_wire_seconds(cell, targets, piece) for piece in chosen)
     values = sequence_values(cell, targets, [piece.candidate for piece in chosen], moving)
-    return WeldSequence(cell, targets, tuple(chosen), air, tuple(unwelded), values)
+    progress("ways between home and each seam")
+    found = work.planner.ways_from_home(np.array([piece.states[row] for row in (0, -1) for piece in chosen]))
+    n = len(chosen)
+    alone = tuple(Way(there, back[::-1]) for there, back in zip(found[:n], found[n:], strict=True))
+    return WeldSequence(cell, targets, tuple(chosen), air, tuple(unwelded), values, alone)
+
+
+def _left_out(stretches: Sequence[_Ways], lost: int, key: Move, why: str) -> Unwelded:
+    """Return a stretch that is left out, with the last move that is not free."""
+    one, two = ("home" if stop < 0 else stretches[stop].name for stop in (key[0], key[2]))
+    task = stretches[lost].candidates[0].task
+    what = "no way along it is free" if key[0] == key[2] else f"no free way leads from {one} to {two}"
+    return Unwelded(task.name, float(task.s_mm[0]), float(task.s_mm[-1]), f"{what}: {why}", is_searched=False)
 
 
 def _wire_seconds(cell: Cell, targets: SequenceTargets, piece: WeldPiece) -> float:
     return AIR_STEP_MM * (len(piece.before) + len(piece.after)) / targets.air_speed_mm_s
-
-
-def _piece(search: SeamSearch, name: str, candidate: Candidate) -> WeldPiece:
-    before = search.withdrawn(candidate.q[0]).states[::-1]
-    after = search.withdrawn(candidate.q[-1]).states
-    states = np.concatenate([before, candidate.q, after])
-    speed, slowed_by = candidate.weld_speed(search.cell, search.targets.speed_mm_s)
-    return WeldPiece(name, candidate, before, after, search.checker.check(states, again=True), speed, slowed_by)

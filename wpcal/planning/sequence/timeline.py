@@ -30,6 +30,7 @@ from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.kept_plan import PLAN_SCHEMA, KeptPlan, shown_units
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
+from wpcal.planning.sequence.sequence_input import PART_FILE
 from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, WeldSequence, air_seconds
 from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.weld.runs import RunChoice
@@ -203,6 +204,7 @@ def sequence_record(
         "units": {"length": "mm", "angle": "deg", "time": "s"},
         "freedom": "free" if sequence.is_free else "not free",
         "checked": sequence.checked,
+        "open": list(sequence.open_points(has_part=PART_FILE in inputs)),
         "axes": list(cell.axis_names),
         "welded_mm": sequence.welded_mm,
         "time_s": float(line.t_s[-1]),

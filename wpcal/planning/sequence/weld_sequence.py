@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
+from wpcal.core.wording import listed
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.air_path import AirPath
 from wpcal.planning.sequence.cuts import Unwelded
@@ -19,6 +21,14 @@ from wpcal.planning.sequence.targets import SequenceTargets
 
 AIR_SHARE = 0.5
 """Part of the joint speeds that moves through the air use: arms need some of the rest to speed up and slow down."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """Ways between home and one piece, each proved free, shapes (m, k); empty where none was found."""
+
+    from_home: FloatArray  #: To the first state of the piece.
+    to_home: FloatArray  #: From its last state.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +78,7 @@ class WeldSequence:
     air: tuple[AirPath, ...]  #: From home to the first piece, between pieces, and home: one more than pieces.
     unwelded: tuple[Unwelded, ...]
     values: SequenceValues
+    ways: tuple[Way, ...]  #: One per piece: for a piece that is welded by itself.
 
     @property
     def welded_mm(self) -> float:
@@ -85,6 +96,25 @@ class WeldSequence:
         """Whether every move is proved free of collision."""
         return all(piece.check.is_free for piece in self.pieces) and all(path.check.is_free for path in self.air)
 
+    def open_points(self, *, has_part: bool) -> tuple[str, ...]:
+        """Return what was not checked, not welded, off position or without a way, one line each; empty: nothing is."""
+        cell = self.cell
+        bare = [("the arm", cell.links), ("the positioner", True if cell.carrier is None else cell.carrier.links)]
+        found = [f"NOT CHECKED: {what} has no bodies" for what, bodies in bare if not bodies]
+        if not has_part:
+            found.append("NOT CHECKED: the part: its triangles are not known")
+        if hit := [piece for piece in self.pieces if not piece.check.is_free]:
+            found.append(f"NOT FREE: {_names(hit)}")
+        if left_mm := sum(gap.to_mm - gap.from_mm for gap in self.unwelded):
+            found.append(f"NOT WELDED: {left_mm:.0f} of {self.welded_mm + left_mm:.0f} mm")
+        if off := self.out_of_position:
+            most = max(math.degrees(piece.candidate.off_position_rad) for piece in off)
+            found.append(f"OFF POSITION: {_names(off)}, by up to {math.ceil(most)} deg")
+        alone = zip(self.pieces, self.ways, strict=True)
+        if lost := [piece for piece, way in alone if not (len(way.from_home) and len(way.to_home))]:
+            found.append(f"NO FREE WAY BY ITSELF: {_names(lost)}, from home or to home")
+        return tuple(found)
+
     @property
     def checked(self) -> str:
         """What was compared with what, in one line."""
@@ -95,6 +125,10 @@ class WeldSequence:
             f"{count} states on all moves; between two of them no body moves farther than is free around it; the least "
             f"distance is at least {least:.1f} mm beyond the safety distance"
         )
+
+
+def _names(pieces: Sequence[WeldPiece]) -> str:
+    return listed([piece.name for piece in pieces])
 
 
 def sequence_values(cell: Cell, targets: SequenceTargets, chosen: list[Candidate], air_s: float) -> SequenceValues:

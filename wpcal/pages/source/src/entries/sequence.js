@@ -62,9 +62,14 @@ function header(data) {
         data.issues.map(({ message }) => el("li", {}, message)),
       ),
     );
-  const stamp = el("p", { class: "stamp", "data-test": "freedom" }, data.freedom.toUpperCase());
-  const checked = el("p", { "data-test": "checked" }, data.checked);
-  return el("header", { class: CLASSES[data.freedom] }, title, el("div", { class: "verdict" }, stamp, checked));
+  // what is open comes first; only a plan without an open point is large and green
+  const isOpen = data.freedom === "free" && data.open.length > 0;
+  const word = isOpen ? data.open[0].split(":")[0] : data.freedom.toUpperCase();
+  const verdict = el("div", { class: "verdict" }, el("p", { class: "stamp", "data-test": "freedom" }, word));
+  const items = data.open.map((text) => el("li", {}, text));
+  if (items.length) verdict.append(el("ul", { class: "issues", "data-test": "open" }, items));
+  verdict.append(el("p", { "data-test": "checked" }, `moves: ${data.freedom}; ${data.checked}`));
+  return el("header", { class: isOpen ? "open" : CLASSES[data.freedom] }, title, verdict);
 }
 
 /** The seams in the order of welding; a click goes to the start of one. */
@@ -77,6 +82,7 @@ function seams(data, chosen, player) {
     { title: "rotation", number: true, cell: ({ rotation }) => angle(rotation) },
     { title: "off position", number: true, cell: ({ off }) => `${angle(off)}${off > data.tolerance ? " !" : ""}` },
     { title: "margin, mm", number: true, cell: ({ margin }) => fixed(margin, 1) },
+    { title: "moves from home, to home", cell: ({ alone }) => alone.map((n) => (n < 0 ? "none" : n)).join(", ") },
     { title: "from, s", number: true, cell: ({ from_s }) => fixed(from_s, 1) },
   ];
   const found = table(columns, data.seams);
