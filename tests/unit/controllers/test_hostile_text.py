@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from wpcal.controllers.audit.programs import Surroundings, executed
 from wpcal.controllers.registry import find_controller
 from wpcal.core.errors import InputError
 
@@ -85,7 +86,7 @@ def seconds(brand: str, text: str) -> float:
         grammar.read(text, str(path))
     for line in text.splitlines():
         grammar.is_harmless(line)
-    grammar.chains(text)
+    executed({path.name: text.encode()}, Surroundings())
     grammar.is_touch_program(text.encode(), path)
     with suppress(InputError):
         (grammar.tools or len)(text)

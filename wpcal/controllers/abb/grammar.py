@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.controllers.abb.read import read_rapid
-from wpcal.controllers.language.grammar import Complaint, Does, Grammar, rule
+from wpcal.controllers.language.grammar import Complaint, Grammar
 from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_quaternion
@@ -25,7 +25,6 @@ _TOOL = re.compile(
     re.IGNORECASE,
 )
 _WORK_OBJECT = re.compile(r"\bwobjdata (\w++):=\[(\w++),(\w++),\"(\w*+)\"", re.IGNORECASE)
-_POINTS = r"(?P<kind>[LCJ]){}\b[ \t]*+(?P<a>\w++)[ \t]*+(?:,[ \t]*+(?P<b>\w++))?"
 
 
 def _tools(text: str) -> dict[str, RigidTransform]:
@@ -60,13 +59,6 @@ def _judge_held(lines: list[str], _path: Path) -> Iterator[Complaint]:
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+!",
     harmless=r'(?:(?:WaitTime|WaitDI|WaitDO|SetDO|Set|Reset|PulseDO) [\w\\:=,. ]*|TPWrite "[^"]*"|TPErase|Stop);',
-    rules=(
-        rule(r"^[ \t]*+Arc" + _POINTS.format("Start"), Does.ON),
-        rule(r"^[ \t]*+Arc" + _POINTS.format("End"), Does.MOVE, Does.OFF),
-        rule(r"^[ \t]*+(?:Arc|Move)" + _POINTS.format(""), Does.MOVE),
-        rule(r"^[ \t]*+MoveAbsJ\b[ \t]*+(?P<a>\w++)?", Does.MOVE, kind="J"),
-        rule(r"^[ \t]*+ENDPROC\b", Does.STOP),
-    ),
     read=read_rapid,
     poses_in=(".mod", ".prg", ".sys"),
     touches={".mod": r"\bwptO_\w+"},

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from wpcal.controllers.fanuc.read import read_fanuc
-from wpcal.controllers.language.grammar import Complaint, Does, Grammar, rule
+from wpcal.controllers.language.grammar import Complaint, Grammar
 
 _LINE = r"^[ \t]*+(?:\d++:)?[ \t]*+"
 _POSITION = re.compile(r"^P\[(\d{1,9}+)[^\]\n]*+\]\{([^{}]*+)\};", re.MULTILINE)
@@ -37,15 +37,6 @@ GRAMMAR = Grammar(
     comment=f"{_LINE}!",
     harmless=r"(?:WAIT +[\d.]+\(sec\)|WAIT [DR]I\[\d+\]=(?:ON|OFF)|[DR]O\[\d+\]=(?:ON|OFF)|"
     r"MESSAGE\[[^\]]*\]|PAUSE|LINE_COUNT *= *\d+) *;?",
-    rules=(
-        rule(_LINE + r"Weld Start\[", Does.ON),
-        rule(_LINE + r"Weld End\[", Does.OFF),
-        rule(_LINE + r"C ?P\[(?P<a>\d++)", Does.MOVE, kind="V", prefix="P"),  # its end is on the next line
-        rule(r"^[ \t]++:[ \t]*+P\[(?P<a>\d++)", Does.POINT, kind="C", prefix="P"),
-        rule(_LINE + r"(?P<kind>[JL]) ?P\[(?P<a>\d++)", Does.MOVE, prefix="P"),
-        rule(_LINE + r"A ?P\[", Does.MOVE),
-        rule(r"^/POS", Does.STOP),
-    ),
     read=read_fanuc,
     poses_in=(".ls",),
     touches={".ls": r"\bSkip,LBL\[\d+\],PR\[|\bSearch Start\["},

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.controllers.kuka.read import read_krl
-from wpcal.controllers.language.grammar import ENCODING, Complaint, Does, Grammar, rule
+from wpcal.controllers.language.grammar import ENCODING, Complaint, Grammar
 from wpcal.core.input_file import read_bytes
 from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
@@ -53,17 +53,10 @@ GRAMMAR = Grammar(
     comment=r"^[ \t]*+;",
     harmless=r"(?:WAIT SEC [\d.]+|WAIT FOR \$IN\[\d+\]|\$OUT\[\d+\] ?= ?(?:TRUE|FALSE)|"
     r'MsgNotify\("[^"]*"\)|HALT)(?: ?;.*)?',
-    rules=(
-        rule(r"^[ \t]*+(?:ArcMainNG\(#ArcOnBeforeMoveStd\b|ARC_START\()", Does.ON),
-        rule(r"^[ \t]*+(?:ArcMainNG\(#ArcOffAfterMoveStd\b|ARC_END\()", Does.OFF),
-        rule(r"^[ \t]*+S?(?P<kind>LIN|CIRC|PTP)\b(?:[ \t]++(?P<a>\w++)[ \t]*+(?:,[ \t]*+(?P<b>\w++))?)?", Does.MOVE),
-        rule(r"^[ \t]*+END\b[ \t]*+$", Does.STOP),
-    ),
     read=read_krl,
     poses_in=(".dat",),
     moves_of=lambda path: path.with_suffix(".src"),
     stated_output=r"\$OUT\[(\d{1,9}+)\] switches the arc",
-    set_output=r"^[ \t]*+\$OUT\[{number}\][ \t]*+=[ \t]*+{state}\b",
     touches={".src": r"\bWPFIND\(|\bTS_Search\(XWPT_", ".dat": r"\bWPO_\w+"},
     results=r"WPR_|WPPLACE\b|XWPT_\w+_M$",  # the last are between start and end of a search of TouchSense
     in_step=r"(?i)\$SYNC_ID\[\]",

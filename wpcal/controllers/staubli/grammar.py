@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from wpcal.controllers.language.grammar import ENCODING, Does, Grammar, rule
+from wpcal.controllers.language.grammar import ENCODING, Grammar
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
@@ -54,16 +54,9 @@ def _pose(element: ET.Element, path: str) -> RigidTransform:
     return RigidTransform(R, np.array(values[:3]), "base", "frame")
 
 
-_POINT = r"\w++\[\w++\]"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+//",
     harmless=r'delay\([\d.]+\)|putln\("[^"]*"\)|logMsg\("[^"]*"\)',
-    rules=(
-        rule(r"^[ \t]*+(?:call arcStart\(|doArc=true)", Does.ON),
-        rule(r"^[ \t]*+(?:call arcEnd\(|doArc=false)", Does.OFF),
-        rule(rf"^[ \t]*+move(?P<kind>[jlc])\((?:\s*+(?P<a>{_POINT})\s*+,\s*+(?:(?P<b>{_POINT})\s*+,)?)?", Does.MOVE),
-        rule(r"^end\]\]>", Does.STOP),
-    ),
     read=read_val3,
     poses_in=(".dtx",),
     moves_of=lambda path: path.parent / "start.pgx",

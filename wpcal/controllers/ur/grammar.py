@@ -7,7 +7,7 @@ from bisect import bisect_left
 
 import numpy as np
 
-from wpcal.controllers.language.grammar import Does, Grammar, Step, rule
+from wpcal.controllers.language.grammar import Grammar
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import parse_number
@@ -20,7 +20,6 @@ _POSE = r"p\[" + ",".join([_NUMBER] * 6) + r"\]"
 _FRAME = re.compile(r"^[ \t]*+(\w++)[ \t]*+=\s*+" + _POSE, re.MULTILINE)
 _MOVE = re.compile(r"(?:move[jlpc]\(|\bwpt_goal\s*+=|(?<=\))\s*+,)\s*+(?:pose_trans\(\s*+(\w++)\s*+,\s*+)?" + _POSE)
 """The first pose of a move, the second of `movec`, which follows the first, and where a search ends."""
-_JOINTS = re.compile(r"\bmovej\(\s*+\[")
 _TOOL = re.compile(r"\b(set_tcp)\s*\(\s*p\s*\[" + ",".join([r"\s*([-+0-9.eE]+)\s*"] * 6) + r"\]", re.IGNORECASE)
 MM_PER_M = 1000.0
 LARGEST = 1e4
@@ -51,23 +50,6 @@ def _pose(cells: tuple[str, ...], path: str, line: int) -> tuple[FloatArray, Flo
     return MM_PER_M * values[:3], exp_rotation(values[3:])
 
 
-def _chains(text: str) -> list[list[Step]]:
-    """Return the moves as one chain; one to joints leads from where no pose is known."""
-    chain, middle, done = list[Step](), "", 0
-    for number, match in enumerate(_MOVE.finditer(text), 1):
-        if _JOINTS.search(text, done, match.start()):
-            chain.append(("", "joints"))
-        done = match.end()
-        name, kind = f"move {number}", match[0][4:5] if match[0].startswith("move") else ""
-        if kind == "c":
-            middle = name
-        elif kind == "":
-            chain.append((middle, name))
-        else:
-            chain.append(("", name) if kind == "j" else (name,))
-    return [chain]
-
-
 def _tools(text: str) -> dict[str, RigidTransform]:
     """Read ``set_tcp(p[x,y,z,rx,ry,rz])``, in metres and a rotation vector."""
     found = {}
@@ -81,18 +63,10 @@ GRAMMAR = Grammar(
     comment=r"^[ \t]*+#",
     harmless=r'sleep\([\d.]+\)|(?:textmsg|popup)\("[^"]*"\)|'
     r"set_(?:standard|configurable|tool)_digital_out\(\d+, ?(?:True|False)\)",
-    rules=(
-        rule(r"^[ \t]*+arc_start\(", Does.ON),
-        rule(r"^[ \t]*+arc_end\(", Does.OFF),
-        rule(r"^[ \t]*+move[jlcp]\(", Does.MOVE),
-        rule(r"^end\b", Does.STOP),
-    ),
     read=read_script,
     poses_in=(".script",),
     stated_output=r"standard digital output (\d{1,9}+) switches the arc",
-    set_output=r"^[ \t]*+set_standard_digital_out\([ \t]*+{number}[ \t]*+,[ \t]*+{state}[ \t]*+\)",
     touches={".script": r"\bwpt_search\(\)"},
     tools=_tools,
     tools_in_words="set_tcp (UR)",
-    own_chains=_chains,
 )

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from wpcal.controllers.language.grammar import Complaint, Does, Grammar, rule
+from wpcal.controllers.language.grammar import Complaint, Grammar
 from wpcal.controllers.yaskawa.read import read_inform
 
 
@@ -27,16 +27,8 @@ def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
 GRAMMAR = Grammar(
     comment=r"^'",
     harmless=r'TIMER T=[\d.]+|DOUT OT#\(\d+\) (?:ON|OFF)|WAIT IN#\(\d+\)=(?:ON|OFF)|MSG "[^"]*"|PAUSE|NOP',
-    rules=(
-        rule(r"^ARCON\b", Does.ON),
-        rule(r"^ARCOF\b", Does.OFF),
-        rule(r"^MOV(?P<kind>[JLC])\b(?:[ \t]++(?P<a>[CP]\d++))?", Does.MOVE),
-        rule(r"^S?MOV[JLCS]\b", Does.MOVE),
-        rule(r"^END\b", Does.STOP),
-    ),
     read=read_inform,
     poses_in=(".jbi",),
-    three_on_arcs=True,
     touches={".jbi": r"\bSRCH RIN#\("},
     in_step=r"^SMOV[LC]\b|^TSYNC\b",
     judge_step=_judge_step,
