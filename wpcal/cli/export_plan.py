@@ -56,7 +56,7 @@ def export_plan(
     calibration = calibration_of(kept.given, kept.folder)
     given, made = with_welds(kept.given, kept.cell, asked, calibration, kept.record["kept"]["speed_mm_s"])
     plan = plan_from_record(kept.record, kept.cell, {each.name: each for each in given.seams})
-    found = write_plan(plan, given.seams, made, writers)
+    found = write_plan(plan, given.seams, made, writers, kept.given.part)
     refuse_languages(found.refused, writers)
     write_programs(found.files, targets, overwrite=force)
     _show(found, targets, made, kept.record, as_json=as_json)

@@ -103,7 +103,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     )
     record = sequence_record(choice, line, inputs=inputs, planned=planned, runs=flags.arc.choice)
     kept = plan_from_record(record, cell, {each.name: each for each in given.seams})
-    found = write_plan(kept, given.seams, made, [each for each in writers if each.name not in refused])
+    found = write_plan(kept, given.seams, made, [each for each in writers if each.name not in refused], given.part)
     found.refused |= refused
     record = with_digest({**record, "no_program": found.refused})
     files: dict[str, str] = {

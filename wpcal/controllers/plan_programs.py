@@ -10,11 +10,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wpcal.brep.material import TriangleMaterial
+from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.written import write_judged
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import Controller
 from wpcal.core.errors import FormatError, InputError
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
@@ -35,9 +38,15 @@ class WrittenPlan:
 
 
 def write_plan(
-    plan: KeptPlan, seams: Sequence[PlannedSeam], output: PlanOutput, writers: Sequence[Controller]
+    plan: KeptPlan,
+    seams: Sequence[PlannedSeam],
+    output: PlanOutput,
+    writers: Sequence[Controller],
+    part: TriangleMaterial | None,
 ) -> WrittenPlan:
-    """Return the programs of a plan.
+    """Return the programs of a plan, executed and swept in its cell.
+
+    `part`: In `part`.
 
     Raises `FormatError` when a template of the user has a fault.
     """
@@ -47,12 +56,13 @@ def write_plan(
     except InputError as error:
         found.refused = {each.name: str(error) for each in writers}
         return found
+    in_cell = _sweep(plan, seams, part)
     for each in writers:
         program = carried
         try:
             if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
                 program = build_planned_program(plan, named, replace(output, is_carried=False))
-            written = write_judged(each.name, each.write, program)
+            written = write_judged(each.name, each.write, program, in_cell=in_cell)
             found.files[each.name] = written.files
             unjudged = (*written.unjudged, *written.not_checked)
             found.not_checked += (f"NOT CHECKED: {each.name}: {what}" for what in unjudged)
@@ -61,6 +71,14 @@ def write_plan(
         except InputError as error:
             found.refused[each.name] = str(error)
     return found
+
+
+def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial | None) -> CellSweep | None:
+    """Return what sweeps the programs of a plan; None if external axes move: interpreters do not follow them."""
+    q = np.concatenate([*plan.air, *(piece.states for piece in plan.pieces)])[:, JOINTS:]
+    if np.ptp(q, axis=0).any():
+        return None
+    return CellSweep(plan.cell, part, q[0], max((each.seam.more_wire_mm for each in seams), default=0.0))
 
 
 def refusals(

@@ -81,12 +81,30 @@ def meetings(
 
 def _poses(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Return start and goal of a line, and places along an arc; shapes (n, 3) and (n, 3, 3)."""
-    ends = np.array([motion.start, motion.goal] if is_followed(motion) else [motion.goal])
+    if not is_followed(motion):
+        ends = np.array([motion.goal])
+    elif motion.via is None:
+        ends = np.array([motion.start, motion.goal])
+    else:
+        ends = poses_along(motion, ARC_STEP_MM, np.inf)
+    return ends[:, :3, 3], ends[:, :3, :3]
+
+
+def poses_along(motion: Motion, step_mm: float, step_rad: float) -> FloatArray:
+    """Return poses along a line or an arc with both ends, shape (n, 4, 4).
+
+    `step_mm`, `step_rad`: At most so far apart.
+    """
+    ends = np.array([motion.start, motion.goal])
     p, R = ends[:, :3, 3], ends[:, :3, :3]
-    if motion.via is None or len(ends) == 1:
-        return p, R
-    moves = Moves.between(p[:1], R[:1], p[1:], turns_between(R[:1], R[1:]), motion.via[None, :3, 3])
-    length = float(moves.sweep[0] * np.linalg.norm(moves.u[0])) or float(np.linalg.norm(moves.chord[0]))
-    share = np.linspace(0.0, 1.0, max(2, int(np.ceil(length / ARC_STEP_MM)) + 1))
+    via = np.full((1, 3), np.nan) if motion.via is None else motion.via[None, :3, 3]
+    turn = turns_between(R[:1], R[1:])
+    moves = Moves.between(p[:1], R[:1], p[1:], turn, via)
+    arc = float(moves.sweep[0] * np.linalg.norm(moves.u[0]))
+    length = arc if arc > 0.0 else float(np.linalg.norm(moves.chord[0]))
+    parts = max(length / step_mm, float(np.linalg.norm(turn)) / step_rad, 1.0)
+    share = np.linspace(0.0, 1.0, int(np.ceil(parts)) + 1)
     at = moves.select(np.zeros(len(share), dtype=np.int64))
-    return at.positions(share), at.rotations(share)
+    T = np.tile(np.eye(4), (len(share), 1, 1))
+    T[:, :3, 3], T[:, :3, :3] = at.positions(share), at.rotations(share)
+    return T

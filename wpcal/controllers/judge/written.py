@@ -21,6 +21,7 @@ from wpcal.brep.rays import START_MM
 from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
 from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare
 from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at
+from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import is_followed, meetings
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.language.post import blocks_of, own_arc_templates
@@ -56,8 +57,10 @@ class Written(Generic[P]):
     unjudged: tuple[str, ...] = ()  #: What no line stands for.
 
 
-def write_judged(name: str, write: Callable[[P], Files], program: P) -> Written[P]:
+def write_judged(name: str, write: Callable[[P], Files], program: P, *, in_cell: CellSweep | None = None) -> Written[P]:
     """Write a program in the format `name`, and judge the text.
+
+    `in_cell`: What sweeps the motions of a planned program; None: its external axes move, and it is only compared.
 
     Raises
     ------
@@ -74,12 +77,12 @@ def write_judged(name: str, write: Callable[[P], Files], program: P) -> Written[
             write(unchecked), unchecked, (), (f"the written program: {name} has no interpreter that could execute it",)
         )
     try:
-        told, unjudged = _judged(files, program, name)
+        told, unjudged = _judged(files, program, name, in_cell)
         if not told:
             return Written(files, program, (), unjudged)
         unchecked = _unchecked(program)  # its header has other lines: the places are found anew
         files = write(unchecked)
-        return Written(files, unchecked, *_judged(files, unchecked, name))
+        return Written(files, unchecked, *_judged(files, unchecked, name, in_cell))
     except WrittenWrongError as error:
         if program.controller.templates is None:
             raise
@@ -90,7 +93,9 @@ def _unchecked(program: P) -> P:
     return replace(program, checked=()) if isinstance(program, WeldProgram) else program
 
 
-def _judged(files: Files, program: WeldProgram | TouchProgram, name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _judged(
+    files: Files, program: WeldProgram | TouchProgram, name: str, in_cell: CellSweep | None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which lines were not followed, and what else was not judged."""
     trace = run_written(files, program, name=name)
     asked = asked_of(program) if isinstance(program, WeldProgram) else asked_of_touches(program)
@@ -106,6 +111,10 @@ def _judged(files: Files, program: WeldProgram | TouchProgram, name: str) -> tup
         raise _wrong(name, unknown.place, unknown.text)
     if is_ours or (found.missing and not trace.unknowns):
         _refuse_other_way(asked, found, name)
+    strays = {id(motion) for motion in found.others}
+    if in_cell is not None:
+        for meeting in in_cell.meetings([motion for motion in trace.motions if id(motion) not in strays]):
+            raise _wrong(name, meeting.motion.place, meeting.what)
     added = _require_free(trace, found, asked, program, name) if isinstance(program, WeldProgram) else []
     strange: list[Unknown | Motion] = [
         *trace.unknowns,

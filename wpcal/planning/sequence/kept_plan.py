@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.moved_mesh import CALIBRATION_FILE
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
@@ -172,7 +174,7 @@ class KeptInput:
 
     record: Mapping[str, Any]  #: Of ``plan.json``.
     cell: Cell
-    given: SequenceInput  #: Without the triangles of the part.
+    given: SequenceInput
     folder: Path  #: The folder ``input``.
     welds: Path | None  #: Weld data with which it was planned.
     rules: Path | None  #: The table of rules, if not that of wpcal.
@@ -234,6 +236,7 @@ def read_kept_plan(folder: Path) -> KeptInput:
     errors = dict(zip((each.name for each in found), errors_from_record(listed), strict=True))
     planned = tuple(PlannedSeam(each, errors[each.name]) for each in found if each.name in record["planned"])
     raw = read_bytes(source / PART_FILE) if PART_FILE in record["made_from"] else None
-    given = SequenceInput(planned, found, T_base_part, None, raw, torch_of_seams(listed, seams))
+    part = None if raw is None else TriangleMaterial.of(read_part_glb(raw))
+    given = SequenceInput(planned, found, T_base_part, part, raw, torch_of_seams(listed, seams))
     has = {name: source / name if name in record["made_from"] else None for name in (WELDS_FILE, RULES_FILE)}
     return KeptInput(record, given.placed(cell), given, source, has[WELDS_FILE], has[RULES_FILE])

@@ -1,0 +1,119 @@
+"""Sweep motions of an arm in its cell: every link, the torch and its wire against part, bench, floor and the arm.
+
+Joints of the text are taken as they are; on lines and arcs the arm follows in the branch in which it is. Between two
+states no body moves farther than is free around it (`wpcal.planning.sequence.motion_check`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from wpcal.brep.material import TriangleMaterial
+from wpcal.controllers.judge.swept import Meeting, poses_along
+from wpcal.controllers.run.trace import Motion
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.cell.bodies import with_torch_at, with_wire
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_clearance import CellClearance
+from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.sequence.motion_check import MotionChecker
+from wpcal.robot.kinematics.inverse import TURN, solve_inverse
+
+STEP_MM = 5.0  #: Between two states on a line the joints turn so little that the tool keeps to it within 0.01 mm.
+STEP_RAD = np.radians(2.0)  #: The same where the tool turns.
+DIGITS_MM = 0.1  #: The text has fewer digits than the plan; safety distances are kept within this.
+LIMIT_RAD = 1e-5  #: The same for limits of joints.
+
+
+@dataclass(frozen=True)
+class CellSweep:
+    """What sweeps the motions of a program in a cell whose external axes stand still."""
+
+    cell: Cell  #: With the part in its place.
+    part: TriangleMaterial | None  #: In `part`.
+    external: FloatArray  #: shape (k - 6,). Where the external axes stand, rad and mm.
+    more_wire_mm: float = 0.0  #: How far the longest wire of a seam sticks out beyond the tool centre point.
+
+    @cached_property
+    def _near(self) -> MotionChecker:
+        """What checks lines and arcs: the torch may come as near as it does at seams."""
+        cell = with_torch_at(_looser(self.cell), -DIGITS_MM)
+        return MotionChecker(cell, CellClearance(cell, self.part))
+
+    @cached_property
+    def _air(self) -> MotionChecker:
+        """What checks moves by the joints: the wire is a body of the torch."""
+        cell = with_wire(self._near.cell, 0.0, self.more_wire_mm)
+        return MotionChecker(cell, CellClearance(cell, self.part, like=self._near.clearance))
+
+    def meetings(self, motions: Sequence[Motion]) -> Iterator[Meeting]:
+        """Yield where motions are not free, in their order; after the first of a row of like motions the next row."""
+        q: FloatArray | None = None
+        legs = list[tuple[Motion, FloatArray]]()
+        for motion in motions:
+            states = self._states(motion, q)
+            if states is None or not np.isfinite(states).all():
+                yield Meeting(motion, "the arm does not get there in the branch in which it is")
+                q = None
+                continue
+            legs.append((motion, states))
+            q = states[-1]
+        for is_air, group in groupby(legs, key=lambda leg: leg[0].kind == "J"):
+            yield from self._row(list(group), self._air if is_air else self._near)
+
+    def _row(self, legs: Sequence[tuple[Motion, FloatArray]], checker: MotionChecker) -> Iterator[Meeting]:
+        """Yield the first place of motions that follow one another."""
+        states = np.concatenate([each for _, each in legs])
+        own = np.repeat(np.arange(len(legs)), [len(each) for _, each in legs])
+        low, high = self.cell.limits
+        beyond = ((states < low - LIMIT_RAD) | (states > high + LIMIT_RAD)).any(axis=1)
+        if beyond.any():
+            yield Meeting(legs[own[int(np.argmax(beyond))]][0], "a joint is beyond its limits")
+            return
+        found = checker.check(states if len(states) > 1 else np.repeat(states, 2, axis=0))
+        if not found.is_free:
+            row = int(np.argmin(found.margin_mm))
+            last = min(int(np.ceil(found.at[row])), len(own) - 1)
+            yield Meeting(legs[own[last]][0], f"on the move there {checker.nearest(found.states[row][None])}")
+
+    def _states(self, motion: Motion, q: FloatArray | None) -> FloatArray | None:
+        """Return all axes from the start of a motion on, shape (n, k); None where nobody knows them."""
+        if motion.kind == "J" and motion.joints is not None:
+            goal = self._whole(np.radians(motion.joints)[None])
+            return goal if q is None else np.concatenate([q[None], goal])
+        T_goal = motion.goal if motion.joints is None else self._tool(motion.joints)
+        if T_goal is None or q is None:
+            return None
+        if motion.kind == "J":
+            return np.concatenate([q[None], self._followed(T_goal[None], q)])
+        via = motion.via if motion.via_joints is None else self._tool(motion.via_joints)
+        line = replace(motion, start=self._tool(np.degrees(q[:JOINTS])), goal=T_goal, via=via)
+        return np.concatenate([q[None], self._followed(poses_along(line, STEP_MM, STEP_RAD), q)])
+
+    def _tool(self, joints_deg: FloatArray) -> FloatArray:
+        """Return T_base_tool at joints of the arm, shape (4, 4)."""
+        T: FloatArray = self.cell.arm.forward(np.radians(joints_deg)[None])[0] @ self.cell.T_flange_tool.matrix
+        return T
+
+    def _whole(self, joints: FloatArray) -> FloatArray:
+        return np.concatenate([joints, np.broadcast_to(self.external, (len(joints), len(self.external)))], axis=1)
+
+    def _followed(self, T_base_tool: FloatArray, q: FloatArray) -> FloatArray:
+        """Return all axes at poses of the tool, each in the branch nearest to the one before; NaN out of reach."""
+        found = solve_inverse(self.cell.arm, T_base_tool @ self.cell.T_flange_tool.inverse().matrix).joints
+        near, rows = q[:JOINTS], list[FloatArray]()
+        for branches in found:
+            turned = branches + TURN * np.rint((near - branches) / TURN)
+            off = np.where(np.isfinite(turned).all(axis=1), np.abs(turned - near).max(axis=1), np.inf)
+            near = turned[int(np.argmin(off))]
+            rows.append(near)
+        return self._whole(np.array(rows))
+
+
+def _looser(cell: Cell) -> Cell:
+    return replace(cell, d1_mm=max(cell.d1_mm - DIGITS_MM, 0.0))
