@@ -1,7 +1,7 @@
 """What every face of wpcal says about one part: the same facts collected from each place, for the law of one judgement.
 
-A part goes from STEP through seams, advice, calibration, welds, programs, page, audit, verification and the machine
-interface. Each place adds what it says about a fact; `disagreements` returns the facts about which two places differ.
+A part goes from STEP through seams, advice, calibration, welds, programs, page, machine interface, touches, a plan with
+one robot, audit and verification. Each place adds what it says about a fact; `disagreements` returns the facts about which two places differ.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from tests.one_robot_cells import one_robot_record, write_cell
+from tests.rpc_client import RpcClient
 from tests.running import run_here
 from wpcal.core.rotations import rotation_from_zyx
 
@@ -26,6 +28,7 @@ R_BASE_PART = rotation_from_zyx(0.6, -0.035, 0.02)
 P_BASE_PART_MM = np.array([812.5, -240.25, 155.75])
 TOUCHES = (6, 4)
 NOISE_MM = 0.1
+OPTIONS = {"sigma_mm": NOISE_MM, "tolerance_mm": 1.0}
 
 
 @dataclass(slots=True)
@@ -71,8 +74,8 @@ def agree(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def everything_said(part: Path, folder: Path) -> Said:
-    """Drive a part through every face of wpcal, and return what each said."""
+def everything_said(part: Path, folder: Path, *, is_whole: bool = False) -> Said:
+    """Drive a part through every face of wpcal, and return what each said; a whole drive plans touches and motions."""
     said = Said()
     seams = _answer("seams", "seams", part, "--json")
     _seams(said, "seams", seams)
@@ -87,6 +90,10 @@ def everything_said(part: Path, folder: Path) -> Said:
     _summary(said, "job.json", json.loads((out / "job.json").read_text(encoding="utf-8"))["result"])
     _welds(said, out)
     _export(said, out, folder)
+    _rpc(said, part, folder)
+    if is_whole:
+        _touches(said, part, folder)
+        _plan(said, out, folder)
     _folder(said, out)
     return said
 
@@ -95,7 +102,8 @@ def calibrated(part: Path, folder: Path) -> tuple[Path, Any]:
     """Calibrate a part at the advised points; return the result folder and what the command prints."""
     taught, out = folder / "taught.csv", folder / "out"
     taught.write_text(_taught_table(_advice(part)), encoding="utf-8")
-    done = run_here("calibrate", part, taught, "-o", out, "--sigma-mm", str(NOISE_MM), "--tolerance-mm", "1", "--json")
+    words = [word for name, value in OPTIONS.items() for word in (f"--{name.replace('_', '-')}", str(value))]
+    done = run_here("calibrate", part, taught, "-o", out, *words, "--json")
     assert done.returncode in (0, 1), done.stderr
     return out, json.loads(done.stdout)
 
@@ -132,11 +140,12 @@ def _seams(said: Said, place: str, record: dict[str, Any]) -> None:
     said.add(place, "length of wire", float(record["torch"]["wire_mm"]))
     for seam in seams:
         for key in ("accepted", "length_mm", "joint", "weld", "confidence", "reachable", "closed"):
-            said.add(place, key, seam[key], seam["name"])
+            if key in seam:
+                said.add(place, key, seam[key], seam["name"])
     worst = [
         (max(frame["u95_mm"] for frame in seam["frames"]), seam["name"])
         for seam in seams
-        if seam["accepted"] and "u95_mm" in seam["frames"][0]
+        if seam["accepted"] and isinstance(seam["frames"], list) and "u95_mm" in seam["frames"][0]
     ]
     if worst:
         said.add(place, "error of the worst seam", max(worst)[0])
@@ -209,6 +218,36 @@ def _export(said: Said, out: Path, folder: Path) -> None:
         found = re.search(r"an? (\w+) torch", checked)
         if found:
             said.add("export, what was checked", "torch", found[1])
+
+
+def _rpc(said: Said, part: Path, folder: Path) -> None:
+    """Ask the machine interface, on which the workbench stands, for the same calibration."""
+    client = RpcClient()
+    given = {"taught": {"path": str(folder / "taught.csv")}, "options": OPTIONS}
+    try:
+        handle = client.ask("open", path=str(part.resolve()))["handle"]
+        _seams(said, "rpc seams", client.ask("seams", handle=handle))
+        _calibration(said, "rpc calibrate", client.ask("calibrate", handle=handle, **given)["record"])
+    finally:
+        client.close()
+
+
+def _touches(said: Said, part: Path, folder: Path) -> None:
+    record = _answer("touches", "touches", part, "-o", folder / "touches", "--json")
+    said.add("touches", "accepted seams", [row["seam"] for row in record["predicted"]["by_seam"]])
+    said.add("touches", "length of wire", float(record["stick_out_mm"]))
+
+
+def _plan(said: Said, out: Path, folder: Path) -> None:
+    """Plan with one robot: its pieces and what it says is not welded are the accepted seams, to the last mm."""
+    cell = write_cell(folder, one_robot_record())
+    record = _answer("plan", "plan", cell, out, "-f", "rapid", "-o", folder / "plan", "--json")
+    said.add("plan", "accepted seams", record["planned"])
+    lengths = defaultdict[str, float](float)
+    for row in (*record["seams"], *record["unwelded"]):
+        lengths[row["seam"]] += row["to_mm"] - row["from_mm"]
+    for name, length_mm in lengths.items():
+        said.add("plan", "length_mm", length_mm, name)
 
 
 def _summary(said: Said, place: str, result: dict[str, Any]) -> None:
