@@ -1,7 +1,8 @@
 """What every face of wpcal says about one part: the same facts collected from each place, for the law of one judgement.
 
 A part goes from STEP through seams, advice, calibration, welds, programs, page, machine interface, touches, a plan with
-one robot, audit and verification. Each place adds what it says about a fact; `disagreements` returns the facts about which two places differ.
+one robot, audit and verification. Each place adds what it says about a fact; `disagreements` returns the facts about
+which two places differ.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ import pytest
 from cad.work.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limits, run_in_child
 from cad.work.plain_data import pack, unpack
 from cad.work.plain_types import PlainDataError
+from tests.few import few
 from tests.running import needs_proc
 from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
 from wpcal.core.issue import Issue
@@ -250,12 +251,15 @@ def damaged(text: bytes, rng: random.Random) -> bytes:
 
 @pytest.mark.parametrize(
     ("name", "count"),
-    [
-        ("red_cube_blue_cylinder.step", 5),
-        ("colored.step", 5),
-        pytest.param("colored.step", 80, marks=pytest.mark.deep),
-        pytest.param("as1-oc-214.stp", 80, marks=pytest.mark.deep),
-    ],
+    few(
+        [
+            ("red_cube_blue_cylinder.step", 5),
+            ("colored.step", 5),
+            pytest.param("colored.step", 80, marks=pytest.mark.deep),
+            pytest.param("as1-oc-214.stp", 80, marks=pytest.mark.deep),
+        ],
+        1,
+    ),
 )
 def test_a_damaged_file_is_a_result_or_one_line(
     shared_step: Path, tmp_path: Path, probe: str, name: str, count: int

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.few import few
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.chain import SAME_POINT_MM
@@ -85,7 +86,7 @@ def write_taught(features: list[dict[str, Any]], path: Path) -> None:
     path.write_text("\n".join(["name,x_mm,y_mm,z_mm", *lines, ""]), encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", READABLE)
+@pytest.mark.parametrize("name", few(READABLE, 3))
 def test_the_pose_of_a_real_part_is_found(wpcal: Command, name: str, tmp_path: Path) -> None:
     part = shared(name)
     listed = wpcal("features", part, "--json")
@@ -142,12 +143,15 @@ def test_a_file_without_exact_faces_is_one_line(wpcal: Command, name: str, comma
 
 @pytest.mark.parametrize(
     ("command", "name"),
-    [
-        ("features", "as1-oc-214.stp"),
-        ("seams", "colored.step"),
-        ("features", "s1-c5-214.stp"),
-        ("seams", "s1-c5-214.stp"),
-    ],
+    few(
+        [
+            ("features", "as1-oc-214.stp"),
+            ("seams", "colored.step"),
+            ("features", "s1-c5-214.stp"),
+            ("seams", "s1-c5-214.stp"),
+        ],
+        1,
+    ),
 )
 def test_a_command_in_processes_of_its_own_says_the_same(wpcal: Command, command: str, name: str) -> None:
     part = shared(name)
@@ -167,6 +171,7 @@ def test_every_shared_file_is_asked_about() -> None:
     assert names == readable | set(REFUSED) | set(WITHOUT_FEATURES)
 
 
+@pytest.mark.deep
 def test_the_table_of_the_page_can_be_measured() -> None:
     script = Path(__file__).parents[2] / "docs" / "make_real_parts.py"
     row = runpy.run_path(str(script))["measure"](shared("colored.step"))

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.few import few
 from tests.rpc_client import GONE_S, RpcClient, is_gone
 from tests.running import needs_proc
 
@@ -73,7 +74,7 @@ def test_a_cancelled_request_ends_and_leaves_nothing(client: RpcClient, folder: 
     assert set(folder.iterdir()) == there
 
 
-@pytest.mark.parametrize("step", ["fitting", "writing the moved part"])
+@pytest.mark.parametrize("step", few(["fitting", "writing the moved part"], 3))
 @pytest.mark.parametrize("later_s", [0.0, 0.01, 0.05, 0.1, 0.3])
 def test_cancelled_is_said_of_a_save_exactly_if_nothing_is_written(
     client: RpcClient, folder: Path, step: str, later_s: float

@@ -12,6 +12,7 @@ from OCP.TopAbs import TopAbs_IN
 
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
+from tests.few import few
 from tests.samples.graphs import GRAPHS
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.surfaces import project_to_faces
@@ -67,7 +68,9 @@ def count_inside(shapes: list[object], points: FloatArray) -> int:
 
 @pytest.mark.parametrize(
     "name",
-    ["crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "closed-box", "frame", "saddle"],
+    few(
+        ["crossed-tee", "gusseted-bracket", "boss-with-ribs", "pipe-through-plates", "closed-box", "frame", "saddle"], 2
+    ),
 )
 def test_accepted_frames_of_own_parts(name: str) -> None:
     from tests.saved_graphs import saved_seams
@@ -77,7 +80,7 @@ def test_accepted_frames_of_own_parts(name: str) -> None:
     assert count_inside([shape for _, shape in GRAPHS[name]()], points) == 0
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", few(PARTS, 5))
 def test_accepted_frames_of_parts_made_by_others(name: str, shared_step: Path) -> None:
     workpiece = open_workpiece(shared_step / name)
     seams, workpiece = find_seams(workpiece, SeamOptions())

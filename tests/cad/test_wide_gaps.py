@@ -8,6 +8,7 @@ import pytest
 from cad.kernel.call import KernelObject
 from cad.kernel.primitives import box, cut, cylinder, prism
 from cad.kernel.to_brep import to_brep
+from tests.few import few
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
 from wpcal.seam import Seam, SeamOptions, detect_seams
@@ -47,7 +48,7 @@ def without_gap(name: str) -> list[Seam]:
     return accepted(PARTS[name](0.0))
 
 
-@pytest.mark.parametrize("gap", GAPS_MM)
+@pytest.mark.parametrize("gap", few(GAPS_MM, 3))
 @pytest.mark.parametrize("name", list(PARTS))
 def test_a_constant_gap_changes_neither_the_seams_nor_their_places(name: str, gap: float) -> None:
     without, found = without_gap(name), accepted(PARTS[name](gap))
@@ -102,7 +103,7 @@ def test_a_bar_with_play_in_a_hole_is_not_welded(play: float) -> None:
     assert not any(seam.accepted for seam in seams if seam.gap_mm[1] > 0.5)
 
 
-@pytest.mark.parametrize("name", ["frame", "tee-under-bar"])
+@pytest.mark.parametrize("name", few(["frame", "tee-under-bar"], 1))
 def test_what_is_found_with_the_usual_gap_stays_as_it_is(name: str) -> None:
     graph = saved_graph(name)
     found = detect_seams(graph)

@@ -13,6 +13,7 @@ from cad.step.compare import compare_inventories, take_inventory
 from cad.step.read import StepPart, read_step
 from cad.step.write import write_moved_step
 from cad.workpiece.calibrate import calibrate_files
+from tests.few import few
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 
@@ -227,7 +228,7 @@ def test_a_wrong_pose_a_lost_name_and_a_lost_colour_are_seen(frame: StepPart) ->
     assert "right: 0 before, 1 after" in found[0].message
 
 
-@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize("name", few(REAL, 4))
 def test_real_files_lose_nothing(shared_step: Path, tmp_path: Path, name: str) -> None:
     part = read_step(shared_step / name)
     assert write_moved_step(part, T_BASE_PART, tmp_path / "moved.step", seams=SEAMS) == ()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.few import few
 from tests.running import needs_proc, run_here, run_process
 
 ROOT = Path(__file__).parents[2]
@@ -36,15 +37,18 @@ def assert_refused(folder: Path, *arguments: Path | str, says: str) -> None:
 
 @pytest.mark.parametrize(
     "command",
-    [
-        ("calibrate", "none.step", "taught.csv", "-o", "out"),
-        ("features", "none.step"),
-        ("seams", "none.step"),
-        ("advise", "none.step"),
-        ("match", "none.step", "taught.csv"),
-        ("pick", "none.step", "--no-browser", "-o", "new.csv"),
-        ("sheet", "none.step", "-o", "sheet.svg"),
-    ],
+    few(
+        [
+            (("calibrate", "none.step", "taught.csv", "-o", "out"),),
+            (("features", "none.step"),),
+            (("seams", "none.step"),),
+            (("advise", "none.step"),),
+            (("match", "none.step", "taught.csv"),),
+            (("pick", "none.step", "--no-browser", "-o", "new.csv"),),
+            (("sheet", "none.step", "-o", "sheet.svg"),),
+        ],
+        2,
+    ),
     ids=lambda command: command[0],
 )
 def test_a_process_ends_with_code_2_and_one_line_on_its_error_stream(folder: Path, command: tuple[str, ...]) -> None:

@@ -51,6 +51,7 @@ def test_measured_poses_become_a_better_arm(tmp_path, capsys, rows):
     assert read_arm(out / "identified.json").space.value == "identified"
 
 
+@pytest.mark.deep
 def test_the_published_solver_draws_its_fitness(tmp_path, capsys, rows):
     poses = write(tmp_path / "poses.csv", rows)
     code, text, _ = wpcal(capsys, "identify", "mh6", poses, "-o", tmp_path / "out", "--method", "ga-tabu", "--json")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_robots.loop import BRANDS, CONFIG, displacement, planned_frame, run_program
@@ -34,7 +35,7 @@ def run(brand, programs, tee, out, moved, **options):
     return run_program(brand, programs / brand, solid, out, **options)
 
 
-@pytest.mark.parametrize("brand", BRANDS)
+@pytest.mark.parametrize("brand", few(BRANDS, 3))
 def test_a_part_in_its_place_is_touched_where_the_plan_says(brand, programs, tee, tmp_path):
     ran = run(brand, programs, tee, tmp_path, ((0.0, 0.0, 0.0),))
     assert ran.run.is_finished
@@ -45,7 +46,7 @@ def test_a_part_in_its_place_is_touched_where_the_plan_says(brand, programs, tee
     assert ran.results.exists()
 
 
-@pytest.mark.parametrize("brand", BRANDS)
+@pytest.mark.parametrize("brand", few(BRANDS, 3))
 def test_a_missed_search_stops_and_is_named_and_the_next_one_runs(brand, programs, tee, tmp_path):
     """The part is 14 mm too low: the searches end above it, but for those of the web and of the hole."""
     ran = run(brand, programs, tee, tmp_path, ((0.0, 0.0, -14.0),))

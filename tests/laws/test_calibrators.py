@@ -115,6 +115,7 @@ def test_the_minimax_bound_meets_its_value_for_teaching_noise(n, noise, seed):
     assert found.gap_mm <= ROUND_OFF_MM
 
 
+@pytest.mark.deep
 def test_no_solver_is_below_the_bound_of_the_exact_one():
     rng = np.random.default_rng(4)
     for _ in range(20):

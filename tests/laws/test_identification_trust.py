@@ -156,6 +156,7 @@ def test_a_bad_test_pose_is_named_too():
     assert [(outlier.rows, outlier.held_back) for outlier in found.outliers] == [((4,), True)]
 
 
+@pytest.mark.deep
 def test_clean_poses_are_hardly_ever_named():
     """At a false alarm in a hundred files, more than two of thirty has a chance of 0.3 %."""
     named = sum(bool(identify_arm(MH6, measured(100 + seed)[1]).outliers) for seed in range(30))
@@ -167,6 +168,7 @@ def test_a_row_that_is_not_in_the_file_is_refused():
         identify_arm(MH6, measured(0)[1], options=IdentifyOptions(leave_out=(99,)))
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     ("joint_rad", "files"),
     [pytest.param(0.0, 20, marks=pytest.mark.deep), (2e-5, 8), pytest.param(2e-5, 20, marks=pytest.mark.deep)],
@@ -178,6 +180,7 @@ def test_intervals_with_three_reflectors_cover_the_truth(joint_rad, files):
     assert 0.91 <= share <= 0.99
 
 
+@pytest.mark.deep
 def test_intervals_of_parameters_that_absorb_an_unseen_one_cover_the_truth():
     def positions_only(seed):
         errors, o = measured(seed, count=60)
@@ -186,6 +189,7 @@ def test_intervals_of_parameters_that_absorb_an_unseen_one_cover_the_truth():
     assert 0.91 <= coverage(positions_only, IdentifyOptions(**EXPECTED), 20) <= 0.99
 
 
+@pytest.mark.deep
 def test_the_published_search_states_no_interval():
     found = identify_arm(MH6, measured(0)[1], options=IdentifyOptions(solver=IdentificationSolver.GENETIC_TABU))
     assert found.half_widths is None

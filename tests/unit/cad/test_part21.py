@@ -161,6 +161,7 @@ def test_what_is_no_instance_is_refused(text: bytes) -> None:
 # The index ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.deep
 @given(
     st.lists(st.tuples(names, st.lists(values, max_size=3).map(tuple)), min_size=1, max_size=8),
     st.randoms(use_true_random=False),

@@ -137,6 +137,7 @@ def remove_torch(record):
     record["torch_robot"]["torch"] = []
 
 
+@pytest.mark.deep
 def test_a_plan_in_an_odd_cell_says_so_once_and_in_its_records(tmp_path, few_points, swept, capsys):
     swept(SHOWN)
     out = tmp_path / "out"

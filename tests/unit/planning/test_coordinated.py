@@ -10,6 +10,7 @@ import pytest
 
 from tests.coordinated_faults import Seam, faults
 from tests.coordinated_programs import READERS, followed
+from tests.few import few
 from tests.saddle import CELLS, changed
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.program.arc import ArcSettings
@@ -97,7 +98,7 @@ def programs(saddle, straight):
     return found
 
 
-@pytest.mark.parametrize("burns", [False, True])
+@pytest.mark.parametrize("burns", few([False, True], 1))
 @pytest.mark.parametrize("which", ["saddle", "straight"])
 def test_every_language_keeps_to_the_seam_in_the_held_part(which, burns, programs, request):
     cell, run, seam = request.getfixturevalue(which)

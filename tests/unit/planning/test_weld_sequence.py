@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.one_robot_cells import TEE, fixed_cell, one_robot_record, with_positioner, write_cell
 from tests.record_checks import check_record
 from wpcal.core.errors import GeometryError, InputError
@@ -74,7 +75,7 @@ def dh_forward(arm, q):
     return T @ arm.chain.T_dhn_flange.matrix
 
 
-@pytest.mark.parametrize("name", ["fixed", "turned"])
+@pytest.mark.parametrize("name", few(["fixed", "turned"], 1))
 def test_the_wire_is_on_the_seam_at_every_point(name, request):
     sequence = request.getfixturevalue(name).sequence
     cell = sequence.cell
@@ -267,6 +268,7 @@ def test_a_cell_without_tool_data_is_one_line(tmp_path):
         read_one_robot(write_cell(tmp_path, record))
 
 
+@pytest.mark.deep
 def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
     """A lid over the part: the arm would reach the seams there. A plan finds the same."""
     cell, seams = given.placed(fixed_cell()), [each for each in given.seams if each.name == "W2"]
@@ -284,6 +286,7 @@ def test_a_place_where_a_body_is_in_the_way_does_not_count(given):
     assert (found.share <= before.share).all()
 
 
+@pytest.mark.deep
 def test_the_map_finds_a_place_for_a_part_out_of_reach(given):
     cell = fixed_cell((1900.0, 0.0, 200.0))
     found = map_places(cell, given.part, given.seams[:2], SequenceTargets(), range_mm=1200.0, step_mm=300.0)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.few import few
 from tests.saved_graphs import saved_graph, saved_seams
 from wpcal.brep import BrepGraph
 from wpcal.brep.material import ExactMaterial
@@ -89,7 +90,7 @@ def test_a_bolt_in_the_way_of_the_wire_cuts_the_joint_beside_it() -> None:
     assert along(seams, 54.0) == [(20.0, 180.0, True)]
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", few(PARTS, 2))
 def test_stretches_add_up_to_the_contacts_that_they_were_cut_from(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = saved_graph(name)
     cut = saved_seams(name)
@@ -125,7 +126,7 @@ def turned(graph: BrepGraph, R: np.ndarray, shift: np.ndarray) -> BrepGraph:
     return replace(graph, **frames)
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", few(PARTS, 2))
 def test_turning_the_part_changes_no_stretch(name: str) -> None:
     moved = turned(saved_graph(name), rotation_from_zyx(0.3, -0.5, 1.2), np.array([400.0, -30.0, 77.0]))
 
@@ -135,6 +136,7 @@ def test_turning_the_part_changes_no_stretch(name: str) -> None:
     assert rows(detect_seams(moved)) == rows(saved_seams(name))
 
 
+@pytest.mark.deep
 def test_coarse_points_change_no_cut() -> None:
     coarse = SeamOptions(steps=StepOptions(chord_mm=3.0, max_step_mm=500.0))
     found = [

@@ -28,6 +28,7 @@ def exchanged(graph: BrepGraph, one: int, other: int) -> BrepGraph:
     return replace(graph, face_frame=frame)
 
 
+@pytest.mark.deep
 def test_faces_with_exchanged_surfaces_give_finite_frames_or_an_error_of_ours() -> None:
     graph = graph_of("joint-tee")
     for one, other in list(combinations(range(graph.face_count), 2))[::3]:
