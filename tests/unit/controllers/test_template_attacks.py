@@ -92,6 +92,105 @@ ATTACKS = {
     ),
 }
 
+MORE_ATTACKS = {
+    "rapid": (
+        "MoveC {{ point }},[[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tTorch;",
+        "MoveJ Offs({{ point }},300,0,0),v1000,z50,{{ tool }}\\WObj:=wpPart;",
+        "wpPart.oframe.rot:=[0,1,0,0];",
+        "MoveL {{ point }},{{ speed }},z50,{{ tool }}\\WObj:=wpPart;",
+        "{{ tool }}:=tool0;",
+        "WHILE TRUE DO\nENDWHILE",
+        "IF TRUE THEN\nMoveL Offs({{ point }},0,0,-9),v100,fine,{{ tool }}\\WObj:=wpPart;\nENDIF",
+        "PDispOn {{ point }},{{ tool }};",
+        "EOffsSet [10,0,0,0,0,0];",
+        "MoveLDO {{ point }},v100,fine,tTorch,do1,1;",
+        '%"clean"%;',
+        "EXIT;",
+        "WaitTime 1; MoveL Offs({{ point }},0,0,-9),v100,fine,{{ tool }}\\WObj:=wpPart; ! WaitTime 1;",
+    ),
+    "krl": (
+        "SPTP {{ point }}",
+        "CIRC {{ point }},{X 0,Y 0,Z 0}",
+        "$BASE={X 0,Y 0,Z 50,A 0,B 0,C 0}",
+        "FOR I=1 TO 3",
+        "WHILE TRUE\nENDWHILE",
+        "GOTO AGAIN",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO CLEAN()",
+        "LIN_REL {Z -50} #TOOL",
+        "$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}",
+        "SLIN {X 0,Y 0,Z 0}",
+    ),
+    "fanuc": (
+        "J P[99] 10% FINE",
+        "UFRAME[1]=PR[2]",
+        "UTOOL[1]=PR[2]",
+        "TOOL_OFFSET CONDITION PR[3]",
+        "IF R[1]=1,JMP LBL[1]",
+        "RUN CLEAN",
+        "L PR[1] 100mm/sec FINE INC",
+        "UFRAME_NUM=0",
+        "C P[1] P[2] 100mm/sec FINE",
+    ),
+    "inform": (
+        "MOVC P001 V=10.0",
+        "MOVS P001 V=10.0",
+        "SET P001 P002",
+        "CALL JOB:HOME IF IN#(1)=ON",
+        "REFP 1 P001 V=10.0",
+        "SFTON P001 BF",
+        "MSHIFT PX001 BF PX002 PX003",
+    ),
+    "as": (
+        "JAPPRO {{ point }},100",
+        "LAPPRO {{ point }},100",
+        "DRIVE 1,10",
+        "BASE TRANS(0,0,50,0,0,0)",
+        "TOOL TRANS(0,0,50,0,0,0)",
+        "GOTO 10",
+        "JMOVE #home",
+    ),
+    "urscript": (
+        "movec(p[0,0,0,0,0,0], p[0,0,0.1,0,0,0], a=1, v=0.1)",
+        "servoj([0,0,0,0,0,0])",
+        "movel(p[0,0,0,0,0,0], a=1, v=0.1)",
+        "movep(p[0,0,0,0,0,0], a=1, v=0.1)",
+        "while True:\n  sleep(0.1)\nend",
+        "speedj([0,0,0.1,0,0,0], 0.5, 1)",
+        "movel(get_inverse_kin(p[0,0,0,0,0,0]))",
+    ),
+    "val3": (
+        "movec({{ point }},pOther,{{ tool }},{{ speed }})",
+        "movel(compose({{ point }},fPart,{0,0,-50,0,0,0}),{{ tool }},{{ speed }})",
+        "while true\nendWhile",
+        "{{ tool }}.trsf={0,0,50,0,0,0}",
+        "alterMoveTime(1)",
+        "movej({0,0,0,0,0,0},{{ tool }},{{ speed }})",
+    ),
+    "pdl2": (
+        "MOVE CIRCULAR TO POS(0, 0, 0, 0, 0, 0) VIA POS(9, 0, 0, 0, 0, 0)",
+        "$BASE := POS(0, 0, 50, 0, 0, 0)",
+        "WHILE TRUE DO\nENDWHILE",
+        "MOVE JOINT TO {0, 0, 0, 0, 0, 0}",
+        "MOVE AWAY 50",
+        "MOVEFLY LINEAR TO POS(0, 0, 0, 0, 0, 0) ADVANCE",
+        "GOTO again",
+    ),
+}
+EVERY = [(name, each) for table in (ATTACKS, MORE_ATTACKS) for name, rows in table.items() for each in rows]
+MOTIONS = {
+    "rapid": "MoveL [[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tTorch;",
+    "krl": "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}",
+    "fanuc": "L PR[5] 100mm/sec FINE",
+    "inform": "MOVL P001 V=100.0",
+    "as": "DRAW 0,0,-50",
+    "urscript": "movel(p[0,0,0,0,0,0], a=1, v=0.1)",
+    "val3": "movej(jHome,tTorch,mAir)",
+    "pdl2": "MOVE LINEAR TO POS(0, 0, 0, 0, 0, 0)",
+}
+COMMENTS = {
+    "rapid": "!", "krl": ";", "fanuc": "!", "inform": "'", "as": ";", "urscript": "#", "val3": "//", "pdl2": "--",
+}  # fmt: skip
+
 
 @pytest.fixture
 def export(finished_folder, tmp_path):
@@ -120,19 +219,50 @@ def require_named(answer, written, fragment):
     assert any(fragment in text for text in texts), (fragment, texts)
 
 
-@pytest.mark.parametrize(
-    ("language", "attack"), [(language, each) for language, attacks in ATTACKS.items() for each in attacks]
-)
-def test_a_line_that_a_template_adds_is_named(export, language, attack):
-    ended, answer, written = export(language, "air_move", shipped_templates(language)["air_move.txt"] + attack + "\n")
-    if ended.returncode == 2:  # read back, it is no program, or one with other poses
+def require_refused_or_named(ended, answer, written, attack):
+    if ended.returncode == 2:  # executed, it is no program, or one that leads elsewhere
         assert (ended.stderr.count("wpcal: "), "templates" in ended.stderr) == (1, True), ended.stderr
         return
     assert ended.returncode == 1
     assert answer["checked"] == []
-    start = re.split(r"\{\{|\{%", attack)[0].split("'")[0] or attack.rsplit("}}", 1)[1]
+    line = attack.split("\n")[0]
+    start = re.split(r"\{\{|\{%", line)[0].split("'")[0] or line.rsplit("}}", 1)[1]
     require_named(answer, written, start.strip())
     assert not any("checked against" in text for text in written.values())
+
+
+@pytest.mark.parametrize(("language", "attack"), EVERY)
+def test_a_line_that_a_template_adds_is_named(export, language, attack):
+    found = export(language, "air_move", shipped_templates(language)["air_move.txt"] + attack + "\n")
+    require_refused_or_named(*found, attack)
+
+
+@pytest.mark.parametrize("block", ["weld_start", "weld_end"])
+@pytest.mark.parametrize("language", MOTIONS)
+def test_a_motion_in_every_block_is_named(export, language, block):
+    found = export(language, block, shipped_templates(language)[f"{block}.txt"] + MOTIONS[language] + "\n")
+    require_refused_or_named(*found, MOTIONS[language])
+
+
+@pytest.mark.parametrize("language", MOTIONS)
+def test_a_comment_that_looks_like_a_motion_is_none(export, language):
+    line = f"{COMMENTS[language]}{MOTIONS[language][:28]}"
+    ended, answer, _ = export(language, "air_move", shipped_templates(language)["air_move.txt"] + line + "\n")
+    assert (ended.returncode, bool(answer["checked"])) == (0, True), answer["not_checked"]
+
+
+@pytest.mark.parametrize(
+    ("language", "block", "text", "line"),
+    [
+        ("rapid", "header", "ENDMODULE\n", "ENDMODULE"),
+        ("rapid", "footer", "PROC again()\n  GOTO start;\nENDPROC\nENDMODULE\n", "GOTO start;"),
+        ("krl", "footer", "END\nDEF EXTRA()\nLIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\nEND\n", "LIN {X 0"),
+        ("urscript", "footer", "end\nmovej([0,0,0,0,0,0])\n", "movej(["),
+        ("fanuc", "header", "  !ours ;\n  10:L PR[5] 100mm/sec FINE ;\n", "L PR[5]"),
+    ],
+)
+def test_text_around_the_program_is_executed_too(export, language, block, text, line):
+    require_refused_or_named(*export(language, block, text), line)
 
 
 @pytest.mark.parametrize(
