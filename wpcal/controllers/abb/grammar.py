@@ -58,7 +58,8 @@ def _judge_held(lines: list[str], _path: Path) -> Iterator[Complaint]:
 
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+!",
-    harmless=r'(?:(?:WaitTime|WaitDI|WaitDO|SetDO|Set|Reset|PulseDO) [\w\\:=,. ]*|TPWrite "[^"]*"|TPErase|Stop|Conf[JL]\\O(?:n|ff));',
+    harmless=r'(?:(?:WaitTime|WaitDI|WaitDO|SetDO|Set|Reset|PulseDO) [\w\\:=,. ]*|TPWrite "[^"]*"|TPErase|Stop|'
+    r"Conf[JL]\\O(?:n|ff));",
     read=read_rapid,
     poses_in=(".mod", ".prg", ".sys"),
     touches={".mod": r"\bwptO_\w+"},
