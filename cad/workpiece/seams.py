@@ -20,12 +20,12 @@ from wpcal.draw.seam import explained_svg
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
-from wpcal.seam.find.built_up import find_whole_solids, left_out
 from wpcal.seam.find.covered import covered_issues
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
 from wpcal.seam.judge.doubted import why_none_is_taken, why_nothing_is_found
 from wpcal.seam.judge.other_torches import with_other_torches
+from wpcal.seam.member.members import find_whole_solids, left_out
 from wpcal.seam.member.note import MemberNotes, take_members
 from wpcal.seam.names import seams_named
 from wpcal.seam.options import Reach

@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ import jsonschema
 from rich.console import Console
 from rich.table import Table
 
+from tests.benchmarks.welds.fused import write_fused
 from tests.benchmarks.welds.lists import FOLDER, read_record, sha256, welds_of
 from tests.benchmarks.welds.results import FIRST, LAST, write_results
 from tests.benchmarks.welds.score import WeldScore, score
@@ -78,6 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seams", type=Path, metavar="FILE", help="Score this seams.json of one part; search nothing.")
     parser.add_argument("--missed", action="store_true", help="List missed welds and wrong seams of all parts.")
+    parser.add_argument("--fused", action="store_true", help="Fuse the bodies that welds join; the lists stay.")
     parser.add_argument("--record", action="store_true", help="Keep the counts in fixtures/welds/results*.json.")
     parser.add_argument("--json", action="store_true", help="Print JSON with every missed weld and wrong seam.")
     return parser
@@ -118,11 +121,21 @@ def _run(path: Path, chosen: argparse.Namespace) -> Run:
     if step is not None and sha256(step) != record["part"]["sha256"]:
         return Run(path.stem, None, 0.0, f"{step} is another file than the one of the list")
     start, fault = time.process_time(), ""
+    if chosen.fused and step is not None:
+        step = _fused(step, record)
+        if step is None:
+            return Run(path.stem, None, 0.0, "no bodies to fuse")
     try:
         seams = json.loads(chosen.seams.read_text(encoding="utf-8"))["seams"] if chosen.seams else seams_of(step)
     except Exception as error:  # a fault of ours or of the kernel: nothing is found, and the other parts are still run
         seams, fault = [], f"{type(error).__name__}: {error}"
     return Run(path.stem, score(path.stem, welds_of(record), seams), time.process_time() - start, fault)
+
+
+def _fused(step: Path, record: dict[str, Any]) -> Path | None:
+    """Return the part with welded bodies fused, in a temporary file; None if there is nothing to fuse."""
+    path = Path(tempfile.mkdtemp()) / step.with_suffix(".step").name
+    return path if write_fused(step, welds_of(record), path) > 0 else None
 
 
 def seams_of(step: Path | None) -> list[dict[str, Any]]:

@@ -11,8 +11,8 @@ from scipy.special import ellipe
 from cad.kernel.to_brep import to_brep
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import JointType, Seam, detect_seams
-from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.tubes import find_tubes
+from wpcal.seam.member.members import why_one_piece
 from wpcal.seam.seam import SeamSource
 
 ALONG = (Align.CENTER, Align.CENTER, Align.MIN)
@@ -89,8 +89,13 @@ def test_a_frame_of_tubes_is_searched_inside_though_another_solid_touches_it() -
     assert inside(("frame", knee(90.0)), ("pad", pad)) == pytest.approx(alone, rel=0, abs=1e-9)
 
 
-def test_one_tube_with_plates_is_not_searched_if_another_solid_touches_it() -> None:
+def test_a_post_with_a_foot_is_searched_inside_though_another_solid_touches_it() -> None:
     foot = Box(100, 100, 8, align=ALONG)
     post = foot + Pos(0, 0, 8) * (Box(40, 40, 300, align=ALONG) - Box(36, 36, 300, align=ALONG))
-    assert len(inside(("post", post))) == 4
-    assert inside(("post", post), ("pad", Pos(0, 0, -20) * Box(30, 40, 20, align=ALONG))) == []
+    pad = Pos(0, 0, -20) * Box(30, 40, 20, align=ALONG)
+    assert inside(("post", post)) == inside(("post", post), ("pad", pad)) == pytest.approx([40.0] * 4)
+
+
+def test_a_plate_with_a_step_is_not_searched_if_another_solid_touches_it() -> None:
+    stepped = Box(100, 100, 8, align=ALONG) + Pos(0, 0, 8) * Box(60, 60, 6, align=ALONG)
+    assert inside(("plate", stepped), ("pad", Pos(0, 0, -20) * Box(30, 40, 20, align=ALONG))) == []

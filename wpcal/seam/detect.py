@@ -8,15 +8,13 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, IntArray
+from wpcal.core.arrays import BoolArray
 from wpcal.seam.chain import rounded_place
 from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import candidates_of
-from wpcal.seam.find.built_up import why_one_piece
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import candidate_pairs, find_edge_contacts
 from wpcal.seam.find.covered import count_solids
-from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.duplicates import sections_beside, without_duplicates
 from wpcal.seam.find.flare_grooves import FlareGrooves
 from wpcal.seam.find.flush_sides import find_flush_sides
@@ -26,7 +24,6 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps
-from wpcal.seam.find.tube_frames import are_tube_frames
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
@@ -36,6 +33,7 @@ from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.judge.wrapping import weld_round_corners
+from wpcal.seam.member.members import are_weldments
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -108,7 +106,7 @@ def find_seam_candidates(
         flush = find_flush_sides(graph, trimmed, sections, gap_mm=gap_mm)
         found += build_seams(graph, flush, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave, mitres = _inside_solids(graph, trimmed, joined, marked, options)
+        concave, mitres = _inside_solids(graph, trimmed, marked, options)
         concave = with_inner_joints(graph, trimmed, concave)
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
         found += build_seams(graph, mitres, options, SeamSource.MITRE)
@@ -208,13 +206,13 @@ def _marked_seams(
 
 
 def _inside_solids(
-    graph: BrepGraph, trimmed: TrimmedFaces, contacts: JoinedPieces, marked: MarkedEdges | None, options: SeamOptions
+    graph: BrepGraph, trimmed: TrimmedFaces, marked: MarkedEdges | None, options: SeamOptions
 ) -> tuple[JoinedPieces, JoinedPieces]:
     """Return the concave edges inside solids that are candidates by themselves, and the mitres of tubes."""
     concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
     solids = np.unique(graph.face_solid[concave.pieces.wall])
     if options.concave is ConcaveEdges.AUTO:
-        solids = _weldments(graph, trimmed, solids, contacts)
+        solids = solids[are_weldments(graph, trimmed, solids, options.gap_for(graph))]
     searched = np.isin(np.arange(len(graph.solid_names)), solids)
     mitres = find_mitres(graph, trimmed, searched)
     left_out = mitres.pieces.edge
@@ -223,15 +221,3 @@ def _inside_solids(
         left_out = np.union1d(left_out, marked.edge)
     own = searched[graph.face_solid[concave.pieces.wall]] & ~np.isin(concave.pieces.edge, left_out)
     return concave.select(np.flatnonzero(own)), mitres
-
-
-def _weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, contacts: JoinedPieces) -> IntArray:
-    """Return which of some solids may be built up: no other member touches them, or they are frames of tubes."""
-    pairs = graph.face_solid[np.stack([contacts.pieces.wall, contacts.pieces.base], axis=1)]
-    touching = pairs[~are_crumbs(graph, trimmed)[pairs].any(axis=1)]
-    solids = solids[count_solids(graph, trimmed, solids)]
-    alone = np.setdiff1d(solids, touching)
-    built_up = [solid for solid in alone.tolist() if why_one_piece(graph, trimmed, solid) is None]
-    touched = np.intersect1d(solids, touching)
-    frames = touched[are_tube_frames(graph, trimmed, touched)]
-    return np.concatenate([np.array(built_up, dtype=np.int64), frames])

@@ -157,9 +157,9 @@ class Rule(Enum):
     )
     ROLLED = RuleRow(
         0.4,
-        "Concave edge or bead: its solid has one section from end to end, as if rolled.",
+        "Concave edge or bead: it is a corner inside one member, as of a rolled profile.",
         "The root of a rolled profile is not a weld.",
-        "shape",
+        "shape: the members into which the solid is taken apart",
     )
     ROLLING = RuleRow(
         0.4,

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, SeamSource, detect_seams
-from wpcal.seam.find.bead import add_beads, find_strips
+from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.strips import find_strips
+from wpcal.seam.member.members import are_weldments
 
 EXACT_MM = 1e-9
 """Lines and circles are closed form; the ends are those of the bead's side, good to the kernel's 1e-12."""
@@ -24,7 +27,7 @@ FRAME_RAD = 1e-6
 def seams_of(name: str, concave: ConcaveEdges = ConcaveEdges.AUTO) -> tuple[BrepGraph, list[Seam]]:
     graph, options = saved_graph(name), SeamOptions(concave=concave)
     trimmed = TrimmedFaces.of(graph)
-    wider, beads = add_beads(graph, trimmed, options)
+    wider, beads = add_beads(graph, options, partial(are_weldments, graph, trimmed, gap_mm=options.gap_for(graph)))
     found = detect_seams(wider, options, trimmed=replace(trimmed, graph=wider), beads=beads)
     return wider, [seam for seam in found if seam.source is SeamSource.BEAD]
 
@@ -80,5 +83,5 @@ def test_rounds_on_outer_edges_and_bends_are_no_beads() -> None:
 
 def test_beads_are_asked_for_as_concave_edges_are() -> None:
     assert seams_of("bead-tee", ConcaveEdges.NEVER)[1] == []
-    assert seams_of("bead-tee-beside-block", ConcaveEdges.AUTO)[1] == []
-    assert len(seams_of("bead-tee-beside-block", ConcaveEdges.ALWAYS)[1]) == 2
+    for concave in (ConcaveEdges.AUTO, ConcaveEdges.ALWAYS):
+        assert len(seams_of("bead-tee-beside-block", concave)[1]) == 2

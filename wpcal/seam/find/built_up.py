@@ -18,9 +18,6 @@ from wpcal.brep.hits import find_hits
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.issue import Issue
-from wpcal.core.wording import counted
-from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.tubes import find_tubes
 
 LEAST_BUILT_UP = 0.9
@@ -36,7 +33,6 @@ LINES, ROUNDS = 500, 40  #: Random lines per round, and most rounds.
 LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
 """Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
 than 5 sigma); all of them are enough for 0.02."""
-MOST_TOLD = 3  #: Most solids that are told of.
 RIM_WAYS = 6
 """Directions along the surface in which the other faces of a plate are looked for from its rim, over half a turn."""
 ON_SURFACE = 0.5  #: A normal has the length 1; at the tip of a cone it has none.
@@ -44,49 +40,6 @@ SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
 """Surfaces with an axis, about which a turned part may have them."""
 TURNED_SIN, TURNED_MM = 1e-6, 1e-3  #: Faces are round about one axis if their axes agree within this.
-
-
-def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: BoolArray | None = None) -> str | None:
-    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment.
-
-    `but`: shape (F,). Faces that do not count: strips that may be beads.
-    """
-    if is_turned(graph, solid):
-        return "all its faces are round about one axis, as on a turned part"
-    share = built_up_share(graph, trimmed, solid, but=but)
-    if share < LEAST_BUILT_UP:
-        return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
-    return None
-
-
-def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
-    """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
-
-    Returns
-    -------
-    list of Issue
-        One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
-    """
-    told = []
-    for solid, count, why in find_whole_solids(graph, trimmed):
-        name = graph.solid_names[solid]
-        corners = counted(count, "inner corner")
-        text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
-        told.append(Issue("one-piece", text, (name,)))
-    return told
-
-
-def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int, str]]:
-    """Find the solids with concave edges that look as if made as one piece, at most `MOST_TOLD`.
-
-    Returns list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
-    """
-    solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
-    solids, counts = np.unique(solid_of, return_counts=True)
-    most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
-    pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
-    asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
-    return [(solid, count, why) for solid, count, why in asked if why is not None]
 
 
 def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> bool:
@@ -133,18 +86,25 @@ def built_up_shares(
         yield lines.share(graph, trimmed, counted, count)
 
 
-def sampled_surface(
-    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, count: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return random points that are spread evenly over the surface of a solid.
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Random points that are spread evenly over the surface of a solid, and what was felt there."""
 
-    Returns `p, normal`: ndarray, shape (n, 3). Points `SKIN_MM` below the surface, mm, and outward normals.
-    Returns `thick`: ndarray, shape (n,). How far it is straight through the material, mm.
-    """
+    p: FloatArray  #: shape (n, 3). `SKIN_MM` below the surface, mm.
+    normal: FloatArray  #: shape (n, 3). Outward.
+    face: IntArray  #: shape (n,).
+    thick: FloatArray  #: shape (n,). How far straight through the material, mm.
+    flat: BoolArray  #: shape (n,). Whether the other side is parallel.
+    mm2: float  #: The area that each point stands for.
+
+
+def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, count: int) -> Surface:
+    """Return about `count` points on the surface of a solid."""
     lines = _Lines.known(trimmed, solid)
-    lines.send(graph, trimmed, graph.face_solid == solid, count)
-    rows = np.flatnonzero(np.linalg.norm(lines.normal, axis=1) > ON_SURFACE)[:count]
-    return lines.p[rows], lines.normal[rows], lines.thick[rows]
+    sent = lines.send(graph, trimmed, graph.face_solid == solid, count)
+    rows = np.flatnonzero(np.linalg.norm(lines.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE)
+    mm2 = 2.0 * np.pi * lines.radius**2 / (sent * LINES)
+    return Surface(lines.p[rows], lines.normal[rows], lines.face[rows], lines.thick[rows], lines.flat[rows], mm2)
 
 
 @dataclass(slots=True, eq=False)

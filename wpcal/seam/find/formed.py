@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.brep.curves import edge_lengths, evaluate_edges
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.graph import BrepGraph, CurveKind
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.bead import find_strips
 from wpcal.seam.find.built_up import SAME_THICKNESS, way_out
-from wpcal.seam.find.concave import find_concave_edges
 
 THICKEST_BEND_MM = 6.0
 """Thicker sheets are rarely bent to a sharp corner; two plates of one thickness that meet there may be welded."""
@@ -65,53 +63,3 @@ def _are_inside(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points
     point, around = find_solids_around(ExactMaterial(graph, trimmed), points)
     inside[point[around == solid[point]]] = True
     return inside
-
-
-def is_profile(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
-    """Tell whether a solid is a rolled or drawn profile: an angle, a channel, a Z or an I section.
-
-    The solid has one cross-section from end to end, apart from holes. Its roots, sharp or round, run along all of it.
-    An angle has one root. In a channel or an I section, roots share the web; in a Z section, the web is between them.
-    The two roots of a T section share no face: plates of one length are welded to it as often as it is rolled, so it
-    does not count.
-    """
-    edges, pairs = _roots(graph, np.arange(len(graph.solid_names)) == solid)
-    if len(edges) == 0 or (graph.edge_kind[edges] != CurveKind.LINE).any():
-        return False
-    ways, (first, last) = graph.edge_frame[edges, 1], graph.edge_range[edges].T
-    if (np.linalg.norm(np.cross(ways, ways[0]), axis=1) > ALONG_SIN).any() or not _is_prism(graph, solid, ways[0]):
-        return False
-    of_face = np.repeat(np.arange(graph.face_count), np.diff(trimmed.start))
-    if (last - first < WHOLE * np.ptp(trimmed.p0[graph.face_solid[of_face] == solid] @ ways[0])).any():
-        return False
-    shared = len(pairs) == 1 or np.bincount(pairs.ravel()).max() > 1
-    return bool(shared or (len(pairs) == 2 and _is_zed(graph, pairs)))
-
-
-def _roots(graph: BrepGraph, solids: BoolArray) -> tuple[IntArray, IntArray]:
-    """Return an edge along every concave edge and round of solids, and the pairs of faces beside them, (n, 2)."""
-    concave, strips = find_concave_edges(graph, solids).pieces, find_strips(graph, solids)
-    edges = np.array([*concave.edge.tolist(), *(strip.edges[0][0] for strip in strips)], dtype=np.int64)
-    beside = np.array([*zip(concave.wall, concave.base, strict=True), *(strip.sides for strip in strips)])
-    return edges, np.unique(np.sort(beside.reshape(-1, 2), axis=1), axis=0)
-
-
-def _is_prism(graph: BrepGraph, solid: int, way: FloatArray) -> bool:
-    """Tell whether a solid has one cross-section along a direction: faces along it, plane ends, and holes."""
-    faces = np.flatnonzero(graph.face_solid == solid)
-    kind, turn = graph.face_kind[faces], np.abs(graph.face_frame[faces, 3] @ way)
-    plane, round_ = kind == SurfaceKind.PLANE, kind == SurfaceKind.CYLINDER
-    hole = round_ & (graph.face_outward[faces] < 0)
-    return bool((plane | hole | (round_ & (turn > 1.0 - ACROSS_COS))).all())
-
-
-def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
-    """Tell whether two roots look opposite ways over a web: no two of their four faces are in one plane.
-
-    In a T section two faces continue each other; where two plates lap, two faces touch.
-    """
-    n = graph.face_frame[pairs.ravel(), 3] * graph.face_outward[pairs.ravel()][:, None]
-    o = graph.face_frame[pairs.ravel(), 0]
-    apart = np.abs(np.einsum("ijk,ik->ij", o[:, None] - o, n))
-    in_one_plane = (np.abs(n @ n.T) > 1.0 - ACROSS_COS) & (apart < BEND_STEP_MM)
-    return bool(in_one_plane.sum() == len(n))

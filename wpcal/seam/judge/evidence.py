@@ -17,7 +17,7 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.concave import are_cut_outs, are_deeper
-from wpcal.seam.find.formed import are_bends, is_profile
+from wpcal.seam.find.formed import are_bends
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.hiding import hiding_words
@@ -27,6 +27,7 @@ from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
 from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, THICKEST_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, find_clamps
+from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
@@ -317,10 +318,12 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
     found: dict[int, list[Finding]] = defaultdict(list)
     number = {name: solid for solid, name in enumerate(graph.solid_names)}
     inner = [row for row, seam in enumerate(seams) if seam.source in (SeamSource.CONCAVE, SeamSource.BEAD)]
-    of_profile = {name: is_profile(graph, trimmed, number[name]) for name in {seams[row].solids[0] for row in inner}}
     for row in inner:
-        if of_profile[seams[row].solids[0]]:
-            words = f"{seams[row].solids[0]} has one section from end to end, as if rolled"
+        pieces, name = seams[row].pieces, seams[row].solids[0]
+        members = members_of(graph, trimmed, number[name])
+        rolled = [members.rolled(pair) for pair in zip(pieces.wall.tolist(), pieces.base.tolist(), strict=True)]
+        if rolled and rolled[0] is not None and None not in rolled:
+            words = f"a corner inside one {rolled[0].in_words} of {name}, as if rolled"
             found[row].append(Rule.ROLLED.found(words))
     rows = [row for row in inner if seams[row].source is SeamSource.CONCAVE]
     if not rows:

@@ -16,6 +16,7 @@ from wpcal.seam.judge.leans import STEP_MM, Felt, FeltAt, at_stations, feel_seam
 from wpcal.seam.judge.other_torches import with_other_torches
 from wpcal.seam.judge.stations import Stretch
 from wpcal.seam.judge.stretches import FELT_CHORD_MM, Cut, cut_at, place_words
+from wpcal.seam.judge.way_out import find_closed_in
 from wpcal.seam.limits import LEAST_CANDIDATE_MM
 from wpcal.seam.options import Reach, SeamOptions
 from wpcal.seam.path.build import with_frames
@@ -24,6 +25,7 @@ from wpcal.seam.seam import NamedSolids, Seam
 
 LEAST_REACHED = 0.5  #: Share of its length that a torch must reach of a seam at which it always leans.
 FEW = 5  #: Stations at which a longer wire is tried first.
+NO_WAY_OUT = "no way as wide as the nozzle leads from there out of the part"
 ROUNDS = 3
 """A stretch gets frames of its own, which differ a little from those at which it was felt, so it is felt again. What is
 still not free after so many rounds is refused."""
@@ -74,7 +76,22 @@ def cut_where_unreached(
     for (row, seam), felt in zip(todo, left, strict=True):
         done[row].append(felt.lay_on(seam) if felt.is_free else _blocked(graph, seam, felt.solids))
     found = [_or_nothing(graph, seam, pieces) for seam, pieces in zip(seams, done, strict=True)]
-    return with_other_torches(graph, trimmed, found, options.reach, least_mm=options.min_length_mm)
+    found = with_other_torches(graph, trimmed, found, options.reach, least_mm=options.min_length_mm)
+    return _with_way_out(graph, trimmed, found, options.reach)
+
+
+def _with_way_out(graph: BrepGraph, trimmed: TrimmedFaces, found: list[list[Seam]], reach: Reach) -> list[list[Seam]]:
+    """Refuse what a torch reaches from inside a closed room only."""
+    free = [piece for pieces in found for piece in pieces if not piece.blocked_by]
+    closed = {id(free[row]): solids for row, solids in find_closed_in(graph, trimmed, free, reach.torch).items()}
+    return [
+        [_blocked(graph, _told(piece), closed[id(piece)]) if id(piece) in closed else piece for piece in pieces]
+        for pieces in found
+    ]
+
+
+def _told(seam: Seam) -> Seam:
+    return replace(seam, reasons=(*seam.reasons, NO_WAY_OUT))
 
 
 def _felt(

@@ -1,0 +1,71 @@
+"""A fused body is taken apart into members: roots of rolled profiles are inside one, what stands on them is welded."""
+
+from typing import Any
+
+import pytest
+from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, extrude, make_face
+
+from cad.kernel.to_brep import to_brep
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.seam import Seam, SeamOptions, detect_seams
+from wpcal.seam.member.members import MemberKind, members_of
+from wpcal.seam.search import find_part_seams
+
+ALONG = (Align.CENTER, Align.CENTER, Align.MIN)
+
+
+def i_beam(height: float, width: float, web: float, flange: float, *, length: float, root: float) -> Any:
+    """Return an I section along z with rounds of a radius in its roots; sharp if it is 0."""
+    beam = Box(width, height, length, align=ALONG)
+    side = Pos((web + width) / 4, 0, 0) * Box((width - web) / 2, height - 2 * flange, length, align=ALONG)
+    beam = beam - side - side.mirror(Plane.YZ)
+    if root:
+        inner = [e for e in beam.edges().filter_by(Axis.Z) if abs(abs(e.center().X) - web / 2) < 1e-6]
+        beam = beam.fillet(root, inner)
+    return beam
+
+
+def fused_seams(shape: Any) -> tuple[Seam, ...]:
+    graph = to_brep([("body", shape.solid().wrapped)])
+    cross: Any = None  # one solid crosses no other one
+    return find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=cross).seams
+
+
+@pytest.mark.parametrize("root", [0.0, 12.0])
+def test_a_column_fused_with_its_foot_is_welded_at_the_foot_only(root: float) -> None:
+    column = Box(160, 160, 12, align=ALONG) + Pos(0, 0, 12) * i_beam(100, 100, 6, 10, length=500, root=root)
+    seams = fused_seams(column)
+    accepted = [seam for seam in seams if seam.accepted]
+    assert {round(float(seam.frames.p[0, 2]), 6) for seam in accepted} == {12.0}
+    assert sum(seam.length_mm for seam in accepted) > 350
+    rolled = [seam for seam in seams if any(finding.rule == "rolled" for finding in seam.findings)]
+    assert [round(seam.length_mm) for seam in rolled] == [500] * 4
+
+
+def test_members_of_a_column_are_a_profile_and_a_plate() -> None:
+    column = Box(160, 160, 12, align=ALONG) + Pos(0, 0, 12) * i_beam(100, 100, 6, 10, length=500, root=12.0)
+    graph = to_brep([("body", column.solid().wrapped)])
+    found = members_of(graph, TrimmedFaces.of(graph), 0)
+    profile = next(one for one in found.members if one.kind is MemberKind.PROFILE)
+    assert len(found.members) == 2
+    assert found.share == 1.0
+    assert (profile.length_mm, *profile.section) == pytest.approx((500.0, 100.0, 100.0))
+
+
+def test_a_channel_through_a_plate_keeps_its_roots_and_is_welded_round() -> None:
+    outline = Polyline((0, 0), (50, 0), (50, 6), (6, 6), (6, 94), (50, 94), (50, 100), (0, 100), (0, 0))
+    channel = extrude(make_face(outline), 400)
+    plate = Pos(25, 50, 200) * Box(200, 200, 10)
+    accepted = [seam for seam in fused_seams(channel + plate) if seam.accepted]
+    assert accepted
+    assert all(abs(seam.frames.R[:, 2, 0]).max() < 0.1 for seam in accepted)
+
+
+def test_no_seam_is_accepted_that_is_reached_from_inside_a_closed_tank_only() -> None:
+    shell = Cylinder(300, 800) - Cylinder(294, 800)
+    heads = [("head", Pos(0, 0, z) * Cylinder(300, 12)) for z in (-406, 406)]
+    graph = to_brep([(name, shape.solid().wrapped) for name, shape in (("shell", shell), *heads)])
+    accepted = [seam for seam in detect_seams(graph) if seam.accepted]
+    assert [round(seam.length_mm) for seam in accepted] == [1885, 1885]
+    open_graph = to_brep([(name, shape.solid().wrapped) for name, shape in (("shell", shell), heads[0])])
+    assert len([seam for seam in detect_seams(open_graph) if seam.accepted]) == 2

@@ -1,0 +1,89 @@
+"""A way out: from the mouth of the nozzle, a straight way as wide as the nozzle leads out of the part.
+
+A torch that is free over its own length may still be inside a closed tank. Rays are sent from the middle of each seam,
+first along the torch, then in more directions. A ray that meets nothing counts if rays around it meet nothing, either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wpcal.brep.graph import BrepGraph
+from wpcal.brep.hits import find_hits
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.torch.shape import TorchShape
+from wpcal.seam.seam import Seam
+
+DIRECTIONS = (40, 600)
+"""Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them."""
+AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
+CHUNK = 50  #: Seams of which the rays are sent together.
+GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))  #: Directions turned by it, one after the other, are spread evenly.
+
+
+def find_closed_in(
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], torch: TorchShape
+) -> dict[int, frozenset[int]]:
+    """Return the rows of seams from which no way leads out of the part, with the solids around them."""
+    frames = [seam.frames for seam in seams]
+    z = np.array([own.R[len(own) // 2, :, 2] for own in frames]).reshape(-1, 3)
+    start = np.array([own.p[len(own) // 2] for own in frames]).reshape(-1, 3) + torch.wire_mm * z
+    left = np.flatnonzero(_meet(graph, trimmed, start, z)[0])
+    around: dict[int, frozenset[int]] = {}
+    for count in DIRECTIONS:
+        held = []
+        for first in range(0, len(left), CHUNK):
+            held += _held(graph, trimmed, left[first : first + CHUNK], start, count, torch.nozzle_radius_mm, around)
+        left = np.array(held, dtype=np.int64)
+    return {row: around[row] for row in left.tolist()}
+
+
+def _held(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    rows: IntArray,
+    start: FloatArray,
+    count: int,
+    radius_mm: float,
+    around: dict[int, frozenset[int]],
+) -> list[int]:
+    """Return the rows from which none of some directions leads out, and note the solids that the rays meet first."""
+    ways = _spread(count)
+    p, way = np.repeat(start[rows], count, axis=0), np.tile(ways, (len(rows), 1))
+    meets, solid = _meet(graph, trimmed, p, way)
+    free = np.flatnonzero(~meets)
+    side = np.cross(way[free], np.eye(3)[np.argmin(np.abs(way[free]), axis=1)])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(way[free], side)
+    is_wide = np.ones(len(free), dtype=bool)
+    for turn in np.arange(AROUND) * 2.0 * np.pi / AROUND:
+        off = radius_mm * (np.cos(turn) * side + np.sin(turn) * other)
+        own = np.flatnonzero(is_wide)
+        is_wide[own] = ~_meet(graph, trimmed, p[free[own]] + off[own], way[free[own]])[0]
+    leads_out = np.zeros(len(rows), dtype=bool)
+    leads_out[free[is_wide] // count] = True
+    held = np.flatnonzero(~leads_out)
+    for row in held.tolist():
+        met = solid[row * count : (row + 1) * count]
+        around[int(rows[row])] = frozenset(met[met >= 0].tolist())
+    return [int(row) for row in rows[held]]
+
+
+def _meet(graph: BrepGraph, trimmed: TrimmedFaces, p: FloatArray, way: FloatArray) -> tuple[BoolArray, IntArray]:
+    """Tell which rays meet a face, and the solid of the first face, or -1."""
+    hits = find_hits(graph, trimmed, p, way, length_mm=2.0 * graph.size_mm)
+    rays, first = np.unique(hits.ray, return_index=True)
+    solid = np.full(len(p), -1)
+    solid[rays] = graph.face_solid[hits.face[first]]
+    return solid >= 0, solid
+
+
+def _spread(count: int) -> FloatArray:
+    """Return directions that are spread evenly over the sphere, shape (count, 3)."""
+    k = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * k / count
+    r = np.sqrt(1.0 - z * z)
+    return np.column_stack([r * np.cos(GOLDEN_RAD * k), r * np.sin(GOLDEN_RAD * k), z])

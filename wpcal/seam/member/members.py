@@ -1,0 +1,491 @@
+"""What a solid was made of: plates, bars, tubes, rolled profiles and formed sheets that together explain its surface.
+
+Every plate, stretch, round and formed sheet that can be read from the faces is a hypothesis. Of all of them, those are
+chosen that explain most of the surface with the fewest members (a small integer programme). A corner between two
+members is a joint, and one inside a member was rolled, bent or cut.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import csr_array, eye_array, hstack
+
+from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.curves import evaluate_edges
+from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.issue import Issue
+from wpcal.core.wording import counted
+from wpcal.seam.find.built_up import (
+    FLATTEST,
+    LEAST_BUILT_UP,
+    SAME_THICKNESS,
+    Surface,
+    built_up_share,
+    is_turned,
+    sampled_surface,
+)
+from wpcal.seam.find.concave import find_concave_edges
+from wpcal.seam.find.covered import count_solids
+from wpcal.seam.find.crumbs import are_crumbs
+from wpcal.seam.find.strips import find_strips
+from wpcal.seam.find.tubes import find_tubes
+from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2, THIN_MM
+from wpcal.seam.member.stretches import Stretch, find_stretches
+
+POINTS = 600  #: Random points on the surface that are to be explained.
+LEAST_EXPLAINED = 0.95
+"""Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
+COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as so many members.
+COST_SURFACE = 20.0  #: The whole surface, unexplained, costs as much as so many members.
+ON_MM, ON_COS = (
+    0.02,
+    0.999,
+)  #: A point is on a plane, or in a slab, within this; normals are parallel within 2.6 degrees.
+THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height.
+ENDS_TOGETHER = 0.2
+"""The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
+are plates on which others stand."""
+DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
+DRAWN_APART, MOST_ASKED = 4, 40
+"""So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
+MOST_TOLD = 3  #: Most solids that are told of.
+SMALLEST_PROFILE_MM = 10.0  #: The smallest angle that is sold is so high.
+SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
+WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
+SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
+MOST_HYPOTHESES = 400  #: Of a solid; the largest are kept.
+
+
+class MemberKind(Enum):
+    """What a member is, as it is bought or cut."""
+
+    PLATE = "plate"
+    BAR = "bar"
+    TUBE = "tube"
+    ROUND = "round bar or tube"
+    PROFILE = "rolled profile"
+    SHEET = "formed sheet"
+
+
+COST = dict.fromkeys(MemberKind, 1.0) | {MemberKind.SHEET: 0.5}
+"""Members that a hypothesis counts as: a formed sheet has two sides, and each is one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Member:
+    """One member of a solid."""
+
+    kind: MemberKind
+    faces: frozenset[int]  #: Its sides.
+    axis: FloatArray  #: shape (3,). Along it; of a plate, across it.
+    #: shape (2,). Sides of the box around its section, mm; of a plate, its thickness and the root of its area.
+    section: FloatArray
+    thickness_mm: float
+    length_mm: float
+    roots: frozenset[tuple[int, int]] = frozenset()  #: Pairs of faces at corners that are inside the member.
+
+    @property
+    def is_slab(self) -> bool:
+        """Tell whether it is a thick board of some size."""
+        is_board = self.kind in (MemberKind.PLATE, MemberKind.BAR)
+        return is_board and self.section[0] >= SLAB_MM and self.section[1] * self.length_mm >= SLAB_MM2
+
+    @property
+    def in_words(self) -> str:
+        """What the member is, with its section: ``rolled profile 100 x 50``."""
+        return f"{self.kind.value} {self.section[1]:.3g} x {self.section[0]:.3g}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Members:
+    """The members of a solid."""
+
+    members: tuple[Member, ...]
+    share: float  #: Of the surface that they explain.
+    straight_share: float  #: That is explained without formed sheets.
+
+    def rolled(self, faces: tuple[int, int]) -> Member | None:
+        """Return the rolled profile or tube of which two faces are sides of one root."""
+        pair = (min(faces), max(faces))
+        return next((one for one in self.members if pair in one.roots), None)
+
+
+def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Members:
+    """Take a solid apart; done once, and kept in `trimmed.known`."""
+    key = ("members", solid)
+    if key not in trimmed.known:
+        trimmed.known[key] = _take_apart(graph, trimmed, solid)
+    found: Members = trimmed.known[key]
+    return found
+
+
+def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Members:
+    if not (graph.face_solid == solid).any():
+        return Members((), 0.0, 0.0)
+    surface = sampled_surface(graph, trimmed, solid, POINTS)
+    pairs = [*_hypotheses(graph, trimmed, solid, surface)]
+    pairs = sorted((pair for pair in pairs if pair[1].any()), key=lambda pair: -int(pair[1].sum()))[:MOST_HYPOTHESES]
+    if not pairs or not len(surface.p):
+        return Members((), 0.0, 0.0)
+    covers = np.array([cover for _, cover in pairs])
+    chosen = _cheapest(np.array([COST[member.kind] for member, _ in pairs]), covers, surface.face)
+    members = tuple(pairs[row][0] for row in np.flatnonzero(chosen))
+    straight = [member.kind is not MemberKind.SHEET for member in members]
+    share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))
+    return Members(members, *share)
+
+
+def _cheapest(cost: FloatArray, covers: BoolArray, face: IntArray) -> BoolArray:
+    """Return which hypotheses explain the points at least cost; points that the same ones explain count as one."""
+    groups, of = np.unique(covers.T, axis=0, return_inverse=True)
+    per_point = COST_UNEXPLAINED / np.bincount(face)[face] + COST_SURFACE / len(face)
+    weight = np.bincount(of.ravel(), weights=per_point, minlength=len(groups))
+    n, m = len(cost), len(groups)
+    matrix = hstack([csr_array(groups.astype(np.float64)), eye_array(m)])
+    answer = milp(
+        np.concatenate([cost, weight]),
+        integrality=np.concatenate([np.ones(n), np.zeros(m)]),
+        bounds=Bounds(0.0, 1.0),
+        constraints=LinearConstraint(matrix, lb=1.0),
+        options={"node_limit": 2000, "mip_rel_gap": 1e-3},
+    )
+    return np.asarray(answer.x[:n] > 0.5) if answer.x is not None else np.zeros(n, dtype=bool)
+
+
+def _hypotheses(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, surface: Surface
+) -> Iterator[tuple[Member, BoolArray]]:
+    """Yield every hypothesis with the points of the surface that it explains."""
+    yield from _plates(graph, solid, surface)
+    stretches = find_stretches(graph, trimmed, solid)
+    for stretch in stretches:
+        if not stretch.contour.is_bore:
+            member = _of_stretch(graph, stretch, stretches)
+            if member is not None:
+                cover = _on_stretch(surface, stretch, member)
+                is_stub = stretch.contour.sharp > 0 and member.length_mm < SLENDER * member.section[1]
+                if member.kind is not MemberKind.PROFILE or not is_stub or cover.mean() >= WHOLE:
+                    yield member, cover
+    yield from _rounds(graph, trimmed, solid, surface)
+    yield from _sheets(graph, _smooth_edges(graph, solid), surface)
+
+
+def _beside(graph: BrepGraph, faces: frozenset[int] | set[int]) -> set[int]:
+    """Return the faces that share an edge with some faces, without these."""
+    own = np.isin(graph.edge_faces, list(faces))
+    return set(graph.edge_faces[own.any(axis=1)].ravel().tolist()) - set(faces) - {-1}
+
+
+def _plates(graph: BrepGraph, solid: int, surface: Surface) -> Iterator[tuple[Member, BoolArray]]:
+    """Yield the pairs of parallel planes between which there is material, and much less of it than they are wide."""
+    rows = np.flatnonzero(surface.flat & (graph.face_kind[surface.face] == SurfaceKind.PLANE))
+    normal = surface.normal[rows]
+    sign = np.where(normal[np.arange(len(rows)), np.abs(normal).argmax(axis=1)] < 0, -1.0, 1.0)
+    n = normal * sign[:, None]
+    at = np.einsum("ki,ki->k", surface.p[rows], n)
+    low = np.where(sign > 0, at - surface.thick[rows], at)
+    high = np.where(sign > 0, at, at + surface.thick[rows])
+    keys = np.round(np.column_stack([n * 1e3, low / 0.05, high / 0.05]))
+    _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    planes = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.PLANE))
+    for number, row in enumerate(first.tolist()):
+        own = rows[of.ravel() == number]
+        faces = set(surface.face[own].tolist())
+        way, t = n[row], float(high[row] - low[row])
+        height = graph.face_frame[planes, 0] @ way
+        parallel = np.abs(graph.face_frame[planes, 3] @ way) > ON_COS
+        on = parallel & ((np.abs(height - low[row]) <= 0.05) | (np.abs(height - high[row]) <= 0.05))
+        both = frozenset(faces | set(planes[on].tolist()))
+        flat = np.isin(surface.face, list(both)) & (np.abs(surface.thick - t) <= SAME_THICKNESS * t + ON_MM)
+        wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
+        if t > FLATTEST * wide:
+            continue
+        rim = np.isin(surface.face, list(_beside(graph, both)))
+        at_all = surface.p @ way
+        rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
+        rim &= at_all < high[row] + ON_MM
+        yield Member(MemberKind.PLATE, both, way, np.array([t, wide]), t, wide), flat | rim
+
+
+def _of_stretch(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...]) -> Member | None:
+    """Return what a stretch is bought or cut as; None if it is a block, or a section that nobody buys."""
+    contour, sides = stretch.contour, stretch.sides_mm
+    bores = [
+        other
+        for other in others
+        if other.contour.is_bore
+        and other.way is stretch.way
+        and min(other.high, stretch.high) - max(other.low, stretch.low) > 0.5 * stretch.length_mm
+        and _is_within(other.contour.corners, contour.corners)
+    ]
+    faces = frozenset().union(stretch.faces, *(bore.faces for bore in bores))
+    roots = frozenset().union(stretch.roots, *(bore.roots for bore in bores))
+    step = np.roll(contour.corners, -1, axis=0) - contour.corners
+    around = float(np.linalg.norm(step, axis=1).sum())
+    if bores:
+        inner = max(bore.contour.area_mm2 for bore in bores)
+        thick = (contour.area_mm2 - inner) / around
+        is_tube = thick <= THIN_SECTION * sides[0]
+        kind = MemberKind.TUBE if is_tube else MemberKind.PLATE
+        if contour.roots or (not is_tube and stretch.length_mm > FLATTEST * np.sqrt(contour.area_mm2 - inner)):
+            return None
+    elif not contour.roots:
+        thick = float(sides[0])
+        if thick > FLATTEST * np.sqrt(stretch.length_mm * sides[1]):
+            return None
+        kind = MemberKind.BAR
+    else:
+        thick = 2.0 * contour.area_mm2 / around
+        if not SMALLEST_PROFILE_MM <= sides[1] >= thick / THIN_SECTION or not _is_rolled(graph, stretch, others):
+            return None
+        kind = MemberKind.PROFILE
+    return Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots)
+
+
+def _is_within(inner: FloatArray, outer: FloatArray) -> bool:
+    return bool((inner.min(axis=0) > outer.min(axis=0)).all() and (inner.max(axis=0) < outer.max(axis=0)).all())
+
+
+def _is_rolled(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...]) -> bool:
+    """Tell whether a section with roots is that of an angle, a channel, a Z or an I section, or has round roots.
+
+    A T section with sharp roots does not count, nor one whose sides go on beyond its ends.
+    """
+    contour = stretch.contour
+    pairs = np.array(sorted(contour.roots))
+    shared = len(pairs) == 1 or np.bincount(pairs.ravel()).max() > 1
+    if contour.sharp == 0:  # a T section is rolled if its toes are round, too
+        faces = list(contour.faces)
+        toes = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
+        return bool(shared or toes.any())
+    if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs))):
+        return False
+    beyond = 0.0
+    for other in others:
+        if other.way is stretch.way and other is not stretch and len(other.faces & stretch.faces) > 1:
+            outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
+            beyond = max(beyond, min(outside, other.length_mm))
+    return beyond <= ENDS_TOGETHER * stretch.length_mm
+
+
+def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
+    """Tell whether two roots look opposite ways over a web: no two of their four faces are in one plane."""
+    n = graph.face_frame[pairs.ravel(), 3] * graph.face_outward[pairs.ravel()][:, None]
+    o = graph.face_frame[pairs.ravel(), 0]
+    apart = np.abs(np.einsum("ijk,ik->ij", o[:, None] - o, n))
+    in_one_plane = (np.abs(n @ n.T) > ON_COS) & (apart < 0.5)
+    return bool(in_one_plane.sum() == len(n))
+
+
+def _on_stretch(surface: Surface, stretch: Stretch, member: Member) -> BoolArray:
+    """Tell which points a stretch explains: those on its sides, and on its ends."""
+    height = surface.p @ stretch.way
+    along = (height >= stretch.low - ON_MM) & (height <= stretch.high + ON_MM)
+    sides = np.isin(surface.face, list(member.faces)) & along
+    ends = np.abs(surface.normal @ stretch.way) > ON_COS
+    ends &= (np.abs(height - stretch.low) <= 0.05) | (np.abs(height - stretch.high) <= 0.05)
+    return sides | (ends & _is_inside(surface, stretch))
+
+
+def _is_inside(surface: Surface, stretch: Stretch) -> BoolArray:
+    """Tell which points lie inside the section of a stretch, seen along it (even-odd rule)."""
+    u = np.cross(stretch.way, np.eye(3)[np.argmin(np.abs(stretch.way))])
+    u /= np.linalg.norm(u)
+    x, y = surface.p @ u, surface.p @ np.cross(stretch.way, u)
+    q0 = stretch.contour.corners
+    q1 = np.roll(q0, -1, axis=0)
+    inside = np.zeros(len(x), dtype=bool)
+    for (x0, y0), (x1, y1) in zip(q0.tolist(), q1.tolist(), strict=True):
+        if y0 != y1:
+            inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) / (y1 - y0) * (x1 - x0))
+    return inside
+
+
+def _rounds(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, surface: Surface
+) -> Iterator[tuple[Member, BoolArray]]:
+    """Yield round tubes, and round bars that are longer than they are thick."""
+    tubes = find_tubes(graph, trimmed, solid)
+    for axis in np.unique(tubes.axis).tolist():
+        own = tubes.axis == axis
+        for wall in np.unique(np.round(tubes.wall_mm[own], 2)).tolist():
+            faces = frozenset(tubes.face[own & (np.abs(tubes.wall_mm - wall) <= 0.01)].tolist())
+            yield _round(graph, surface, faces, float(wall))
+    cylinders = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER))
+    for face in cylinders[graph.face_outward[cylinders] > 0].tolist():
+        radius = float(graph.face_param[face, 0])
+        at = trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] @ graph.face_frame[face, 3]
+        on = (surface.face == face) & (np.abs(surface.thick - 2.0 * radius) <= SAME_THICKNESS * radius)
+        if len(at) and np.ptp(at) > radius and on.any():
+            yield _round(graph, surface, frozenset([face]), 2.0 * radius)
+
+
+def _round(graph: BrepGraph, surface: Surface, faces: frozenset[int], thick: float) -> tuple[Member, BoolArray]:
+    first = min(faces)
+    z, radius = graph.face_frame[first, 3], float(graph.face_param[list(faces), 0].max())
+    arm = surface.p - graph.face_frame[first, 0]
+    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+    on = np.isin(surface.face, list(faces))
+    ends = np.isin(surface.face, list(_beside(graph, faces))) & (np.abs(surface.normal @ z) > ON_COS)
+    on |= ends & (off <= radius + ON_MM)
+    member = Member(MemberKind.ROUND, faces, z, np.array([2.0 * radius, 2.0 * radius]), thick, 0.0)
+    return member, on
+
+
+def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tuple[Member, BoolArray]]:
+    """Yield one side each of formed sheets: faces that run smoothly into each other, one thickness behind them."""
+    curved = surface.flat & (graph.face_kind[surface.face] != SurfaceKind.PLANE)
+    for t in _commonest(surface.thick[curved]):
+        same = surface.flat & (np.abs(surface.thick - t) <= SAME_THICKNESS * t)
+        for faces in _linked(graph, smooth, set(surface.face[same].tolist())):
+            on = same & np.isin(surface.face, list(faces))
+            if (on & curved).any():
+                rims = np.isin(surface.face, list(_beside(graph, faces))) & ~surface.flat
+                member = Member(MemberKind.SHEET, faces, np.zeros(3), np.array([t, t]), t, 0.0)
+                yield member, on | rims
+
+
+def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[frozenset[int]]:
+    """Yield groups of faces that run smoothly into each other."""
+    pairs = graph.edge_faces[smooth]
+    pairs = pairs[np.isin(pairs, list(faces)).all(axis=1)]
+    beside: dict[int, list[int]] = defaultdict(list)
+    for one, other in pairs.tolist():
+        beside[one].append(other)
+        beside[other].append(one)
+    left = set(faces)
+    while left:
+        group, waiting = set(), [left.pop()]
+        while waiting:
+            face = waiting.pop()
+            group.add(face)
+            waiting += [other for other in beside[face] if other in left]
+            left.difference_update(beside[face])
+        yield frozenset(group)
+
+
+def _smooth_edges(graph: BrepGraph, solid: int) -> IntArray:
+    """Return the edges of a solid along which its faces run smoothly into each other."""
+    edges = np.flatnonzero((graph.edge_solid == solid) & (graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
+    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
+    left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
+    return np.asarray(edges[np.einsum("ki,ki->k", left, right) > SMOOTH_COS])
+
+
+def _commonest(thick: FloatArray) -> list[float]:
+    """Return the different thicknesses among many, those that agree within `SAME_THICKNESS` once."""
+    found: dict[int, list[float]] = defaultdict(list)
+    for t in thick[np.isfinite(thick) & (thick > 0)].tolist():
+        found[round(np.log(t) / SAME_THICKNESS)].append(t)
+    return [float(np.median(own)) for own in found.values() if len(own) > 2]
+
+
+def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment.
+
+    Strips that may be beads do not count. Found once, and kept in `trimmed.known`.
+    """
+    key = ("one piece", solid)
+    if key not in trimmed.known:
+        trimmed.known[key] = _why_one_piece(graph, trimmed, solid)
+    why: str | None = trimmed.known[key]
+    return why
+
+
+def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    if is_turned(graph, solid):
+        return "all its faces are round about one axis, as on a turned part"
+    strips = np.zeros(graph.face_count, dtype=bool)
+    strips[[strip.face for strip in find_strips(graph, np.arange(len(graph.solid_names)) == solid)]] = True
+    share = built_up_share(graph, trimmed, solid, but=strips)
+    found = members_of(graph, trimmed, solid)
+    if share < LEAST_BUILT_UP and found.straight_share < LEAST_EXPLAINED:
+        return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
+    slab = next((one for one in found.members if one.is_slab), None)
+    if slab is not None and all(one.thickness_mm >= THIN_MM for one in found.members):
+        return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
+    return None
+
+
+def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
+    """Tell which solids may have been welded from several members, shape (n,).
+
+    Of the solids that others touch, those are left out that are one plate with steps, and those that are small beside
+    the part while its other members were drawn as bodies of their own: they are rather milled or forged.
+    """
+    found = count_solids(graph, trimmed, solids)
+    touched = _are_touched(graph, trimmed, gap_mm)
+    for row in np.flatnonzero(found).tolist():
+        solid = int(solids[row])
+        found[row] = why_one_piece(graph, trimmed, solid) is None
+        if found[row] and touched[solid]:
+            members = members_of(graph, trimmed, solid).members
+            axes = np.array([one.axis for one in members]).reshape(-1, 3)
+            is_stepped = {one.kind for one in members} == {MemberKind.PLATE}
+            is_stepped &= bool((np.abs(axes @ axes[:1].T) > ON_COS).all())
+            found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
+    return found
+
+
+def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
+    """Tell which solids have boxes that are near those of others, crumbs left out, shape (S,)."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
+    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other] & count_solids(graph, trimmed, other)]
+    return np.asarray(np.bincount(near, minlength=len(low)) > 0, dtype=bool)
+
+
+def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
+    """Tell whether a solid is small beside a part of which several larger bodies are one member each."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    size = np.linalg.norm(high - low, axis=1)
+    if size[solid] >= DETAIL * graph.size_mm:
+        return False
+    larger = [other for other in np.argsort(-size, kind="stable").tolist() if size[other] > size[solid]]
+    single = 0
+    for other in larger[:MOST_ASKED]:
+        members = members_of(graph, trimmed, other)
+        single += len(members.members) == 1 and members.share >= LEAST_BUILT_UP
+        if single >= DRAWN_APART:
+            return True
+    return False
+
+
+def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
+    """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
+
+    Returns
+    -------
+    list of Issue
+        One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
+    """
+    told = []
+    for solid, count, why in find_whole_solids(graph, trimmed):
+        name = graph.solid_names[solid]
+        corners = counted(count, "inner corner")
+        text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
+        told.append(Issue("one-piece", text, (name,)))
+    return told
+
+
+def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int, str]]:
+    """Find the solids with concave edges that look as if made as one piece, at most `MOST_TOLD`.
+
+    Returns list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
+    """
+    solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
+    solids, counts = np.unique(solid_of, return_counts=True)
+    most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
+    pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
+    asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
+    return [(solid, count, why) for solid, count, why in asked if why is not None]
