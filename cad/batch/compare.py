@@ -13,7 +13,7 @@ from wpcal.core.input_file import holds_file, sha256_of
 from wpcal.core.version import __version__
 from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, twice_stated
 from wpcal.results.diff import compare_folders
-from wpcal.results.differences import Difference, differences_of, walk
+from wpcal.results.differences import Difference, differences_of, walk_records
 from wpcal.results.folder import read_record
 
 OTHER_VERSION_MM = 1e-5
@@ -95,9 +95,9 @@ def _by_numbers(claimed: Path, path: Path, record: Mapping[str, Any]) -> Iterato
         except (ValueError, TypeError):
             yield from differences_of(name, mine, expected)
             return
-        yield from walk(one, other, name, OTHER_VERSION_MM)
+        yield from walk_records(one, other, name, OTHER_VERSION_MM)
     else:  # made of the records of the same folder
-        yield from walk(*twice_stated(claimed, name), name)
+        yield from walk_records(*twice_stated(claimed, name), name)
 
 
 def _of_other_version(claimed: Path, made: Path, record: Mapping[str, Any]) -> Iterator[Difference]:
@@ -111,4 +111,4 @@ def _of_other_version(claimed: Path, made: Path, record: Mapping[str, Any]) -> I
     except InputError as error:
         yield Difference("folder", str(error), "records of a calibration")
     again = json.loads((made / JOB_FILE).read_bytes())["result"]
-    yield from walk(record["result"], again, f"{JOB_FILE} result", OTHER_VERSION_MM)
+    yield from walk_records(record["result"], again, f"{JOB_FILE} result", OTHER_VERSION_MM)

@@ -16,7 +16,7 @@ from wpcal.core.input_file import holds_file, read_bytes
 from wpcal.core.record_check import check_record
 from wpcal.core.records import parse_json
 from wpcal.results.agree import JOB_FILE
-from wpcal.results.differences import Difference, differences_of, walk
+from wpcal.results.differences import Difference, differences_of, walk_records
 
 FROM_RESULT = ("verdict", *NUMBERS, "pose")
 """Fields of a line that are those of the job's result."""
@@ -77,6 +77,6 @@ def _check_line(out: Path, line: Mapping[str, Any]) -> Iterator[Difference]:
         return
     expected = {**record["result"], **{name: record["inputs"][name]["file"] for name in ("part", "taught")}}
     for name in (*FROM_RESULT, "part", "taught"):
-        yield from walk(line[name], expected[name], f"{where} {name}")
+        yield from walk_records(line[name], expected[name], f"{where} {name}")
     if line["error"] is not None:
         yield Difference(f"{where} error", line["error"], "null")

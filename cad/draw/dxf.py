@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cad.draw.reproducible import reproducible
-from wpcal.controllers.language.naming import NameRules, printable, safe_name, safe_names
+from wpcal.controllers.language.naming import NameRules, in_ascii, safe_name, safe_names
 from wpcal.controllers.program import WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import KernelError
@@ -130,7 +130,7 @@ def _text_height(program: WeldProgram, points: list[tuple[str, FloatArray, Float
 
 
 def _label(space: Any, text: str, p: FloatArray, layer: str, height: float) -> None:
-    space.add_text(printable(text), height=height, dxfattribs={"layer": layer}).set_placement((p + height / 2).tolist())
+    space.add_text(in_ascii(text), height=height, dxfattribs={"layer": layer}).set_placement((p + height / 2).tolist())
 
 
 DXF = Exporter("dxf", "DXF: NAME.dxf with seams, taught points and residual vectors", write_dxf)

@@ -12,7 +12,7 @@ from ezdxf.fonts import fonts
 
 from cad.sheet.fonts import FONT
 from cad.sheet.labels import Label, place_labels
-from cad.sheet.paper import Box, Paper, Place, SheetLayout
+from cad.sheet.paper import Box, OnPaper, Paper, SheetLayout
 from wpcal.core.arrays import FloatArray, IntArray
 
 LAYERS = {"BORDER": (7, 50), "OUTLINE": (7, 35), "SMOOTH": (8, 13), "POINTS": (1, 25), "LABELS": (7, 18),
@@ -88,7 +88,7 @@ def draw_views(pen: Pen, layout: SheetLayout, rows: Sequence[SheetRow]) -> list[
     return [_draw_view(pen, place, rows) for place in layout.places]
 
 
-def _draw_view(pen: Pen, place: Place, rows: Sequence[SheetRow]) -> list[Label]:
+def _draw_view(pen: Pen, place: OnPaper, rows: Sequence[SheetRow]) -> list[Label]:
     view, room = place.view, pen.paper.label_room
     drawn = place.on_paper(view.segments)
     for layer, segments in (("OUTLINE", drawn), ("SMOOTH", place.on_paper(view.smooth))):
@@ -137,7 +137,7 @@ def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
     )
 
 
-def _arrows(pen: Pen, place: Place, p: FloatArray, rows: Sequence[SheetRow]) -> FloatArray:
+def _arrows(pen: Pen, place: OnPaper, p: FloatArray, rows: Sequence[SheetRow]) -> FloatArray:
     """Draw an arrow that ends at every point with a way; return what labels avoid, shape (k, 2, 2)."""
     text, drawn = pen.paper.text, []
     for point, row in zip(p, rows, strict=True):
@@ -154,7 +154,7 @@ def _arrows(pen: Pen, place: Place, p: FloatArray, rows: Sequence[SheetRow]) -> 
     return np.array(drawn).reshape(-1, 2, 2)
 
 
-def _axes(pen: Pen, place: Place) -> FloatArray:
+def _axes(pen: Pen, place: OnPaper) -> FloatArray:
     """Draw the directions of x, y, z in the lower left of a view; return what labels avoid, shape (k, 2, 2)."""
     plane, room = place.view.axes.plane, pen.paper.label_room
     length = AXIS_PART * room

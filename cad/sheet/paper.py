@@ -75,7 +75,7 @@ PAPERS = {paper.name: paper for paper in (A3, A4)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class OnPaper:
     """The place of a view on the paper."""
 
     view: View
@@ -96,7 +96,7 @@ class SheetLayout:
     """The places of everything on a sheet."""
 
     paper: Paper
-    places: tuple[Place, ...]  #: Front, left, top, iso.
+    places: tuple[OnPaper, ...]  #: Front, left, top, iso.
     table: Box
     title: Box
 
@@ -130,7 +130,7 @@ def scale_words(scale: float) -> str:
     return f"1:{1 / scale:.4g}" if scale < 1 else f"{scale:.4g}:1"
 
 
-def _orthogonal(paper: Paper, views: tuple[View, ...], area: Box) -> tuple[Place, ...]:
+def _orthogonal(paper: Paper, views: tuple[View, ...], area: Box) -> tuple[OnPaper, ...]:
     """Put front at the upper left, left to its right, and top below it, aligned with each other."""
     front, left, top = views
     sizes = [view.box[1] - view.box[0] for view in views]
@@ -151,12 +151,12 @@ def _orthogonal(paper: Paper, views: tuple[View, ...], area: Box) -> tuple[Place
     return tuple(_centred(view, scale, cell) for view, cell in zip((front, left, top), cells, strict=True))
 
 
-def _alone(paper: Paper, view: View, cell: Box) -> Place:
+def _alone(paper: Paper, view: View, cell: Box) -> OnPaper:
     size = view.box[1] - view.box[0]
     room = 2 * paper.label_room
     return _centred(view, float(min((cell.width - room) / size[0], (cell.height - room) / size[1])), cell)
 
 
-def _centred(view: View, scale: float, cell: Box) -> Place:
+def _centred(view: View, scale: float, cell: Box) -> OnPaper:
     low, high = view.box
-    return Place(view, scale, cell.centre - scale * (low + high) / 2, cell)
+    return OnPaper(view, scale, cell.centre - scale * (low + high) / 2, cell)

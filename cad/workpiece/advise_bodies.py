@@ -8,7 +8,7 @@ import numpy as np
 
 from cad.workpiece.bodies import BodiesOptions, PartBodies, find_bodies
 from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
-from cad.workpiece.touched_bodies import bodies_at, bodies_of
+from cad.workpiece.touched_bodies import bodies_at, bodies_touched
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate.errors.of_bodies import MeetingPoints
 from wpcal.calibrate.observe.bodies import KeptContacts
@@ -105,7 +105,7 @@ def advise_bodies(
 def _of_touches(touched: Touches, tacked: Tacked, model: MovedModel, sigma_mm: float) -> FloatArray:
     """Return the rows of touches on faces, edges and points, shape (n, 3, m)."""
     near = touched.targets.nearest(touched.rows, touched.p_base)
-    return model.rows(near.p, near.projector / sigma_mm, bodies_of(touched, tacked.face_body))
+    return model.rows(near.p, near.projector / sigma_mm, bodies_touched(touched, tacked.face_body))
 
 
 def _of_features(

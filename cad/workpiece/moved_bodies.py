@@ -9,7 +9,7 @@ import numpy as np
 
 from cad.workpiece.bodies import BodiesOptions, BodiesSource, PartBodies, find_bodies
 from cad.workpiece.fit_taught import CalibrateOptions, Observed
-from cad.workpiece.touched_bodies import bodies_of, on_two_bodies
+from cad.workpiece.touched_bodies import bodies_touched, on_two_bodies
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
@@ -173,7 +173,7 @@ def fit_weldment(
     checks = _touches(workpiece, observed.check)
     assert touches is not None  # of the rows that were fitted as one part
     solid_of = _solids_of_rows(taught, workpiece)
-    body = bodies_of(touches, part.face_body, solid_of)
+    body = bodies_touched(touches, part.face_body, solid_of)
     shared = on_two_bodies(touches, part, solid_of)
     # a motion of bodies may pass for a wrong tool in the rigid fit: only a stated error of the tool counts here
     stated = replace(rigid.teaching, tcp_bias_mm=max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm))
@@ -196,7 +196,9 @@ def fit_weldment(
     motions = found.fit.motions
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, motions))
     errors = _errors_of_each(found, moved, POSTURE_FACTOR * rigid.teaching.tcp_bias_mm)
-    observed_on = [(each, bodies_of(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None]
+    observed_on = [
+        (each, bodies_touched(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None
+    ]
     result = _judged(rigid, found, moved, sigma, observed_on)
     return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm, choice.source)
 

@@ -20,7 +20,7 @@ from wpcal.core.wording import listed
 NAMED_MM = 1e-3  #: A point this near to a vertex or to the centre of a circle is taken for it.
 
 
-def bodies_of(touches: Touches, face_body: IntArray, solid_of: Mapping[str, int] | None = None) -> IntArray:
+def bodies_touched(touches: Touches, face_body: IntArray, solid_of: Mapping[str, int] | None = None) -> IntArray:
     """Return the body that each touch lies on, shape (n,).
 
     A point is of the body of the solid that `solid_of` gives for its row; otherwise of the body whose vertex, circle or
@@ -72,7 +72,7 @@ def on_two_bodies(touches: Touches, part: PartBodies, solid_of: Mapping[str, int
 
 
 def bodies_at(graph: BrepGraph, p: FloatArray, face_body: IntArray) -> IntArray:
-    """Return the body of each point, shape (n,), as `bodies_of` does; `p` has the shape (n, 3), in `part`, mm."""
+    """Return the body of each point, shape (n,), as `bodies_touched` does; `p` has the shape (n, 3), in `part`, mm."""
     edge_body = face_body[graph.edge_faces.max(axis=1)]
     start, _, points = edge_polylines(graph)
     edge = np.repeat(np.arange(len(start) - 1), np.diff(start))

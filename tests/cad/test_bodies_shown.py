@@ -80,7 +80,7 @@ def test_a_named_corner_is_of_its_own_solid_where_two_coincide(tmp_path: Path) -
 
     from cad.workpiece.bodies import BodiesOptions, find_bodies
     from cad.workpiece.moved_bodies import _solids_of_rows
-    from cad.workpiece.touched_bodies import bodies_of, on_two_bodies
+    from cad.workpiece.touched_bodies import bodies_touched, on_two_bodies
     from cad.workpiece.workpiece import open_workpiece
     from wpcal.taught.resolve import touches_of
     from wpcal.taught.table import TaughtPoints
@@ -93,9 +93,9 @@ def test_a_named_corner_is_of_its_own_solid_where_two_coincide(tmp_path: Path) -
     model = np.full(p.shape, np.nan)
     taught = TaughtPoints(names, p, names, model, ("yes",) * len(names), "", ())
     touches = touches_of(taught, workpiece.trimmed, workpiece.features, use="yes")
-    body = bodies_of(touches, part.face_body, _solids_of_rows(taught, workpiece))
+    body = bodies_touched(touches, part.face_body, _solids_of_rows(taught, workpiece))
     assert [part.bodies.names[b] for b in body] == [corner.solid for corner in corners]
-    assert (bodies_of(touches, part.face_body) != body).any()  # what the place alone would say
+    assert (bodies_touched(touches, part.face_body) != body).any()  # what the place alone would say
     assert on_two_bodies(touches, part, _solids_of_rows(taught, workpiece)) == ()
     (issue,) = on_two_bodies(touches, part, {})
     twice = [corner.name for corner in corners if corner.p_mm[0] == pytest.approx(50.0)]

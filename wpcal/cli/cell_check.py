@@ -11,12 +11,12 @@ def run_cell_check(cell_json: Path, output: Path | None, *, force: bool, as_json
     """Tell what is odd in a cell, and draw it; 2 if anything is odd."""
     from wpcal.core.records import to_json, write_file
     from wpcal.pages.cell import build_cell_page
-    from wpcal.planning.cell.cell_check import check_cell, check_record
+    from wpcal.planning.cell.cell_check import cell_check_record, check_cell
     from wpcal.planning.cell.cell_file import read_cell
 
     cell = read_cell(cell_json)
     issues, html = check_cell(cell), build_cell_page(cell)
-    record = check_record(cell, issues)
+    record = cell_check_record(cell, issues)
     page = (output or Path()) / "cell.html"
     page.parent.mkdir(parents=True, exist_ok=True)
     write_file(page, html, overwrite=force)

@@ -19,7 +19,7 @@ from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import body_pairs
 from wpcal.planning.cell.cell import Cell, part_in_world, tool_in_world
 from wpcal.planning.plan.run import CellRun
-from wpcal.planning.plan.run_record import check_record, tip_record
+from wpcal.planning.plan.run_record import path_check_record, tip_record
 from wpcal.planning.search.objectives import Objective
 
 ANGLE_DIGITS, TIME_DIGITS, PLACE_DIGITS = 3, 4, 3  #: The page shows one decimal of a degree, a second and a millimetre.
@@ -84,7 +84,7 @@ def _plan_record(run: CellRun) -> dict[str, Any]:
         "objectives": dict(run.plan.objectives),
         "found_by": run.plan.found_by,
         "freedom": run.verdict.value,
-        "check": None if run.check is None else check_record(run.check),
+        "check": None if run.check is None else path_check_record(run.check),
         "schedule": run.schedule.describe(),
         "tip": tip_record(run.tip),
         "between_points": run.tip.describe(run.schedule.speed_mm_s),

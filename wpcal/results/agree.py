@@ -15,7 +15,7 @@ from wpcal.core.errors import FormatError, FrameError
 from wpcal.core.input_file import MOST_STEP_MB, holds_file, read_bytes, sha256_of
 from wpcal.core.records import read_json, to_json, write_file
 from wpcal.core.transform import RigidTransform
-from wpcal.results.differences import walk
+from wpcal.results.differences import walk_records
 from wpcal.seam.record import seams_csv
 
 CALIBRATION_FILE, SEAMS_FILE, PART_FILE = "calibration.json", "seams.json", "part.glb"
@@ -135,7 +135,7 @@ def _changed_value(folder: Path, name: str, hashes: Mapping[str, str]) -> str:
         for other in (TABLE_FILE, SEAMS_FILE, PAGE_FILE):
             data = read_bytes(folder / other) if other != name and holds_file(folder, other) else b""
             if data and sha256_of(data) == hashes.get(other):
-                for each in walk(*_of_both(mine, _stated(other, data)), ""):
+                for each in walk_records(*_of_both(mine, _stated(other, data)), ""):
                     return f"{each.where.partition(' ')[2]} ({each.found}, was {each.expected})"
     except _UNREADABLE:
         pass  # it is not what it was: its own reader says why

@@ -52,25 +52,25 @@ def _around(data: bytes, at: int) -> str:
 def _by_fields(name: str, mine: bytes, expected: bytes) -> Iterator[Difference]:
     try:
         if name.endswith(".json"):
-            yield from walk(json.loads(mine), json.loads(expected), name)
+            yield from walk_records(json.loads(mine), json.loads(expected), name)
         elif name.endswith(".csv"):
             yield from _cells(name, mine.decode(), expected.decode())
     except (ValueError, RecursionError, csv.Error):
         return
 
 
-def walk(mine: Any, expected: Any, where: str, atol: float = 0.0) -> Iterator[Difference]:
+def walk_records(mine: Any, expected: Any, where: str, atol: float = 0.0) -> Iterator[Difference]:
     """Yield the places at which two values of JSON differ; numbers may differ by `atol`."""
     if isinstance(mine, dict) and isinstance(expected, dict):
         for key in {**mine, **expected}:
             if key in mine and key in expected:
-                yield from walk(mine[key], expected[key], f"{where} {key}", atol)
+                yield from walk_records(mine[key], expected[key], f"{where} {key}", atol)
             else:
                 yield Difference(f"{where} {key}", *(("there", "missing") if key in mine else ("missing", "there")))
     elif isinstance(mine, list) and isinstance(expected, list) and len(mine) == len(expected):
         for row, (one, other) in enumerate(zip(mine, expected, strict=True)):
             label = one.get("name") if isinstance(one, dict) else None
-            yield from walk(one, other, f"{where} {label if isinstance(label, str) else row}", atol)
+            yield from walk_records(one, other, f"{where} {label if isinstance(label, str) else row}", atol)
     elif type(mine) is not type(expected) or mine != expected:
         numbers = all(isinstance(each, int | float) and not isinstance(each, bool) for each in (mine, expected))
         if not (numbers and atol and abs(mine - expected) <= atol):

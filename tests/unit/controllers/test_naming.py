@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wpcal.controllers.language.naming import NameRules, comment_lines, printable, safe_names
+from wpcal.controllers.language.naming import NameRules, comment_lines, in_ascii, safe_names
 from wpcal.core.errors import InputError
 
 RULES = NameRules("test", 12, "proc w1 for")
@@ -38,9 +38,9 @@ def test_a_name_twice_and_no_room_are_refused():
 
 @given(text=st.text(max_size=50))
 def test_comments_cannot_leave_their_line(text):
-    assert printable(text).isascii()
-    assert "\n" not in printable(text)
-    assert "\r" not in printable(text)
+    assert in_ascii(text).isascii()
+    assert "\n" not in in_ascii(text)
+    assert "\r" not in in_ascii(text)
     assert all(line.startswith("! ") or line == "!" for line in comment_lines([text], mark="! ", longest=20))
 
 

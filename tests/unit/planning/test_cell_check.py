@@ -8,7 +8,7 @@ import pytest
 
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
-from wpcal.planning.cell.cell_check import check_cell, check_record, mounts
+from wpcal.planning.cell.cell_check import cell_check_record, check_cell, mounts
 from wpcal.planning.cell.cell_file import cell_from_record
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
@@ -173,6 +173,6 @@ def test_bases_that_are_too_near_are_told(record, told, x, says):
 def test_the_record_of_a_check_is_of_its_schema(record, cells):
     record["bench"] = []
     cell = cell_from_record(record, path=cells / "cell.json")
-    found = json.loads(to_json(check_record(cell, check_cell(cell))))
+    found = json.loads(to_json(cell_check_record(cell, check_cell(cell))))
     jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell-check/1"))).validate(found)
     jsonschema.Draft202012Validator(json.loads(schema_text("wpcal/cell/1"))).validate(record)

@@ -69,18 +69,18 @@ def own_name(name: str, rules: NameRules, *, what: str) -> str:
     return name
 
 
-def printable(text: str) -> str:
+def in_ascii(text: str) -> str:
     """Return a text in one line of ASCII; all other characters are written as escapes."""
     ascii_text = text.encode("ascii", "backslashreplace").decode("ascii")
     return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in ascii_text)
 
 
 def comment_lines(lines: Sequence[str], *, mark: str, longest: int) -> list[str]:
-    """Return comments: each line made `printable` and wrapped at `longest` characters, with `mark` before each."""
+    """Return comments: each line made `in_ascii` and wrapped at `longest` characters, with `mark` before each."""
     folded = (
         part
         for line in lines
-        for part in textwrap.wrap(printable(line), longest, subsequent_indent="  ", drop_whitespace=True) or [""]
+        for part in textwrap.wrap(in_ascii(line), longest, subsequent_indent="  ", drop_whitespace=True) or [""]
     )
     return [f"{mark}{part}".rstrip() for part in folded]
 

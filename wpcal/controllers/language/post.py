@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from wpcal.controllers.language.naming import printable
+from wpcal.controllers.language.naming import in_ascii
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.controllers.registry import controllers, find_controller
 from wpcal.core.errors import FormatError, InputError
@@ -141,7 +141,7 @@ class Post(Blocks):
 
     def _of_seam(self, path: WeldPath, instructions: Callable[[], Sequence[str]], end: int) -> dict[str, Any]:
         return {
-            "seam": printable(path.seam.name),
+            "seam": in_ascii(path.seam.name),
             "weld": {name: getattr(path.values, name) for name in VALUE_NAMES},
             "speed_mm_s": self.program.weld_speed_mm_s(path),
             "mark": self.program.marks[end],

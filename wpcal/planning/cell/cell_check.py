@@ -63,7 +63,7 @@ def check_cell(cell: Cell) -> tuple[Issue, ...]:
     )
 
 
-def check_record(cell: Cell, issues: Sequence[Issue]) -> dict[str, Any]:
+def cell_check_record(cell: Cell, issues: Sequence[Issue]) -> dict[str, Any]:
     """Return the record of a check: the name of the cell and what is odd in it."""
     return {"schema": CELL_CHECK_SCHEMA, "cell": cell.name, "issues": [issue.to_record() for issue in issues]}
 

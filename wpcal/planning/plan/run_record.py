@@ -59,7 +59,7 @@ def coordinated_record(language: str, found: CoordinatedRun) -> dict[str, Any]:
         "part_turned_deg": float(np.degrees(found.part_turned_rad)),
         "part_off_mm": found.part_off_mm,
         "freedom": found.check.verdict.value,
-        "check": check_record(found.check),
+        "check": path_check_record(found.check),
     }
 
 
@@ -74,7 +74,7 @@ def run_verdict(run: CellRun) -> dict[str, Any]:
         if limit is None
         else {"robot": limit.robot, "joint": limit.joint, "s_mm": limit.s_mm, "fastest_mm_s": limit.fastest_mm_s},
         "freedom": run.verdict.value,
-        "check": None if run.check is None else check_record(run.check),
+        "check": None if run.check is None else path_check_record(run.check),
         "between_points": tip_record(run.tip),
     }
 
@@ -89,7 +89,7 @@ def tip_record(tip: TipMotion) -> dict[str, Any]:
     }
 
 
-def check_record(check: PathCheck) -> dict[str, Any]:
+def path_check_record(check: PathCheck) -> dict[str, Any]:
     """Return the result of a check as plain values: the step, and the least margin with its place and bodies."""
     row = check.worst
     has_pair = check.clearance.pair[row] >= 0
