@@ -46,7 +46,7 @@ from wpcal.core.version import __version__
 from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.pages.cell import build_cell_page
 from wpcal.pages.report import build_report
-from wpcal.planning.cell.cell_check import check_cell
+from wpcal.planning.cell.cell_check import cell_check_record, check_cell
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.results.agree import JOB_FILE
