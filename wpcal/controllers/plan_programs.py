@@ -75,7 +75,8 @@ def write_plan(
 
 def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial | None) -> CellSweep | None:
     """Return what sweeps the programs of a plan; None if external axes move: interpreters do not follow them."""
-    q = np.concatenate([*plan.air, *(piece.states for piece in plan.pieces)])[:, JOINTS:]
+    ways = [q for way in plan.ways for q in (way.from_home, way.to_home)]
+    q = np.concatenate([*plan.air, *ways, *(piece.states for piece in plan.pieces)])[:, JOINTS:]
     if np.ptp(q, axis=0).any():
         return None
     return CellSweep(plan.cell, part, q[0], max((each.seam.more_wire_mm for each in seams), default=0.0))

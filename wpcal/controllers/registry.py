@@ -73,6 +73,8 @@ class Controller:
     takes_arcs: bool = False
     takes_plans: bool = False  #: Whether `writer` writes plans: joint moves between seams, and external axes.
 
+    welds_alone: bool = False  #: Whether its programs of plans have a routine for each seam alone, from and to home.
+
     def __post_init__(self) -> None:
         if (self.reader is None) != (not self.suffixes):
             raise InputError(f"controller {self.name!r}: a reader needs suffixes, and suffixes need a reader")

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, write_cell
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit.two_robots import is_of_two_robots, two_robot_faults
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.describe import describe
@@ -72,11 +73,16 @@ def with_coupling(arm):
     return dataclasses.replace(arm, couplings=(Coupling(joints[2], joints[1], 0.0),))
 
 
-def written(program, name):
-    """Return the files as one text; those of FANUC with the coupling that the mh6 does not have."""
+def files_of(program, name):
+    """The files; those of FANUC with the coupling that the mh6 does not have."""
     if name == "fanuc":
         program = dataclasses.replace(program, arm=with_coupling(program.arm))
-    files = controller_named(name).write(program)
+    return controller_named(name).write(program)
+
+
+def written(program, name):
+    """Return the files as one text, judged."""
+    files = files_of(program, name)
     judged(files, program, name)
     return "\r\n".join(files.values())
 
@@ -149,11 +155,11 @@ def test_fanuc_has_joints_in_the_air_and_config_on_the_seams(dry):
     program, texts = dry
     text = texts["fanuc"]
     assert text.count("CONFIG :") == 9
-    air = sum(map(len, program.planned.air))
+    air = sum(map(len, program.planned.legs))
     assert len(re.findall(r"GP2:", text)) == air + 9
     assert len(re.findall(r":J P\[\d+\] 50% FINE", text)) == air
     assert "UF : 0" in text
-    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 4
+    assert text.count("DEFAULT_GROUP = 1,1,*,*,*;") == 7
 
 
 def test_fanuc_refuses_an_arm_without_the_coupling_of_its_third_joint(dry):
@@ -215,7 +221,7 @@ def test_templates_of_a_shop_are_used_and_a_missing_name_is_one_line(tmp_path, s
     program = program_of(sequence, given, controller=ControllerSettings(templates=tmp_path))
     text = written(program, "rapid")
     assert "MoveAbsJ" not in text
-    assert text.count("myAbsJ wpJ") == sum(map(len, program.planned.air))
+    assert text.count("myAbsJ wpJ") == sum(map(len, program.planned.legs))
     wrong = tmp_path / "wrong"
     (wrong / "rapid").mkdir(parents=True)
     (wrong / "rapid" / "joint_move.txt").write_text("{{ points }}\n", encoding="utf-8")
@@ -291,14 +297,15 @@ def check_coordinated(program, cell):
         arms, stations = (
             {n: [float(v) for v in row.split(",")] for n, row in re.findall(rf"\r\n{mark}(\d+)=([^\r]*)", job)}
             for mark in ("C", "EC")
-            for job in [text.partition("//NAME R1")[2]]
+            for job in [own]
         )
         moves = re.findall(r"SMOV([LC]) C(\d+) V=([\d.]+)(?: PL=0)?  \+MOVJ EC(\d+)", text)
         assert 2 <= [kind for kind, *_ in moves].count("C") / 3 <= 3
         assert all(one == two for _, one, _, two in moves)
         rows = [np.radians([*arms[n], *stations[n]]) for n in dict.fromkeys(n for _, n, *_ in moves)]
     else:
-        text = written(program, "fanuc").partition("/PROG  R1")[2]
+        assert "/PROG  R1" in written(program, "fanuc")
+        text = own
         coordinated = [int(n) for n in re.findall(r":L P\[(\d+)\] \S+ (?:CNT100|FINE) COORD", text)]
         assert "C P[" not in text
         assert coordinated == list(range(3, 3 + len(coordinated)))
@@ -371,3 +378,26 @@ def test_tool_data_that_cannot_be_read_are_one_line(tmp_path, text, tool, says):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=says):
         read_tool_data(path, tool)
+
+
+@pytest.mark.parametrize("name", ["rapid", "krl", "inform", "fanuc", "as"])
+def test_a_seam_is_welded_again_from_home_and_home(sequence, given, name):
+    program = program_of(sequence, given)
+    text = written(program, name)  # judged: all of these routines are executed
+    assert len(re.findall(r"(?im)^ *(?:\.?PROGRAM |GLOBAL DEF |PROC |//NAME |/PROG +)only_\w+", text)) == 3
+    (to, back), *others = program.planned.ways
+    assert np.array_equal(to.joints[0], back.joints[-1])  # home
+    moved = dataclasses.replace(to, joints=to.joints + 0.01)
+    planned = dataclasses.replace(program.planned, ways=((moved, back), *others))
+    with pytest.raises(WrittenWrongError, match=r"not asked for|missing"):
+        judged(files_of(program, name), dataclasses.replace(program, planned=planned), name)
+
+
+def test_a_seam_without_free_ways_has_no_routine_and_is_named(sequence, given):
+    plan = KeptPlan.of(sequence)
+    nothing = plan.ways[0].to_home[:0]
+    plan = dataclasses.replace(plan, ways=(dataclasses.replace(plan.ways[0], to_home=nothing), *plan.ways[1:]))
+    program = build_planned_program(plan, {each.name: each for each in given.seams}, PlanOutput())
+    text = written(program, "rapid")
+    assert len(re.findall(r"PROC only_", text)) == 2
+    assert f"no free way from and to home was found: {plan.pieces[0].name}" in " ".join(describe(program))

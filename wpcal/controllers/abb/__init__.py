@@ -19,4 +19,5 @@ RAPID = Controller(
     program_suffixes=(".mod", ".prg", ".sys"),
     takes_arcs=True,
     takes_plans=True,
+    welds_alone=True,
 )

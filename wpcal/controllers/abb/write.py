@@ -25,6 +25,7 @@ from wpcal.controllers.language.naming import NameRules, own_name, safe_name, sa
 from wpcal.controllers.language.rounding import rounded, texts
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, part_frame
+from wpcal.controllers.program.planned import ALONE
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 from wpcal.core.transform import RigidTransform
@@ -142,8 +143,16 @@ class _Rapid(WeldWriter):
         if program.safe_point is not None:
             first = self.post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
             calls = [*off, *first, *calls, *off, *self.air_moves([SAFE_POINT]), *on]
-        main = [f"  PROC {safe_name(f'run_{module}', NAMES)}()", *calls, "  ENDPROC", *self.post.footer(), ""]
+        alone = [line for row, path in enumerate(program.paths) for line in self._alone(row, path)]
+        main = [f"  PROC {safe_name(f'run_{module}', NAMES)}()", *calls, "  ENDPROC", *alone, *self.post.footer(), ""]
         return {f"{module}.mod": "\r\n".join([*head, *procedures, *main])}
+
+    def _alone(self, row: int, path: WeldPath) -> list[str]:
+        """Return the procedure that welds one seam from home."""
+        stem = self.stems[path.seam.name]
+        lines = self.alone(row, [f"    {PROCEDURE}{stem};"])
+        unit = [f"    ActUnit {UNIT};"] if self.follows else []
+        return ["", f"  PROC {ALONE}{stem}()", *unit, *lines, "  ENDPROC"] if lines else []
 
     def _about(self) -> list[str]:
         program = self.program

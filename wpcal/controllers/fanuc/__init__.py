@@ -19,4 +19,5 @@ FANUC = Controller(
     program_suffixes=(".ls",),
     takes_arcs=True,
     takes_plans=True,
+    welds_alone=True,
 )

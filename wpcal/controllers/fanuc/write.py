@@ -25,6 +25,7 @@ from wpcal.controllers.language.naming import NameRules, comment_lines
 from wpcal.controllers.language.rounding import rounded, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe_path
+from wpcal.controllers.program.planned import JointMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 
@@ -169,17 +170,19 @@ class _Tp(JobWriter):
     def remarks(self, lines: Sequence[str]) -> list[str]:
         return remark_lines(lines)
 
-    def main_job(self, header: list[str], calls: Sequence[str]) -> str:
+    def main_job(
+        self, name: str, header: list[str], calls: Sequence[str], air: Sequence[JointMoves] | None = None
+    ) -> str:
         lines, positions, safe = [f"  CALL {called}" for called in calls], list[str](), self.program.safe_point
-        if self.planned is not None:
-            lines, moves = self.planned_calls(self.planned, lines)
+        if air is not None:
+            lines, moves = self.planned_calls(air, lines)
             lines = [*self.frame, *lines]
             positions = numbered(self._with_axes(joint_bodies(self.head, moves.joints), moves.external))
         if safe is not None:
             first = self.post.air_move("P[1]", speed=self.first, joint=True)
             lines = [*self.frame, *first, *lines, *self.frame, *self.air_moves(["P[1]"])]
             positions = numbered(self._bodies(safe))
-        return tp_file(self.main, [*header, *lines, *self.post.footer()], positions, groups=self.groups)
+        return tp_file(name, [*header, *lines, *self.post.footer()], positions, groups=self.groups)
 
     def seam_job(self, name: str, path: WeldPath) -> str:
         bodies = self._bodies(path)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from wpcal.controllers.judge.execute import TOOL_OF_CONTROLLER
-from wpcal.controllers.program import WeldProgram
+from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -44,9 +44,9 @@ class Compared:
     blended: tuple[Motion, ...]  #: Motions that do not stop where they should.
 
 
-def asked_of(program: WeldProgram) -> Asked:
-    """Return where a weld program leads."""
-    rows = list(_rows(program))
+def asked_of(program: WeldProgram, *, alone: bool = False) -> Asked:
+    """Return where a weld program leads; `alone`: also its routines that weld one seam from home and home."""
+    rows = [*_rows(program), *(_rows_alone(program) if alone else ())]
     nowhere, no_joints = np.full((3, 3), np.nan), np.full(6, np.nan)
     p = np.array([np.full(3, np.nan) if at is None else at[0] for at, _, _ in rows]).reshape(-1, 3)
     R = np.array([nowhere if at is None else at[1] for at, _, _ in rows]).reshape(-1, 3, 3)
@@ -83,12 +83,26 @@ def _rows(program: WeldProgram) -> Iterator[Row]:
     yield from ends
     for before, path in zip(air, program.paths, strict=False):
         yield from ((None, joints, True) for joints in before)
-        along = range(path.weld_rows.start + 1, path.weld_rows.stop)
-        for row in range(0 if planned is None else path.before, len(path.p_base)):
-            joints = None if planned is None or path.joints is None else np.degrees(path.joints[row])
-            yield (path.p_base[row], path.R_base[row]), joints, row not in along
+        yield from _rows_along(path, is_planned=planned is not None)
     yield from ((None, joints, True) for joints in air[-1])
     yield from ends
+
+
+def _rows_along(path: WeldPath, *, is_planned: bool) -> Iterator[Row]:
+    along = range(path.weld_rows.start + 1, path.weld_rows.stop)
+    for row in range(path.before if is_planned else 0, len(path.p_base)):
+        joints = None if not is_planned or path.joints is None else np.degrees(path.joints[row])
+        yield (path.p_base[row], path.R_base[row]), joints, row not in along
+
+
+def _rows_alone(program: WeldProgram) -> Iterator[Row]:
+    ways = () if program.planned is None else program.planned.ways
+    for (to, back), path in zip(ways, program.paths, strict=False):
+        if len(to):
+            before = [] if path.joints is None else [path.joints[0]]
+            yield from ((None, np.degrees(joints), True) for joints in (*to.joints, *before))
+            yield from _rows_along(path, is_planned=True)
+            yield from ((None, joints, True) for joints in np.degrees(back.joints))
 
 
 def compare(trace: Trace, asked: Asked) -> Compared:

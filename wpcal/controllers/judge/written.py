@@ -98,7 +98,9 @@ def _judged(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which lines were not followed, and what else was not judged."""
     trace = run_written(files, program, name=name)
-    asked = asked_of(program) if isinstance(program, WeldProgram) else asked_of_touches(program)
+    controller = find_controller(name)
+    alone = controller is not None and controller.welds_alone
+    asked = asked_of(program, alone=alone) if isinstance(program, WeldProgram) else asked_of_touches(program)
     if not np.nanmax(np.abs(asked.p), initial=0.0) < FARTHEST_MM:
         raise InputError(f"{name}: a pose is more than {FARTHEST_MM:g} mm away; nothing is written")
     found, unjudged = compare(trace, asked), tuple[str, ...]()

@@ -17,4 +17,5 @@ AS = Controller(
     program_suffixes=(".as",),
     takes_arcs=True,
     takes_plans=True,
+    welds_alone=True,
 )

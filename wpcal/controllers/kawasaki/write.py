@@ -24,7 +24,7 @@ from wpcal.controllers.language.naming import NameRules, own_name, safe_name, sa
 from wpcal.controllers.language.rounding import rounded, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path, part_frame
-from wpcal.controllers.program.planned import PlannedMoves
+from wpcal.controllers.program.planned import ALONE, PlannedMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyz
@@ -137,6 +137,10 @@ class _As(WeldWriter):
             labels = path.labels(self.stems[path.seam.name], width=program.label_width)
             seams += [f".PROGRAM {PROGRAM}{self.stems[path.seam.name]}()", *self._seam(path, labels, last), ".END"]
             points += self._points(labels, path)
+        for row, path in enumerate(program.paths):
+            stem = self.stems[path.seam.name]
+            if lines := self.alone(row, [f"  CALL {PROGRAM}{stem}", "  BASE NULL"]):
+                seams += [f".PROGRAM {ALONE}{stem}()", *self.frames, *lines, ".END"]
         calls = self._calls([before for before, _ in between])
         head = [f".PROGRAM {self.main}()", *self.post.header(self._about())]
         lines = [*head, *calls, *self.post.footer(), ".END", *seams, ".TRANS", *points, ".END", *self._joints(), ""]

@@ -19,4 +19,5 @@ KRL = Controller(
     program_suffixes=(".src", ".dat"),
     takes_arcs=True,
     takes_plans=True,
+    welds_alone=True,
 )

@@ -25,6 +25,7 @@ from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, part_frame
+from wpcal.controllers.program.planned import ALONE
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -43,6 +44,7 @@ NAMES = NameRules("KRL", 24, KEYWORDS)
 MM_DECIMALS = 5  #: A controller keeps 32-bit numbers: 1e-4 mm at 2 m. One more digit loses nothing.
 DEG_DECIMALS = 6  #: 1e-6 deg moves a point at 2 m by 4e-5 mm.
 LONGEST_COMMENT = 76  #: Keeps lines on the pendant's screen.
+SEAM = "WELD_"  #: The name of the routine of a seam of a plan is this and its name.
 AXES = "WPJ"  #: The name of axes that a plan goes to is this and their number.
 JOINT_PERCENT = 10  #: The speed of PTP moves. Slow, because the arm can come from anywhere.
 CIRCLE = ("$ORI_TYPE=#VAR", "$CIRC_TYPE=#BASE")
@@ -103,7 +105,7 @@ def _external(axes: Sequence[str]) -> str:
 
 class _Krl(WeldWriter):
     format, names, longest_comment, zone_mm = "krl", NAMES, LONGEST_COMMENT, BLEND_MM
-    starts_in_air = calls_seams = False
+    starts_in_air = False
 
     def __init__(self, program: WeldProgram) -> None:
         super().__init__(program)
@@ -132,11 +134,28 @@ class _Krl(WeldWriter):
         data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, part, *points, "ENDDAT", ""]
         source, between = [*ATTRIBUTES, f"DEF {name}()", *header, *self._start()], self.between()
         for (way, _), path in zip(between, program.paths, strict=False):
-            source += [*way, *self._seam(path)]
+            source += [*way, *(self._seam(path) if self.planned is None else [self._call(path)])]
         source += between[-1][0]
         if program.safe_point is not None:
             source += ["; back to the safe point", *self.air_moves(["WP_SAFE"]), "PTP $H_POS"]
-        return {f"{name}.src": "\r\n".join([*source, *self.post.footer(), ""]), f"{name}.dat": "\r\n".join(data)}
+        alone = [line for row in range(len(between) - 1) for line in self._alone(row, between[row][1])]
+        return {
+            f"{name}.src": "\r\n".join([*source, *self.post.footer(), *alone, ""]),
+            f"{name}.dat": "\r\n".join(data),
+        }
+
+    def _call(self, path: WeldPath) -> str:
+        return f"{SEAM}{self.stems[path.seam.name]}()"
+
+    def _alone(self, row: int, last: Sequence[str]) -> list[str]:
+        """Return the routine of a seam of a plan, and the one that welds it from home."""
+        if self.planned is None:
+            return []
+        path = self.program.paths[row]
+        seam = ["", f"DEF {self._call(path)}", *last, *self._seam(path), "END"]
+        lines = self.alone(row, [self._call(path)])
+        name = f"{ALONE.upper()}{self.stems[path.seam.name]}"
+        return [*seam, *(["", f"GLOBAL DEF {name}()", *self._start(), *lines, "END"] if lines else [])]
 
     def _points(self) -> list[str]:
         """Declare the axes that a plan goes to between seams, and the points."""

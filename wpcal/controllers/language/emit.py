@@ -84,12 +84,24 @@ class WeldWriter:
         if self.planned is None:
             return [([], [])] * (len(self.program.paths) + 1)
         found = []
-        for row, (_, numbers) in enumerate(self.planned.numbered()):
+        for row, (_, (_, numbers)) in enumerate(zip(self.planned.air, self.planned.numbered(), strict=False)):
             moves = [self.joint_move(number) for number in numbers]
             cut = -1 if self.calls_seams and row < len(self.program.paths) else len(moves)
             before, last = ([line for move in part for line in move] for part in (moves[:cut], moves[cut:]))
             found.append((before, last))
         return found
+
+    def alone(self, row: int, seam: Sequence[str]) -> list[str]:
+        """Return the lines of a routine that welds the seam of this row from home and goes home; none without ways.
+
+        `seam`: The lines that call the routine of the seam, which goes to its approach.
+        """
+        planned = self.planned
+        if planned is None or not planned.ways or not len(planned.ways[row][0]):
+            return []
+        first = len(planned.air) + 2 * row
+        to, back = ([self.joint_move(one) for one in numbers] for _, numbers in list(planned.numbered())[first:][:2])
+        return [*(line for move in to for line in move), *seam, *(line for move in back for line in move)]
 
     def air_moves(self, points: Sequence[str]) -> list[str]:
         """Return linear moves off the seams."""

@@ -20,7 +20,7 @@ from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
 from wpcal.controllers.program import ControllerSettings, SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
-from wpcal.controllers.program.planned import JointMoves, PlannedMoves
+from wpcal.controllers.program.planned import ALONE, JointMoves
 from wpcal.core.arrays import BoolArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -147,12 +147,19 @@ class JobWriter(WeldWriter):
         self.main = safe_name(program.controller.program_name, language.names).upper()
         keywords = f"{language.names.keywords} {self.main.lower()}"
         rules = NameRules(language.names.language, language.names.longest, keywords)
-        names = safe_names([path.seam.name for path in program.paths], rules)
+        room = 0 if self.planned is None else len(ALONE)
+        names = safe_names([path.seam.name for path in program.paths], rules, room=room)
         self.jobs = {name: job.upper() for name, job in names.items()}
         self.T_base_frame = language.frame_as_written(program.T_base_part)
 
-    def main_job(self, header: list[str], calls: Sequence[str]) -> str:
-        """Return the contents of the job that calls the jobs of the seams; `calls` are their names."""
+    def main_job(
+        self, name: str, header: list[str], calls: Sequence[str], air: Sequence[JointMoves] | None = None
+    ) -> str:
+        """Return the contents of a job that calls the jobs of seams.
+
+        `calls`: Their names.
+        `air`: The moves of a plan before each of them and after the last.
+        """
         raise NotImplementedError
 
     def seam_job(self, name: str, path: WeldPath) -> str:
@@ -162,10 +169,21 @@ class JobWriter(WeldWriter):
     def files(self) -> dict[str, str]:
         """Return names and contents."""
         suffix, jobs = self.language.suffix, self.jobs
-        files = {f"{self.main}{suffix}": self.main_job(self.post.header(self._about()), list(jobs.values()))}
-        return files | {
-            f"{jobs[path.seam.name]}{suffix}": self.seam_job(jobs[path.seam.name], path) for path in self.program.paths
-        }
+        air: list[JointMoves] | None = None
+        ways = () if self.planned is None else self.planned.ways
+        if self.planned is not None:  # the last move before a seam is in the job of the seam
+            *before, last = self.planned.air
+            air = [*(moves.rows(0, -1) for moves in before), last]
+        main = self.main_job(self.main, self.post.header(self._about()), list(jobs.values()), air)
+        files = {f"{self.main}{suffix}": main}
+        for path in self.program.paths:
+            files[f"{jobs[path.seam.name]}{suffix}"] = self.seam_job(jobs[path.seam.name], path)
+        for path, way in zip(self.program.paths, ways, strict=False):
+            name = f"{ALONE.upper()}{jobs[path.seam.name]}"
+            if len(way[0]):
+                about = self.remarks([f"{path.seam.name} alone: from home, and home"])
+                files[f"{name}{suffix}"] = self.main_job(name, self.post.header(about), [jobs[path.seam.name]], way)
+        return files
 
     def _about(self) -> list[str]:
         program, language, jobs = self.program, self.language, self.jobs
@@ -195,19 +213,15 @@ class JobWriter(WeldWriter):
             return [f"points are in {language.frame_word} {number}: the base", "of the robot, mm", rotation]
         return frame_in_words(language, number, self.T_base_frame)
 
-    def planned_calls(self, planned: PlannedMoves, calls: Sequence[str]) -> tuple[list[str], JointMoves]:
-        """Return the joint moves of a plan with the calls of the seams between them, and where these moves lead.
-
-        The last move before a seam is in the job of the seam.
-        """
-        lines, ways, count = list[str](), list[JointMoves](), 0
-        for row, moves in enumerate(planned.air):
-            ways.append(moves if row == len(calls) else moves.rows(0, -1))
-            for _ in range(len(ways[-1])):
+    def planned_calls(self, air: Sequence[JointMoves], calls: Sequence[str]) -> tuple[list[str], JointMoves]:
+        """Return the joint moves of a plan with the calls of the seams between them, and where these moves lead."""
+        lines, count = list[str](), 0
+        for row, moves in enumerate(air):
+            for _ in range(len(moves)):
                 count += 1
                 lines += self.joint_move(count)
             lines += calls[row : row + 1]
-        joints, external = (np.concatenate([getattr(way, name) for way in ways]) for name in ("joints", "external"))
+        joints, external = (np.concatenate([getattr(way, name) for way in air]) for name in ("joints", "external"))
         return lines, JointMoves(joints, external)
 
 

@@ -15,6 +15,8 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 
+ALONE = "only_"  #: The name of a routine that welds one seam, from home and home again, is this and its name.
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMoves:
@@ -43,6 +45,9 @@ class PlannedMoves:
     T_flange_tool: RigidTransform  #: z is the wire.
     joint_percent: float  #: Of the largest joint speeds, in joint moves.
     about: tuple[str, ...]  #: For a person to read in the header.
+    #: For each path the moves from home on, without the last one to its approach, and those from its retract home; both
+    #: without moves if not known.
+    ways: tuple[tuple[JointMoves, JointMoves], ...] = ()
     follows: bool = False  #: Whether the positioner turns along a seam.
     #: Whether positions are then in the part that it carries: what a program calls the base is the flange of the
     #: positioner. Otherwise they are in the base of the robot, and the moves along such a seam are lines.
@@ -53,10 +58,15 @@ class PlannedMoves:
         """Number of external axes."""
         return len(self.turning) + (self.rail is not None)
 
+    @property
+    def legs(self) -> tuple[JointMoves, ...]:
+        """All joint moves: `air`, then `ways`."""
+        return (*self.air, *(moves for way in self.ways for moves in way))
+
     def numbered(self) -> Iterator[tuple[JointMoves, tuple[int, ...]]]:
-        """Yield the moves before each path and after the last, with the numbers of their targets, from 1 on."""
+        """Yield `legs` with the numbers of their targets, from 1 on."""
         last = 0
-        for moves in self.air:
+        for moves in self.legs:
             yield moves, tuple(range(last + 1, last + len(moves) + 1))
             last += len(moves)
 

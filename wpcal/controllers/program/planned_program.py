@@ -15,7 +15,7 @@ import numpy as np
 from wpcal.controllers.program import ControllerSettings, MotionSettings, WeldPath, WeldProgram
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.describe import UNCHECKED
-from wpcal.controllers.program.planned import JointMoves, PlannedMoves
+from wpcal.controllers.program.planned import ALONE, JointMoves, PlannedMoves
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -24,7 +24,7 @@ from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
-from wpcal.planning.sequence.weld_sequence import AIR_SHARE
+from wpcal.planning.sequence.weld_sequence import AIR_SHARE, Way
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
@@ -66,9 +66,11 @@ def build_planned_program(
     frame = _Frame(cell, follows=follows, is_carried=output.is_carried)
     paths = tuple(_path(plan, piece, seams[piece.task.name], output, frame) for piece in plan.pieces)
     air = tuple(JointMoves(*_split(q if row == 0 else q[1:])) for row, q in enumerate(plan.air))
+    ways = tuple(_way(way) for way in plan.ways)
     rail = None if cell.rail_axis is None else cell.axis_names[cell.rail_axis]
     about = _about(plan, rail)
-    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, 100.0 * AIR_SHARE, about, follows, output.is_carried)
+    share = 100.0 * AIR_SHARE
+    planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, share, about, ways, follows, output.is_carried)
     motion = MotionSettings(plan.approach_mm, plan.approach_mm, plan.speed_mm_s, plan.air_speed_mm_s)
     checked = [f"checked against collision: all moves between home and home: {plan.checked}"]
     checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
@@ -96,10 +98,25 @@ def _about(plan: KeptPlan, rail: str | None) -> tuple[str, ...]:
         f"tool centre point in the flange: {place} mm; the wire is along z of the tool, {axis} in the flange",
     ]
     lines += [f"NOT WELDED: {seam} from {start:.0f} to {end:.0f} mm" for seam, start, end in plan.not_welded]
-    lines.append("run the whole program: the way to a seam that is run alone is not checked")
+    closed = [piece.name for piece, way in zip(plan.pieces, plan.ways, strict=False) if not _is_known(way)]
+    lines.append(f"to weld one seam again, run its routine {ALONE}NAME: from home, and home, on checked ways")
+    lines += [f"no free way from and to home was found: {', '.join(closed)}"] if closed else []
+    lines.append("if this program has no such routines, or not for a seam, run the whole program")
     if rail is not None:
         lines.append("positions count from where the base is at 0 mm of the rail, set up as a coordinated axis")
     return tuple(lines)
+
+
+def _is_known(way: Way) -> bool:
+    return bool(len(way.from_home) and len(way.to_home))
+
+
+def _way(way: Way) -> tuple[JointMoves, JointMoves]:
+    """Return the moves from home on, but the last, and those home from where a seam ends."""
+    from_home, to_home = (
+        (way.from_home[:-1], way.to_home[1:]) if _is_known(way) else (way.from_home[:0], way.to_home[:0])
+    )
+    return JointMoves(*_split(from_home)), JointMoves(*_split(to_home))
 
 
 def _split(q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -19,4 +19,5 @@ INFORM = Controller(
     program_suffixes=(".jbi",),
     takes_arcs=True,
     takes_plans=True,
+    welds_alone=True,
 )

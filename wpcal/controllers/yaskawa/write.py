@@ -158,16 +158,18 @@ class _Inform(JobWriter):
     def user(self) -> int:
         return self.program.controller.frame_number
 
-    def main_job(self, header: list[str], calls: Sequence[str]) -> str:
+    def main_job(
+        self, name: str, header: list[str], calls: Sequence[str], air: Sequence[JointMoves] | None = None
+    ) -> str:
         lines, footer, safe = [f"CALL JOB:{called}" for called in calls], self.post.footer(), self.program.safe_point
-        if self.planned is not None:
-            lines, moves = self.planned_calls(self.planned, lines)
-            return self._planned_job(self.main, moves, [*header, *lines, *footer])
+        if air is not None:
+            lines, moves = self.planned_calls(air, lines)
+            return self._planned_job(name, moves, [*header, *lines, *footer])
         if safe is None:
-            return inform_job(self.main, [], [*header, *lines, *footer])
+            return inform_job(name, [], [*header, *lines, *footer])
         first = self.post.air_move("C00000", speed=FIRST, joint=True)
         instructions = [*header, *first, *lines, *self.air_moves(["C00000"]), *footer]
-        return inform_job(self.main, self._positions(safe), instructions, user=self.user)
+        return inform_job(name, self._positions(safe), instructions, user=self.user)
 
     def seam_job(self, name: str, path: WeldPath) -> str:
         arc = Around(partial(inform_arc_on, path), partial(inform_arc_off, path))
