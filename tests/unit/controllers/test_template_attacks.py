@@ -198,7 +198,7 @@ def export(finished_folder, tmp_path):
 
     def make(language, block, text):
         own = tmp_path / "shop" / language
-        own.mkdir(parents=True)
+        own.mkdir(parents=True, exist_ok=True)
         (own / f"{block}.txt").write_text(text, encoding="utf-8")
         ended = run_here("export", folder, "-f", language, *OPTIONS, "-o", tmp_path, "--template", own.parent)
         folder_of_programs = tmp_path / language
@@ -237,11 +237,26 @@ def test_a_line_that_a_template_adds_is_named(export, language, attack):
     require_refused_or_named(*found, attack)
 
 
-@pytest.mark.parametrize("block", ["weld_start", "weld_end"])
+@pytest.mark.parametrize("block", ["weld_start", "weld_end", "before_run", "after_weld"])
 @pytest.mark.parametrize("language", MOTIONS)
 def test_a_motion_in_every_block_is_named(export, language, block):
     found = export(language, block, shipped_templates(language)[f"{block}.txt"] + MOTIONS[language] + "\n")
     require_refused_or_named(*found, MOTIONS[language])
+
+
+@pytest.mark.parametrize("language", MOTIONS)
+def test_a_shop_has_its_own_lines_around_a_run_and_around_a_weld(export, language, tmp_path):
+    hooks = ("before_run", "before_weld", "after_weld", "after_run")
+    assert all(shipped_templates(language)[f"{hook}.txt"].startswith("{#") for hook in hooks)  # ours are empty
+    own = tmp_path / "shop" / language
+    own.mkdir(parents=True)
+    for hook in hooks[1:]:
+        (own / f"{hook}.txt").write_text(f"{COMMENTS[language]} here: {hook}\n", encoding="utf-8")
+    ended, answer, written = export(language, hooks[0], f"{COMMENTS[language]} here: {hooks[0]}\n")
+    assert (ended.returncode, bool(answer["checked"])) == (0, True), answer["not_checked"]
+    text = "".join(written.values())
+    assert [text.count(f"here: {hook}") for hook in hooks] == [1, 1, 1, 1]
+    assert text.index(f"here: {hooks[1]}") < text.index(f"here: {hooks[2]}")
 
 
 @pytest.mark.parametrize("language", MOTIONS)

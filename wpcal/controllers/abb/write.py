@@ -144,7 +144,14 @@ class _Rapid(WeldWriter):
             first = self.post.air_move(SAFE_POINT, speed=JOINT_SPEED, joint=True)
             calls = [*off, *first, *calls, *off, *self.air_moves([SAFE_POINT]), *on]
         alone = [line for row, path in enumerate(program.paths) for line in self._alone(row, path)]
-        main = [f"  PROC {safe_name(f'run_{module}', NAMES)}()", *calls, "  ENDPROC", *alone, *self.post.footer(), ""]
+        main = [
+            f"  PROC {safe_name(f'run_{module}', NAMES)}()",
+            *self.run(calls),
+            "  ENDPROC",
+            *alone,
+            *self.post.footer(),
+            "",
+        ]
         return {f"{module}.mod": "\r\n".join([*head, *procedures, *main])}
 
     def _alone(self, row: int, path: WeldPath) -> list[str]:
@@ -152,7 +159,7 @@ class _Rapid(WeldWriter):
         stem = self.stems[path.seam.name]
         lines = self.alone(row, [f"    {PROCEDURE}{stem};"])
         unit = [f"    ActUnit {UNIT};"] if self.follows else []
-        return ["", f"  PROC {ALONE}{stem}()", *unit, *lines, "  ENDPROC"] if lines else []
+        return ["", f"  PROC {ALONE}{stem}()", *self.run([*unit, *lines]), "  ENDPROC"] if lines else []
 
     def _about(self) -> list[str]:
         program = self.program

@@ -99,6 +99,7 @@ class _Pdl2(WeldWriter):
         if self.program.safe_point is not None:
             first = self.post.air_move(SAFE_POINT, speed=self.first, joint=True)
             calls = [*first, *calls, *self.air_moves([SAFE_POINT])]
+        calls = self.run(calls)
         lines = [
             f"PROGRAM {self.main} HOLD",
             *self.post.header(self._about()),

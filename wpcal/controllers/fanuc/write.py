@@ -182,7 +182,7 @@ class _Tp(JobWriter):
             first = self.post.air_move("P[1]", speed=self.first, joint=True)
             lines = [*self.frame, *first, *lines, *self.frame, *self.air_moves(["P[1]"])]
             positions = numbered(self._bodies(safe))
-        return tp_file(name, [*header, *lines, *self.post.footer()], positions, groups=self.groups)
+        return tp_file(name, [*header, *self.run(lines), *self.post.footer()], positions, groups=self.groups)
 
     def seam_job(self, name: str, path: WeldPath) -> str:
         bodies = self._bodies(path)

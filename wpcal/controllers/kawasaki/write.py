@@ -140,10 +140,21 @@ class _As(WeldWriter):
         for row, path in enumerate(program.paths):
             stem = self.stems[path.seam.name]
             if lines := self.alone(row, [f"  CALL {PROGRAM}{stem}", "  BASE NULL"]):
-                seams += [f".PROGRAM {ALONE}{stem}()", *self.frames, *lines, ".END"]
+                seams += [f".PROGRAM {ALONE}{stem}()", *self.run([*self.frames, *lines]), ".END"]
         calls = self._calls([before for before, _ in between])
         head = [f".PROGRAM {self.main}()", *self.post.header(self._about())]
-        lines = [*head, *calls, *self.post.footer(), ".END", *seams, ".TRANS", *points, ".END", *self._joints(), ""]
+        lines = [
+            *head,
+            *self.run(calls),
+            *self.post.footer(),
+            ".END",
+            *seams,
+            ".TRANS",
+            *points,
+            ".END",
+            *self._joints(),
+            "",
+        ]
         return {f"{self.main}.as": "\r\n".join(lines)}
 
     def _calls(self, between: Sequence[Sequence[str]]) -> list[str]:

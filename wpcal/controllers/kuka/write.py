@@ -140,7 +140,7 @@ class _Krl(WeldWriter):
             source += ["; back to the safe point", *self.air_moves(["WP_SAFE"]), "PTP $H_POS"]
         alone = [line for row in range(len(between) - 1) for line in self._alone(row, between[row][1])]
         return {
-            f"{name}.src": "\r\n".join([*source, *self.post.footer(), *alone, ""]),
+            f"{name}.src": "\r\n".join([*source, *self.post.hook("after_run"), *self.post.footer(), *alone, ""]),
             f"{name}.dat": "\r\n".join(data),
         }
 
@@ -155,7 +155,14 @@ class _Krl(WeldWriter):
         seam = ["", f"DEF {self._call(path)}", *last, *self._seam(path), "END"]
         lines = self.alone(row, [self._call(path)])
         name = f"{ALONE.upper()}{self.stems[path.seam.name]}"
-        return [*seam, *(["", f"GLOBAL DEF {name}()", *self._start(), *lines, "END"] if lines else [])]
+        return [
+            *seam,
+            *(
+                ["", f"GLOBAL DEF {name}()", *self._start(), *lines, *self.post.hook("after_run"), "END"]
+                if lines
+                else []
+            ),
+        ]
 
     def _points(self) -> list[str]:
         """Declare the axes that a plan goes to between seams, and the points."""
@@ -226,6 +233,7 @@ class _Krl(WeldWriter):
             f"$TOOL=TOOL_DATA[{controller.tool_number}]",
             *(() if turns else (f"BASE_DATA[{controller.frame_number}]=WP_PART",)),
             f"$BASE={'EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)' if self.follows else 'WP_PART'}",
+            *self.post.hook("before_run"),
             "$IPO_MODE=#BASE",
             f"$APO.CDIS={BLEND_MM:g}",
             *(CIRCLE if any(path.has_arcs for path in self.program.paths) else ()),

@@ -120,6 +120,7 @@ class WeldWriter:
         along = points[path.weld_rows]
         point = {} if self.starts_in_air else {"point": along[0]}
         return [
+            *self.post.hook("before_weld", path),
             *self.way_to(path, points),
             *around.before,
             *self.post.weld_start(path, around.on, **point, **around.start),
@@ -127,7 +128,12 @@ class WeldWriter:
             *self.post.weld_end(path, around.off, **around.end),
             *around.after,
             *self.air_moves(points[path.weld_rows.stop :]),
+            *self.post.hook("after_weld", path),
         ]
+
+    def run(self, lines: Sequence[str]) -> list[str]:
+        """Return the lines of a run with what a shop does around it."""
+        return [*self.post.hook("before_run"), *lines, *self.post.hook("after_run")]
 
     def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
         """Return the moves along a seam, whose points are `along`."""

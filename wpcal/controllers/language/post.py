@@ -31,6 +31,13 @@ if TYPE_CHECKING:
 BLOCKS = ("header", "weld_start", "weld_end", "air_move", "joint_move", "footer")
 """The templates of a language, each a file ``BLOCK.txt``."""
 TOUCH_BLOCKS = ("touch_on", "touch_off")  #: Those of languages with touch programs.
+HOOKS = {
+    "before_run": "{# Before the first move: check the gas, home the tool. #}\n",
+    "after_run": "{# After the last move. #}\n",
+    "before_weld": "{# Before the way to each seam: clean the torch, cut the wire. Names: seam, weld, speed_mm_s. #}\n",
+    "after_weld": "{# After the way from each seam. Names: seam, weld, speed_mm_s. #}\n",
+}
+"""The templates of all languages for what shops do around a run and around a weld; ours are empty."""
 ENDING = ".txt"
 
 
@@ -49,10 +56,10 @@ def template_languages() -> tuple[str, ...]:
 def blocks_of(language: str) -> tuple[str, ...]:
     """Return the templates that a format has; none for a format without templates."""
     package = _package(language)
-    known = (*BLOCKS, *TOUCH_BLOCKS)
-    return (
-        () if package is None else tuple(one for one in known if (package / "templates" / f"{one}{ENDING}").is_file())
-    )
+    if package is None:
+        return ()
+    known = tuple(one for one in (*BLOCKS, *TOUCH_BLOCKS) if (package / "templates" / f"{one}{ENDING}").is_file())
+    return (*known, *HOOKS) if known else ()
 
 
 def shipped_templates(language: str) -> dict[str, str]:
@@ -64,7 +71,8 @@ def shipped_templates(language: str) -> dict[str, str]:
     if package is None or not blocks:
         raise InputError(f"{language} has no templates; formats with templates: {', '.join(template_languages())}")
     folder = package / "templates"
-    return {f"{block}{ENDING}": (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in blocks}
+    own = {block: HOOKS.get(block) or (folder / f"{block}{ENDING}").read_text(encoding="utf-8") for block in blocks}
+    return {f"{block}{ENDING}": text for block, text in own.items()}
 
 
 class Programmed(Protocol):
@@ -129,6 +137,11 @@ class Post(Blocks):
     """
 
     program: WeldProgram
+
+    def hook(self, name: str, path: WeldPath | None = None) -> list[str]:
+        """Return what a shop does before or after a run, or the weld of a path."""
+        about = {} if path is None else self._of_seam(path, list, 0)
+        return self.lines(name, **{key: about[key] for key in ("seam", "weld", "speed_mm_s") if about})
 
     def weld_start(self, path: WeldPath, instructions: Callable[[], Sequence[str]], **names: Any) -> list[str]:
         """Return what is before the moves along a seam."""

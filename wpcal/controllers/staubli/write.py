@@ -152,6 +152,7 @@ class _Val3(WeldWriter):
     def _start(self) -> list[str]:
         program, safe, between = self.program, self.program.safe_point is not None, self.between()
         lines, stand = self.post.header(self._about()), [] if self.planned is None else [STAND]
+        lines += self.post.hook("before_run")
         lines += [*self.post.air_move(SAFE_POINT, speed="mJoint", joint=True), STAND] if safe else []
         for (way, _), path in zip(between, program.paths, strict=False):
             skipped, name = self._skipped(path), self.stems[path.seam.name]
@@ -159,7 +160,7 @@ class _Val3(WeldWriter):
             around = SWITCH.around(path, program.arc, [STAND])
             lines += [*way, *stand, *self.seam(path, points, around), STAND]
         lines += [*between[-1][0], *stand, *([*self.air_moves([SAFE_POINT]), STAND] if safe else [])]
-        return [*lines, *self.post.footer()]
+        return [*lines, *self.post.hook("after_run"), *self.post.footer()]
 
     def _about(self) -> list[str]:
         program, planned, arc = self.program, self.planned, self.program.arc

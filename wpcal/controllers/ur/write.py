@@ -96,7 +96,12 @@ class _Script(WeldWriter):
             self.joints = np.concatenate([moves.joints for moves in self.planned.air])
         name, between = safe_name(program.controller.program_name, NAMES), self.between()
         frame = poses_of(self.T_base_frame.t_mm[None], self.T_base_frame.R[None])[0]
-        lines = [f"def {name}():", *self.post.header(self._about()), f"  wp_part = {frame}"]
+        lines = [
+            f"def {name}():",
+            *self.post.header(self._about()),
+            f"  wp_part = {frame}",
+            *self.post.hook("before_run"),
+        ]
         safe = [] if program.safe_point is None else poses_in_part(*program.safe_point.poses_in(self.T_base_frame))
         for point in safe:
             lines += self.post.air_move(point, speed=JOINT_LIMITS, joint=True)
@@ -104,7 +109,11 @@ class _Script(WeldWriter):
             points = poses_in_part(*path.poses_in(self.T_base_frame))
             head = self.comments([f"{path.seam.name}: {describe_path(path)}"], mark="  # ")
             lines += [*way, *head, *self.seam(path, points, SWITCH.around(path, program.arc))]
-        return {f"{name}.script": "\n".join([*lines, *between[-1][0], *self.air_moves(safe), *self.post.footer(), ""])}
+        return {
+            f"{name}.script": "\n".join(
+                [*lines, *between[-1][0], *self.air_moves(safe), *self.post.hook("after_run"), *self.post.footer(), ""]
+            )
+        }
 
     def _about(self) -> list[str]:
         program, arc = self.program, self.program.arc

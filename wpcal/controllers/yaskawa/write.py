@@ -164,11 +164,11 @@ class _Inform(JobWriter):
         lines, footer, safe = [f"CALL JOB:{called}" for called in calls], self.post.footer(), self.program.safe_point
         if air is not None:
             lines, moves = self.planned_calls(air, lines)
-            return self._planned_job(name, moves, [*header, *lines, *footer])
+            return self._planned_job(name, moves, [*header, *self.run(lines), *footer])
         if safe is None:
-            return inform_job(name, [], [*header, *lines, *footer])
+            return inform_job(name, [], [*header, *self.run(lines), *footer])
         first = self.post.air_move("C00000", speed=FIRST, joint=True)
-        instructions = [*header, *first, *lines, *self.air_moves(["C00000"]), *footer]
+        instructions = [*header, *self.run([*first, *lines, *self.air_moves(["C00000"])]), *footer]
         return inform_job(name, self._positions(safe), instructions, user=self.user)
 
     def seam_job(self, name: str, path: WeldPath) -> str:
