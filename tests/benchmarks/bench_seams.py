@@ -122,7 +122,7 @@ def _run(path: Path, chosen: argparse.Namespace) -> Run:
         return Run(path.stem, None, 0.0, f"{step} is another file than the one of the list")
     start, fault = time.process_time(), ""
     if chosen.fused and step is not None:
-        step = _fused(step, record)
+        step = fused_part(step, record)
         if step is None:
             return Run(path.stem, None, 0.0, "no bodies to fuse")
     try:
@@ -132,7 +132,7 @@ def _run(path: Path, chosen: argparse.Namespace) -> Run:
     return Run(path.stem, score(path.stem, welds_of(record), seams), time.process_time() - start, fault)
 
 
-def _fused(step: Path, record: dict[str, Any]) -> Path | None:
+def fused_part(step: Path, record: dict[str, Any]) -> Path | None:
     """Return the part with welded bodies fused, in a temporary file; None if there is nothing to fuse."""
     path = Path(tempfile.mkdtemp()) / step.with_suffix(".step").name
     return path if write_fused(step, welds_of(record), path) > 0 else None

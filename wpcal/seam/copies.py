@@ -10,7 +10,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.repeats import Copy
-from wpcal.core.arrays import IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.seam import NamedSolids, Seam, SeamPieces
 
 
@@ -21,7 +21,8 @@ class CopiedSeams:
     seams: tuple[Seam, ...]  #: length n. Those that were searched come first, then their copies.
     first: IntArray  #: shape (n,). The seam that each one was copied from; its own number if it was searched.
     movers: tuple[Mover, ...] = ()  #: The copies of the part.
-    mover: IntArray | None = None  #: shape (n,). The copy to which a seam belongs; -1 if it was searched.
+    mover: IntArray | None = None  #: shape (n,). The copy to which a seam belongs; -1 if it is judged by itself.
+    alike: IntArray | None = None  #: shape (S,). The solid that each one is a copy of, or itself.
 
     @classmethod
     def none(cls, seams: Sequence[Seam]) -> CopiedSeams:
@@ -29,9 +30,19 @@ class CopiedSeams:
         return cls(tuple(seams), np.arange(len(seams)))
 
     @classmethod
-    def of(cls, graph: BrepGraph, seams: Sequence[Seam], copies: Sequence[Copy]) -> CopiedSeams:
-        """Copy seams."""
-        movers = tuple(Mover.of(graph, copy) for copy in copies)
+    def of(
+        cls, graph: BrepGraph, seams: Sequence[Seam], copies: Sequence[Copy], same: Sequence[int] | None = None
+    ) -> CopiedSeams:
+        """Copy seams.
+
+        `same`: For each copy, the one that is judged for it (`brep.repeats.same_neighbourhoods`); -1, the default, for
+        the first group.
+        """
+        alike = np.arange(len(graph.solid_names))
+        for copy in copies:
+            alike[copy.group.solids] = copy.first.solids
+        places = Places(graph.solid_names, alike, _middles(graph))
+        movers = tuple(Mover.of(places, copy) for copy in copies)
         face = np.array([max(int(seam.pieces.wall[0]), int(seam.pieces.base[0])) for seam in seams], dtype=np.int64)
         solid = np.where(face < 0, -1, graph.face_solid[face]) if len(seams) else face
         rows = [np.flatnonzero(np.isin(solid, mover.copy.first.solids)) for mover in movers]
@@ -40,16 +51,20 @@ class CopiedSeams:
             for mover, own in zip(movers, rows, strict=True)
             for seam in mover.moved([seams[i] for i in own.tolist()])
         ]
-        own = np.arange(len(seams))
-        mover = np.repeat(np.arange(-1, len(movers)), [len(seams), *(len(of) for of in rows)])
-        return cls((*seams, *moved), np.concatenate([own, *rows]), movers, mover)
+        at = np.cumsum([len(seams), *(len(own) for own in rows)])
+        first, of_mover, judging = [np.arange(len(seams))], [np.full(len(seams), -1)], list(movers)
+        for number, own in enumerate(rows):
+            judged = -1 if same is None else same[number]
+            is_own = judged == number
+            first.append(own if judged < 0 else at[judged] + np.arange(len(own)))
+            of_mover.append(np.full(len(own), -1 if is_own else number))
+            if judged >= 0 and not is_own:
+                judging[number] = Mover.of(places, Copy(copies[judged].group, copies[number].group))
+        return cls((*seams, *moved), np.concatenate(first), tuple(judging), np.concatenate(of_mover), alike)
 
     def like(self, count: int) -> IntArray:
         """Return, for each of `count` solids, the solid that it is a copy of, or itself; shape (count,)."""
-        like = np.arange(count)
-        for mover in self.movers:
-            like[mover.copy.group.solids] = mover.copy.first.solids
-        return like
+        return np.arange(count) if self.alike is None else self.alike
 
     def moved(self, rows: IntArray, of_first: Mapping[int, Sequence[Seam]]) -> dict[int, list[Seam]]:
         """Return, by row, what was made of the first of each copied seam, moved to its copy.
@@ -66,6 +81,39 @@ class CopiedSeams:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Where the solids of a part are."""
+
+    names: tuple[str, ...]  #: length S.
+    alike: IntArray  #: shape (S,). The solid that each one is a copy of, or itself.
+    middle: FloatArray  #: shape (S, 3). Of its vertices, mm.
+
+
+class MovedNames(dict[str, str]):
+    """The name of each solid at a copy, by its name at the first group; that of a solid around it is looked up."""
+
+    def __init__(self, places: Places, copy: Copy) -> None:
+        pairs = zip(copy.first.solids.tolist(), copy.group.solids.tolist(), strict=True)
+        super().__init__((places.names[one], places.names[other]) for one, other in pairs)
+        self.places, self.shift_mm = places, copy.shift_mm
+
+    def __missing__(self, name: str) -> str:
+        own = self.places.names.index(name)
+        alike = np.flatnonzero(self.places.alike == self.places.alike[own])
+        off = self.places.middle[alike] - self.places.middle[own] - self.shift_mm
+        self[name] = self.places.names[alike[np.argmin(np.linalg.norm(off, axis=1))]]
+        return self[name]
+
+
+def _middles(graph: BrepGraph) -> FloatArray:
+    count, solid = len(graph.solid_names), graph.vertex_solid
+    own = solid >= 0
+    number = np.maximum(np.bincount(solid[own], minlength=count), 1)
+    sums = [np.bincount(solid[own], weights=graph.vertex_p[own, k], minlength=count) for k in range(3)]
+    return np.asarray(np.stack(sums, axis=1) / number[:, None])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Mover:
     """Moves seams of a group to its copy."""
 
@@ -73,10 +121,9 @@ class Mover:
     names: Mapping[str, str]  #: The name of each solid in the copy, by its name in the first group.
 
     @classmethod
-    def of(cls, graph: BrepGraph, copy: Copy) -> Mover:
+    def of(cls, places: Places, copy: Copy) -> Mover:
         """Prepare for moving to a copy."""
-        solids = zip(copy.first.solids.tolist(), copy.group.solids.tolist(), strict=True)
-        return cls(copy, {graph.solid_names[one]: graph.solid_names[other] for one, other in solids})
+        return cls(copy, MovedNames(places, copy))
 
     def moved(self, seams: Sequence[Seam]) -> list[Seam]:
         """Return the seams of the copy at the places of seams of the first group."""

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.repeats import Firsts, copy_added_edges, find_copies
+from wpcal.brep.repeats import Firsts, copy_added_edges, find_copies, same_neighbourhoods
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
@@ -33,6 +33,10 @@ Cross: TypeAlias = Callable[[BrepGraph, IntArray], tuple[BrepGraph, SeamPieces, 
 faces of the pieces have the numbers of the whole part."""
 Mark: TypeAlias = Callable[[BrepGraph], tuple[BrepGraph, MarkedEdges]]
 """Adds the edges that a person marked to a graph."""
+
+
+WIRE_ROOM_MM = 10.0
+"""Solids farther from a group than the wire is long, and this, are not met where its seams are found."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,9 +100,10 @@ def _once_per_group(
     Where the faces of a seam are opposed, its free side depends on the whole part; and a pair that cannot be crossed
     is told of by its own name.
     """
-    copies = find_copies(graph, trimmed, within_mm=felt_within_mm(options.reach.torch))
+    copies = find_copies(graph, trimmed, within_mm=options.reach.torch.wires_mm[-1] + WIRE_ROOM_MM)
     if not copies:
         return None
+    same = same_neighbourhoods(graph, trimmed, copies, within_mm=felt_within_mm(options.reach.torch))
     firsts = Firsts.of(graph, copies)
 
     def cross_firsts(part: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
@@ -116,7 +121,7 @@ def _once_per_group(
     new = np.flatnonzero(pieces.edge >= known)
     solid[pieces.edge[new] - known] = added.graph.face_solid[pieces.wall[new]]
     wide, edges, copies = copy_added_edges(graph, firsts, added.graph, solid, copies)
-    return wide, CopiedSeams.of(wide, [renumbered(seam, firsts.faces, edges) for seam in found], copies)
+    return wide, CopiedSeams.of(wide, [renumbered(seam, firsts.faces, edges) for seam in found], copies, same)
 
 
 def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: Cross) -> _Added:

@@ -448,7 +448,7 @@ def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> Bool
 def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
     """Tell whether a solid is small beside a part of which several larger bodies are one member each."""
     low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    size = np.linalg.norm(high - low, axis=1)
+    size = np.where((high >= low).all(axis=1), np.linalg.norm(high - low, axis=1), 0.0)
     if size[solid] >= DETAIL * graph.size_mm:
         return False
     larger = [other for other in np.argsort(-size, kind="stable").tolist() if size[other] > size[solid]]
