@@ -74,9 +74,12 @@ class Job:
             raise InputError(self.fault)
 
 
-def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...]:
+def read_jobs(
+    path: Path, options: Mapping[str, OptionColumn], usual: Mapping[str, str] | None = None
+) -> tuple[Job, ...]:
     """Read the list of jobs.
 
+    `usual`: Cells of options for rows that have none, by flag: what the shop says.
     `options`: What columns besides job, part, taught and when may be called: the long flags without the dashes in
     front, with underscores (``sigma_mm``).
     Raises `InputError` when the file cannot be opened.
@@ -98,7 +101,7 @@ def read_jobs(path: Path, options: Mapping[str, OptionColumn]) -> tuple[Job, ...
         )
         fault = _fault_of(name, part, taught, first)
         first.setdefault(_folded(name), line)
-        given = tuple((flag, cell) for flag, cell in cells if cell)
+        given = tuple({**(usual or {}), **{flag: cell for flag, cell in cells if cell}}.items())
         jobs.append(Job(row, line, name or f"(line {line})", part, taught, whens[row], given, fault))
     return tuple(jobs)
 

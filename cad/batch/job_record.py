@@ -34,6 +34,7 @@ class JobInputs:
     words: tuple[str, ...] = ()  #: The options as they are typed.
     #: The files that options name, and the files that those name, and their SHA-256.
     files: tuple[tuple[str, str], ...] = ()
+    origins: tuple[tuple[str, str], ...] = ()  #: Options that the shop says, and where.
 
     def to_record(self) -> dict[str, Any]:
         """Return the field ``inputs`` of ``job.json``."""
@@ -42,6 +43,7 @@ class JobInputs:
             "taught": _file_record(self.taught),
             "options": list(self.words),
             "files": [_file_record(each) for each in self.files],
+            **({"origins": dict(self.origins)} if self.origins else {}),
         }
 
     def called(self, origins: Mapping[str, str]) -> JobInputs:
@@ -51,6 +53,7 @@ class JobInputs:
             (original(self.taught[0], origins), self.taught[1]),
             tuple(original(word, origins) for word in self.words),
             tuple((str(Path(original(name, origins))), sha256) for name, sha256 in self.files),
+            self.origins,
         )
 
     @classmethod
@@ -61,6 +64,7 @@ class JobInputs:
             _file_of(record["taught"]),
             tuple(record["options"]),
             tuple(map(_file_of, record["files"])),
+            tuple(record.get("origins", {}).items()),
         )
 
 

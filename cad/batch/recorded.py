@@ -21,6 +21,7 @@ from cad.workpiece.calibrate import WorkpieceCalibration, WrittenCalibration, ca
 from cad.workpiece.means import USUAL_MEANS, Means
 from cad.workpiece.workpiece import Workpiece
 from wpcal.cli.calibration_tables import exit_code
+from wpcal.cli.command_group import origins_of
 from wpcal.core.input_file import noted_files, sha256_of
 from wpcal.core.progress import Progress, no_progress
 from wpcal.results.agree import JOB_FILE, SEAMS_FILE
@@ -31,7 +32,8 @@ def asked_inputs(
 ) -> JobInputs:
     """Return what a command depends on; the hash of the part is added when the part is read."""
     sha256 = sha256_at(str(taught), Path()) if taught.is_dir() else taught_sha256
-    return JobInputs((str(part), ""), (str(taught), sha256), given_words(context), files_read(noted, str(taught)))
+    said = tuple(origins_of(context).items())
+    return JobInputs((str(part), ""), (str(taught), sha256), given_words(context), files_read(noted, str(taught)), said)
 
 
 def recording(words: Sequence[str], part: Path, taught: Path, taught_sha256: str, noted: Mapping[str, str]) -> Means:

@@ -96,7 +96,7 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchAsked, no_cache: bool) -> in
 
     if flags.dask is not None and flags.at_once is not None:
         raise InputError("-j is about this machine; with --dask every worker runs as many jobs as it has threads")
-    jobs = read_jobs(jobs_csv, option_columns())
+    jobs = read_jobs(jobs_csv, option_columns(), _said_by_shop(jobs_csv))
     if flags.dask is None:
         _require_forks()
     began = time.monotonic()
@@ -111,6 +111,22 @@ def batch(*, jobs_csv: Path, out: Path, flags: BatchAsked, no_cache: bool) -> in
         seconds = time.monotonic() - began
     _show(plan, summary, out, seconds, as_json=flags.as_json)
     return 0 if plan.bad == 0 else 1
+
+
+def _said_by_shop(jobs_csv: Path) -> dict[str, str]:
+    """Return the cells that the shop says for every job, by flag."""
+    from cad.batch.job_list import BETWEEN
+    from cad.batch.request import request_command
+    from wpcal.cli.shop_file import find_shop, said_of
+
+    said = said_of(request_command(), "calibrate", find_shop([str(jobs_csv)])).values()
+    if said:
+        click.echo(f"wpcal: for every job the shop says {', '.join(map(str, said))}", err=True)
+    yes = {True: "yes", False: "no"}
+    return {
+        each.flag: BETWEEN.join(each.value) if isinstance(each.value, list) else yes.get(each.value, str(each.value))
+        for each in said
+    }
 
 
 def _require_forks() -> None:

@@ -41,6 +41,7 @@ COMMANDS = {
     "rpc": "",
     "seams": "tee.step --png seams.png --html seams.html",
     "sheet": "tee.step -o sheet.pdf --touch V2,V4,V16",
+    "shop": "show",
     "study": "table1.csv --trials 20",
     "taught": "points.mod --uframe base",
     "tcp": "joints.csv --robot mh6",

@@ -15,7 +15,7 @@ ENTRY_POINT_GROUP = "wpcal.commands"
 OUR_PACKAGES = ("wpcal", "cad")
 
 SECTIONS: Mapping[str, Sequence[str]] = {
-    "Begin": ("demo",),
+    "Begin": ("demo", "shop"),
     "Look at the part": ("features", "seams", "bodies", "torches"),
     "Choose and teach points": ("advise", "sheet", "touches", "pick", "taught", "match"),
     "Calibrate": ("calibrate", "report"),
@@ -28,6 +28,9 @@ SECTIONS: Mapping[str, Sequence[str]] = {
 """The help lists wpcal's own commands in this order."""
 FROM_OTHERS = "From other packages"
 """The last heading of the help: commands that other packages bring."""
+
+HELP_FLAGS = frozenset({"-h", "--help", "--help-all"})
+ORIGINS = "wpcal.origins"  #: Key in the memory of a call.
 
 WHOLE_SENTENCE = 1000
 """Letters: the first sentence of a command's help is wrapped and never cut."""
@@ -71,10 +74,17 @@ class CommandsByEntryPoint(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; say which names are near if there is none, and take old names of its options."""
         name = args[0]
+        if name == "help":
+            args = [*args[1:], "--help"]
+            name = args[0]
         if not name.startswith("-") and name not in _installed():
             raise click.UsageError(_unknown(name))
         found, command, rest = super().resolve_command(ctx, args)
-        return found, command, rest if command is None else _with_new_names(command, rest)
+        if command is None:
+            return found, command, rest
+        rest = _with_new_names(command, rest)
+        _take_shop(ctx, command, name, rest)
+        return found, command, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands under their headings."""
@@ -83,6 +93,34 @@ class CommandsByEntryPoint(click.Group):
         for title, names in sections.items():
             with formatter.section(title):
                 formatter.write_dl([(name.ljust(width), _summary(_installed()[name])) for name in names])
+
+
+def _take_shop(ctx: click.Context, command: click.Command, name: str, words: Sequence[str]) -> None:
+    """Let what the shop says be the default of the command's options, and say which of it counts."""
+    from wpcal.cli.shop_file import find_shop, is_typed, said_of
+
+    if HELP_FLAGS.intersection(words) or name == "shop" or isinstance(command, click.Group):
+        return
+    said = said_of(command, name, find_shop(words))
+    ctx.default_map = {name: {parameter: each.value for parameter, each in said.items()}}
+    counts = [each for each in said.values() if not is_typed(each, words)]
+    ctx.meta[ORIGINS] = {each.flag: each.origin for each in counts}
+    if counts:
+        click.echo(f"wpcal: the shop says {', '.join(map(str, counts))}", err=True)
+
+
+def origins_of(context: click.Context) -> Mapping[str, str]:
+    """Return where options of a call that were not typed come from, by flag."""
+    found: Mapping[str, str] = context.find_root().meta.get(ORIGINS, {})
+    return found
+
+
+def installed_commands() -> Iterator[tuple[str, click.Command]]:
+    """Yield all commands of ours that are no groups, with their names."""
+    for name, entry in _installed().items():
+        command = _loaded(entry) if _is_ours(entry) else None
+        if command is not None and not isinstance(command, click.Group):
+            yield name, command
 
 
 def _installed() -> dict[str, EntryPoint]:

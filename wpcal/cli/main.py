@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 
 import click
 
@@ -25,7 +26,7 @@ EXIT_INTERRUPTED = EXIT_OF_SIGNAL + 2
     cls=CommandsByEntryPoint,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
-@click.version_option(__version__, prog_name="wpcal")
+@click.version_option(__version__, "-V", "--version", prog_name="wpcal")
 def wpcal() -> None:
     """Put a real workpiece and its CAD model in the same place.
 
@@ -58,7 +59,12 @@ def _run(arguments: list[str] | None) -> int:
         with stopped_like_interrupted() as raised:
             code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
+        from wpcal.cli.begin import next_here
+
         click.echo(error.format_message())
+        if error.ctx is not None and error.ctx.parent is None:
+            for line in next_here(Path()):
+                click.echo(line)
         return error.exit_code
     except click.Abort as abort:
         return _fail(abort, *_told_of_end(abort.__cause__), arguments)

@@ -21,6 +21,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin
 
 import click
 
+from wpcal.cli.help_sections import SectionedCommand, help_all
 from wpcal.cli.number_options import strict_number
 from wpcal.core.options import GROUP, OPTION, Option
 
@@ -58,7 +59,7 @@ def takes(
     return decorate
 
 
-class GroupedCommand(click.Command):
+class GroupedCommand(SectionedCommand):
     """A command whose options are those of its groups, found when they are first asked for."""
 
     _declared: list[Any]
@@ -72,7 +73,7 @@ class GroupedCommand(click.Command):
             for each in self._declared:
                 for new in each.options() if isinstance(each, _Asked | _OfParameter) else [each]:
                     found.setdefault(new.name, strict_number(new))
-            self._params = list(found.values())
+            self._params = [*found.values(), *help_all(len(found))]
         return self._params
 
     @params.setter

@@ -49,6 +49,7 @@ RECORDS: Mapping[str, str] = {
     "wpcal/diff/1": "wpcal.records.batches:Diff",
     "wpcal/drift/1": "wpcal.records.batches:Drift",
     "wpcal/error-study/1": "wpcal.records.batches:ErrorStudy",
+    "wpcal/shop/1": "wpcal.records.batches:Shop",
     "wpcal/error/1": "wpcal.records.batches:Error",
     "wpcal/report/1": "wpcal.records.batches:Report",
 }

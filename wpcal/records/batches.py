@@ -61,6 +61,7 @@ class Inputs(Record):
     taught: Part = D("The hash of a folder is that of the names and hashes of its files.")
     options: list[str] = D("As they are typed after wpcal calibrate.")
     files: list[Part] = D("Files that options name, and the files that those name.")
+    origins: Maybe[dict[str, str]] = D("Options that were not typed: wpcal.toml with its table, or the variable.")
 
 
 class Result(Record):
@@ -300,3 +301,21 @@ class Report(Record):
     schema: Literal["wpcal/report/1"]
     verdict: Literal["PASS", "UNSURE", "FAIL"] = D("Verdict of the calibration, as in calibration.json.")
     file: str = D("The written page.")
+
+
+class ShopValue(Record):
+    option: str = D("As it is typed.")
+    value: str
+    origin: str = D("wpcal.toml, with its table if there is one, or the variable.")
+    commands: list[str] = D("The commands that take it.")
+
+
+class Shop(Record):
+    """wpcal shop --json, version 1
+
+    What a shop says once.
+    """
+
+    schema: Literal["wpcal/shop/1"]
+    file: str | None = D("The file wpcal.toml; null if there is none above the folder.")
+    values: list[ShopValue]

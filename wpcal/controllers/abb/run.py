@@ -39,7 +39,7 @@ ZONES = (0, 1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)
 ZERO = [[0, 0, 0], [1, 0, 0, 0]]
 
 
-SEARCH = re.compile(r"\bSearchL((?:\\\w+)*+),[ \t]*+(\w++)", re.IGNORECASE)
+SEARCH = re.compile(r"\bSearchL((?:\\\w+)*),[ \t]*+(\w++)", re.IGNORECASE)
 
 
 def _signals_of(texts: Iterable[str]) -> dict[str, bool]:

@@ -1,0 +1,54 @@
+"""What `wpcal` alone says in a folder with a part: the next command."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+PARTS = (".step", ".stp")
+MOST_FOLDERS = 200
+"""Result folders are looked for among so many folders."""
+
+
+def next_here(folder: Path) -> list[str]:
+    """Return lines that say the next command in a folder; none without a part and a result."""
+    results = sorted(_results(folder), key=lambda path: path.stat().st_mtime)
+    if results:
+        return _after(results[-1])
+    files = sorted(path for path in folder.iterdir() if path.is_file())
+    parts = [path for path in files if path.suffix.lower() in PARTS]
+    if not parts:
+        return []
+    part = shlex.quote(parts[0].name)
+    taught = [path for path in files if path.suffix.lower() == ".csv" and _is_taught(path)]
+    if taught:
+        return [f"next: wpcal calibrate {part} {shlex.quote(taught[0].name)} -o out"]
+    return [f"next: wpcal pick {part}", f"  or: wpcal advise {part} says which points to touch"]
+
+
+def _results(folder: Path) -> Iterator[Path]:
+    for path in sorted(folder.iterdir())[:MOST_FOLDERS]:
+        if (path / "calibration.json").is_file():
+            yield path / "calibration.json"
+
+
+def _after(path: Path) -> list[str]:
+    from wpcal.core.errors import WpcalError
+    from wpcal.results.folder import read_record
+    from wpcal.results.next_steps import next_steps
+
+    name = shlex.quote(path.parent.name)
+    with suppress(WpcalError):
+        record = read_record(path.parent, path.name)
+        steps = next_steps(record)
+        if record.get("verdict") != "PASS" and steps:
+            return [f"{name}: {record.get('verdict')}", *(f"next: {step}" for step in steps)]
+    return [f"next: wpcal export {name} -f krl (or rapid, fanuc, …)", f"  or: open {name}/report.html"]
+
+
+def _is_taught(path: Path) -> bool:
+    """Whether a table has positions."""
+    with path.open("rb") as file:
+        return b"x_mm" in file.readline(10_000)

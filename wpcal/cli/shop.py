@@ -1,0 +1,91 @@
+"""`wpcal shop`: what a shop says once, for every part."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from pathlib import Path
+
+import click
+
+from wpcal.cli.option_groups import command
+
+ASKED = (
+    ("tolerance_mm", "Tolerance of the seams, mm", "0.5"),
+    ("sigma_mm", "Standard deviation of a touch per axis, mm", "0.15"),
+    ("torch", "Torch: a name of `wpcal torches`, or a file", "straight"),
+    ("robot", "Robot: the file of an arm", "kr16.json"),
+    ("cell", "Cell: a file", "cell.json"),
+    ("format", "Language of the programs", "krl"),
+)
+"""What `wpcal shop new` asks: key, question and example."""
+HEAD = """\
+# What is the same on every part. An option that is typed, and a variable such as WPCAL_TOLERANCE_MM, come first.
+# `wpcal shop` lists what can be said here. A table, as [export], is for one command. Files are found from here.
+"""
+
+
+@command()
+@click.argument("action", type=click.Choice(["show", "new"]), default="show")
+@click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("wpcal.toml"), help="Output: a file.")
+@click.option("--force", is_flag=True, help="Replace what exists: the file.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: the values.")
+def shop(*, action: str, out: Path, force: bool, as_json: bool) -> int:
+    """Show what the shop says once, with the origin of each value, or ask for it and write wpcal.toml (new).
+
+    wpcal.toml is found upwards from the part, as pyproject.toml is.
+    """
+    if action == "new":
+        return _new(out, force=force)
+    from wpcal.cli.command_group import installed_commands
+    from wpcal.cli.shop_file import SAID_ONCE, find_shop, said_of
+
+    found = find_shop(())
+    commands = dict(installed_commands())
+    said = [(name, each) for name, made in commands.items() for each in said_of(made, name, found).values()]
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for name, each in said:
+        rows.setdefault((each.flag, str(each), each.origin), []).append(name)
+    if as_json:
+        from wpcal.core.records import to_json
+
+        values = [
+            {"option": flag, "value": text.removeprefix(flag).strip(), "origin": origin, "commands": names}
+            for (flag, text, origin), names in rows.items()
+        ]
+        file = None if found.path is None else str(found.path)
+        click.echo(to_json({"schema": "wpcal/shop/1", "file": file, "values": values}), nl=False)
+        return 0
+    where = "no wpcal.toml is above this folder; `wpcal shop new` writes one" if found.path is None else f"{found.path}"
+    click.echo(where)
+    for (_, text, origin), names in rows.items():
+        click.echo(f"  {text}  ({origin}; {', '.join(names)})")
+    click.echo(textwrap.fill(f"can be said: {', '.join(sorted(SAID_ONCE))}", 110, subsequent_indent="  "))
+    return 0
+
+
+def _new(out: Path, *, force: bool) -> int:
+    """Ask for the values and write the file; what is not answered is written as a comment."""
+    from wpcal.cli.shop_file import read_shop
+    from wpcal.core.records import check_writable, write_file
+
+    check_writable(out, overwrite=force)
+    lines = [HEAD.rstrip()]
+    for key, question, example in ASKED:
+        words = f"{question} (as {example}; empty: not said)"
+        answer = click.prompt(words, default="", show_default=False) if sys.stdin.isatty() else ""
+        value = answer or example
+        line = f"{key} = {value}" if _is_number(value) else f'{key} = "{value}"'
+        lines.append(line if answer else f"# {line}  # {question}")
+    write_file(out, "\n".join(lines) + "\n", overwrite=force)
+    read_shop(out)
+    click.echo(f"wrote {out}")
+    return 0
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
