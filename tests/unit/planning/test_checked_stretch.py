@@ -21,12 +21,12 @@ def test_points_before_a_singular_one_are_checked(monkeypatch):
     search = SeamSearch(cell, CellClearance(cell, given.part), SequenceTargets())
     task = seam_task(given.seams[0].seam)
     way = search.whole(task)[0]
-    outer = np.zeros((2, 0))
-    assert search.checked(task, way.angles, outer, way.branch)[1] is None
+    outer, branch = np.zeros((2, 0)), (way.branch, way.q[0, :6])
+    assert search.checked(task, way.angles, outer, branch)[1] is None
     monkeypatch.setattr(
         "wpcal.planning.sequence.seam_search.is_regular", lambda _, q: np.arange(len(q)) < len(task) - 2
     )
-    assert search.checked(task, way.angles, outer, way.branch)[1] == len(task) - 2
+    assert search.checked(task, way.angles, outer, branch)[1] == len(task) - 2
     measure = CellClearance.margins
 
     def margins(own, q):
@@ -35,5 +35,5 @@ def test_points_before_a_singular_one_are_checked(monkeypatch):
         return Margins(np.where(at, -1.0, found.margin_mm), found.pair, found.by_carriers_mm)
 
     monkeypatch.setattr(CellClearance, "margins", margins)
-    q, bad = search.checked(task, way.angles, outer, way.branch)
+    q, bad = search.checked(task, way.angles, outer, branch)
     assert (len(q), bad) == (BLOCKED, BLOCKED)

@@ -25,7 +25,7 @@ from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
 from wpcal.planning.sequence.seam_task import SeamTask
 from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.weld_sequence import AIR_SHARE, Way
-from wpcal.robot.kinematics.inverse import TURN, solve_inverse
+from wpcal.robot.kinematics.inverse import TURN, own_branch
 from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
@@ -234,6 +234,6 @@ def _moves(
 
 def _joints_at(cell: Cell, branch: int, T_base_tool: FloatArray, near: FloatArray) -> FloatArray:
     """Return all axes at poses of the tool in the base, in one branch and in the turns of axes nearby."""
-    found = solve_inverse(cell.arm, T_base_tool @ cell.T_flange_tool.inverse().matrix).joints[:, branch]
+    found = own_branch(cell.arm, T_base_tool @ cell.T_flange_tool.inverse().matrix, branch, near[:, :JOINTS])
     found = found + TURN * np.rint((near[:, :JOINTS] - found) / TURN)
     return np.concatenate([found, near[:, JOINTS:]], axis=1)

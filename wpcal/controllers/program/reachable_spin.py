@@ -23,7 +23,6 @@ from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, TURN, solve_inverse, turn_into_limits
-from wpcal.robot.kinematics.opw import BRANCHES
 from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations
 
 
@@ -56,7 +55,8 @@ class ArmAtTool:
         T = np.zeros((*R.shape[:-2], 4, 4))
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, p, 1.0
         flange = T.reshape(-1, 4, 4) @ self.T_flange_tool.inverse().matrix
-        return solve_inverse(self.arm, flange).joints.reshape(*R.shape[:-2], BRANCHES, 6)
+        joints = solve_inverse(self.arm, flange).joints
+        return joints.reshape(*R.shape[:-2], *joints.shape[1:])
 
 
 WRIST_BITS = 1  #: Of the number of a branch the lowest bit is the wrist; the others are elbow and shoulder.
@@ -270,5 +270,5 @@ def _nearest_branches(seam: _Seam, arm: ArmAtTool, *, as_near: bool) -> list[int
     least = np.where(np.isfinite(move), move, np.inf).min(axis=0)
     own = turn_into_limits(arm.arm, solve_inverse(arm.arm, arm.arm.forward(arm.near[None])).joints[0], arm.near)
     away = np.where(np.isfinite(own), np.abs(own - arm.near), np.inf).max(axis=1)
-    others = np.array([((branch ^ int(np.argmin(away))) >> WRIST_BITS).bit_count() for branch in range(BRANCHES)])
+    others = np.array([((branch ^ int(np.argmin(away))) >> WRIST_BITS).bit_count() for branch in range(len(own))])
     return [int(branch) for branch in np.lexsort((least, others)) if not (as_near and others[branch])]

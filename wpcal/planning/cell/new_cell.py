@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,16 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.core.same_bits import product
+from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Carrier, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import CELL_SCHEMA, default_home, rail_from_record, shapes_from_records
-from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.cell.shape import BY_LENGTH, JOINTS
 from wpcal.planning.cell.workplace import is_usable, reach_mm
 from wpcal.robot.kinematics.arm import Arm, Coupling, arm_frames
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
+from wpcal.robot.kinematics.forward import start_frames, walk
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
 from wpcal.robot.torch.bodies import (
@@ -212,7 +214,8 @@ def _robot(new: NewCell, arm: Arm, files: dict[str, dict[str, Any]]) -> tuple[di
         robot["rail"] = dict(new.rail)
     mount = (new.T_world_base.R @ arm.mount_mm + new.T_world_base.t_mm)[2]
     robot["mounting_face_z_mm"] = float(round(mount, 3)) + 0.0
-    bodies = "hulls of the collision meshes of the URDF file" if links else "no bodies: the arm file has none"
+    is_urdf = Path(new.robot).suffix.lower() == ".urdf"
+    bodies = "hulls of the collision meshes of the URDF file" if is_urdf else "capsules estimated from its lengths"
     torch = "the mesh given" if new.torch_mesh else "the capsules given" if new.torch_capsules else str(new.torch)
     return robot, f"robot: {bodies}; torch: {torch}"
 
@@ -230,8 +233,38 @@ def _arm_file(arm: Arm, given: str, files: dict[str, dict[str, Any]]) -> str:
 def _links(arm: Arm, given: str) -> list[dict[str, Any]]:
     path = Path(given)
     if path.suffix.lower() != ".urdf":
-        return []
+        return _estimated(arm)
     return [hulled(body.name, body.hull, link=body.link) for body in read_link_hulls(path, arm)]
+
+
+RADII = (0.105, 0.095, 0.067, 0.06, 0.053, 0.035, 0.035)
+"""Of the bodies of base and links in parts of the reach: as the MH6, whose drawings show 75 to 150 mm for 1422 mm."""
+
+
+def _estimated(arm: Arm) -> list[dict[str, Any]]:
+    """Return capsules along the lengths of the links of an arm without meshes: along z, then along x of each link."""
+    reach = reach_mm(arm)
+    motions = list(walk(start_frames(arm.chain.T_base_dh0, 1), arm.chain.table, np.zeros((len(arm.joints), 1))))
+    first = motions[0].p_before[:, 0]
+    ways = [[arm.mount_mm, first]]
+    for motion in motions:
+        start, end, z = motion.p_before[:, 0], motion.frame.p[:, 0], motion.z[:, 0]
+        corner = start + float(product(end - start, z)) * z
+        R = motion.frame.rotations()[0]
+        ways.append([np.asarray(product(point - end, R), dtype=np.float64) for point in (start, corner, end)])
+    T_flange_last = arm.chain.T_dhn_flange.inverse()
+    ways[-1] = [T_flange_last.apply(point) for point in ways[-1]]
+    return [
+        {"name": f"link {link} {BY_LENGTH}", "link": link, "capsules": capsules}
+        for link, (way, share) in enumerate(zip(ways, RADII, strict=True))
+        if (
+            capsules := [
+                {"p_mm": one.tolist(), "q_mm": other.tolist(), "radius_mm": round(share * reach)}
+                for one, other in pairwise(way)
+                if length(other - one) > 1.0
+            ]
+        )
+    ]
 
 
 def _torch(new: NewCell, tool: RigidTransform) -> list[dict[str, Any]]:

@@ -9,6 +9,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 
+BY_LENGTH = "(estimated)"  #: At the end of the name of a body that is estimated from the lengths of its arm.
 JOINTS = 6  #: The closed-form inverse kinematics that both arms need has six joints.
 
 

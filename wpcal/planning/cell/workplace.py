@@ -14,10 +14,12 @@ import math
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
-from wpcal.core.same_bits import arc_tangent, inverse_pose, length, product, sine_cosine
+from wpcal.core.same_bits import arc_tangent, inverse_pose, length, product, sine_cosine, solve
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.inverse import TURN, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.inverse import TURN, family_of, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.offset_wrist import OffsetWrist
 from wpcal.robot.kinematics.opw import OPWGeometry
 
 ZONE_SIDE = 0.25
@@ -35,8 +37,10 @@ LARGEST_AIR_MOVE_RAD = math.radians(20.0)
 
 def reach_mm(arm: Arm) -> float:
     """Return the distance from the shoulder to the centre of the wrist of the stretched arm, mm."""
-    g = OPWGeometry.of_chain(arm.as_nominal().chain)
-    return g.c2 + length([g.a2, g.c3])
+    family = family_of(arm.as_nominal().chain)
+    if isinstance(family, OffsetWrist):
+        return family.reach_mm
+    return family.c2 + length([family.a2, family.c3])
 
 
 def weld_zone(cell: Cell) -> tuple[FloatArray, FloatArray]:
@@ -60,7 +64,9 @@ def reach_shortage(arm: Arm, T_base_flange: FloatArray) -> FloatArray:
     `T_base_flange`: shape (N, 4, 4). mm.
     Returns ndarray, shape (N,). mm; zero within the shell.
     """
-    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    g = family_of(arm.as_nominal().chain)
+    if isinstance(g, OffsetWrist):
+        return g.shortage(T_base_flange)
     local = product(product(inverse_pose(g.T_base_opw), T_base_flange), inverse_pose(g.T_wrist_flange))
     across = np.sqrt(np.maximum(local[:, 0, 3] ** 2 + local[:, 1, 3] ** 2 - g.b**2, 0.0))
     kappa = length([g.a2, g.c3])
@@ -74,7 +80,7 @@ LEAST_REGULARITY = 0.1
 
 
 def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Measure the distance from the three singular poses.
+    """Measure the distance from singular poses.
 
     Parameters
     ----------
@@ -82,18 +88,19 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    values : ndarray, shape (n, 3)
-        Wrist: sine of its bend. Elbow: sine of the angle off the stretched arm. Shoulder: distance of the wrist's
-        centre from axis 1 in the plane of the arm, in parts of the reach. Absolute values.
-    slopes : ndarray, shape (n, 3, 6). Derivatives with respect to the shown angles, per rad.
+    values : ndarray, shape (n, c)
+        Of an arm with a spherical wrist three. Wrist: sine of its bend. Elbow: sine of the angle off the stretched arm.
+        Shoulder: distance of the wrist's centre from axis 1 in the plane of the arm, in parts of the reach. Of another
+        arm one: the cube root of the determinant that for the first ones is the product of the three. Absolute values.
+    slopes : ndarray, shape (n, c, 6). Derivatives with respect to the shown angles, per rad.
     """
-    g = OPWGeometry.of_chain(arm.as_nominal().chain)
+    g = family_of(arm.as_nominal().chain)
+    if isinstance(g, OffsetWrist):
+        steps = SLOPE_STEP_RAD * np.concatenate([np.eye(JOINTS), -np.eye(JOINTS)])
+        ends = _determinant(arm, g, (q[:, None] + steps).reshape(-1, JOINTS)).reshape(len(q), 2, 1, JOINTS)
+        return _determinant(arm, g, q)[:, None], (ends[:, 0] - ends[:, 1]) / (2.0 * SLOPE_STEP_RAD)
     theta = arm.model_angles(q) * g.signs + g.offsets
-    t2, t3, t5 = theta[:, 1], theta[:, 2], theta[:, 4]
-    kappa, bend = length([g.a2, g.c3]), arc_tangent(g.a2, g.c3)
-    upper, fore = g.c2 / (g.c2 + kappa), kappa / (g.c2 + kappa)
-    (s5, s3, s2, s23), (c5, c3, c2, c23) = sine_cosine(np.stack([t5, t3 + bend, t2, t2 + t3 + bend]))
-    values = np.stack([s5, s3, g.a1 / (g.c2 + kappa) + upper * s2 + fore * s23], axis=1)
+    values, (c5, c3, c2, c23), (upper, fore) = _three_measures(g, theta)
     slopes = np.zeros((len(theta), 3, 6))
     slopes[:, 0, 4] = c5
     slopes[:, 1, 2] = c3
@@ -101,6 +108,25 @@ def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     slopes[:, 2, 1] = upper * c2 + slopes[:, 2, 2]
     signs = np.sign(values)
     return np.abs(values), product(signs[:, :, None] * (slopes * g.signs), arm.coupling_matrix)
+
+
+SLOPE_STEP_RAD = 1e-5  #: Of central differences of the determinant.
+
+
+def _three_measures(g: OPWGeometry, theta: FloatArray) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
+    """Return wrist, elbow and shoulder with their signs, the cosines that their slopes need, and the arm's shares."""
+    t2, t3, t5 = theta[:, 1], theta[:, 2], theta[:, 4]
+    kappa, bend = length([g.a2, g.c3]), arc_tangent(g.a2, g.c3)
+    upper, fore = g.c2 / (g.c2 + kappa), kappa / (g.c2 + kappa)
+    (s5, s3, s2, s23), cosines = sine_cosine(np.stack([t5, t3 + bend, t2, t2 + t3 + bend]))
+    return np.stack([s5, s3, g.a1 / (g.c2 + kappa) + upper * s2 + fore * s23], axis=1), cosines, (upper, fore)
+
+
+def _determinant(arm: Arm, g: OffsetWrist, q: FloatArray) -> FloatArray:
+    """Return the cube root of the determinant of the Jacobian, in parts of the lengths of the arm, shape (n,)."""
+    upper, fore = g.arm_lengths_mm
+    _, det = solve(arm.jacobian(q), np.zeros((len(q), JOINTS, 1)))
+    return np.cbrt(det / (upper * fore * (upper + fore)))
 
 
 def is_within_turns(arm: Arm, q: FloatArray) -> BoolArray:
@@ -125,7 +151,11 @@ def is_regular(arm: Arm, q: FloatArray) -> BoolArray:
 
     `q`: shape (..., 6). Shown angles, rad; NaN where there are none.
     """
-    values, _ = regularity(arm, np.nan_to_num(q).reshape(-1, q.shape[-1]))
+    g, rows = family_of(arm.as_nominal().chain), np.nan_to_num(q).reshape(-1, q.shape[-1])
+    if isinstance(g, OffsetWrist):
+        values = _determinant(arm, g, rows)[:, None]
+    else:
+        values = np.abs(_three_measures(g, arm.model_angles(rows) * g.signs + g.offsets)[0])
     return np.asarray((values.min(axis=1) >= LEAST_REGULARITY).reshape(q.shape[:-1])) & np.isfinite(q).all(axis=-1)
 
 

@@ -31,7 +31,6 @@ from wpcal.planning.sequence.sequence_input import PlannedSeam
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
 from wpcal.robot.kinematics.inverse import solve_inverse
-from wpcal.robot.kinematics.opw import BRANCHES
 
 PLACE_SCHEMA = "wpcal/place/1"
 TURNS_DEG = (0.0, 90.0, 180.0, 270.0)  #: Turns of the part about the vertical that are tried at every place.
@@ -177,7 +176,8 @@ class _Grid:
             shift = np.einsum("cij,bj->bci", T_base_world[:, :3, :3], moves if self.moved is Moved.PART else -moves)
             T = np.repeat(T_flange[None], len(some), axis=0)
             T[..., :3, 3] += shift[:, :, None]
-            joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints.reshape(len(some), *shape, BRANCHES, JOINTS)
+            joints = solve_inverse(cell.arm, T.reshape(-1, 4, 4)).joints
+            joints = joints.reshape(len(some), *shape, *joints.shape[1:])
             usable = is_usable(cell.arm, joints) & poses.is_free[..., None]
             rows = np.flatnonzero(np.any(np.all(np.any(usable, axis=3), axis=2), axis=(1, 2)))
             found[tuple(some[rows].T)] = self._has_free_way(moves[rows], usable[rows], joints[rows], outer)
@@ -194,13 +194,13 @@ class _Grid:
         outer : shape (c, m, K, e). External axes, rad and mm.
         """
         counts = (
-            usable.sum(axis=3).min(axis=2).reshape(len(moves), BRANCHES * usable.shape[1])
+            usable.sum(axis=3).min(axis=2).reshape(len(moves), usable.shape[1] * usable.shape[4])
         )  # poses at the point that has the fewest
         ways = np.argsort(-counts, axis=1, kind="stable")[:, :MOST_WAYS]
         found = np.zeros(len(moves), dtype=np.bool_)
         for way in ways.T:
             rows = np.flatnonzero(~found & (counts[np.arange(len(way)), way] > 0))
-            value, branch = np.divmod(way[rows], BRANCHES)
+            value, branch = np.divmod(way[rows], usable.shape[4])
             own = usable[rows, value, :, :, branch]  # (r, m, K)
             number = own.sum(axis=2)
             tried = np.minimum(number, MOST_SPINS)

@@ -30,8 +30,7 @@ from wpcal.planning.sequence.seam_task import Candidate, SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses, wire_is_free
 from wpcal.planning.sequence.withdraw import Withdrawal, withdraw, withdraws
-from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, solve_inverse
-from wpcal.robot.kinematics.opw import BRANCHES
+from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, has_searched_roots, own_branch, solve_inverse
 
 MOST_CANDIDATES = 6  #: Kept per seam: the order of seams chooses among them.
 POSES_AT_ONCE = 8192  #: Poses whose joints are solved together: 3 MB of joints.
@@ -140,17 +139,21 @@ class SeamSearch:
             if reached and axes.off_rad[rows].min() > self.targets.position_tol_rad:
                 return  # the rest is out of position
             joints, usable = self.states(task, poses, axes.values[rows])
+            shown = poses
+            if has_searched_roots(self.cell.arm):  # their numbers name no branch: all are states of one
+                shown = poses.repeated(joints.shape[3])
+                joints, usable = joints.reshape(len(rows), m, -1, 1, JOINTS), usable.reshape(len(rows), m, -1, 1)
             ways = np.asarray(usable.any(axis=2))  # (C, m, 8)
             prefix = np.where(ways.all(axis=1), m, np.argmin(ways, axis=1))  # (C, 8)
             fewest = usable.sum(axis=2).min(axis=1)
-            score = prefix * (K + 1) + np.where(prefix == m, fewest, 0)
+            score = prefix * (usable.shape[2] + 1) + np.where(prefix == m, fewest, 0)
             score = np.where(prefix == m if whole else prefix >= 1, score, -1)
             for index in np.argsort(-score, axis=None, kind="stable")[:TRIED]:
                 c, b = np.unravel_index(int(index), score.shape)
                 if score[c, b] < 0:
                     break
                 state = joints[c, :, :, b], usable[c, :, :, b]
-                climb = self._climb(task, poses, axes.values[rows[c]], int(b), *state, whole=whole)
+                climb = self._climb(task, shown, axes.values[rows[c]], int(b), *state, whole=whole)
                 reached |= climb.last == len(task) - 1
                 yield climb
 
@@ -164,7 +167,8 @@ class SeamSearch:
         m, K = poses.is_free.shape
         along = np.repeat(values_along(values, task, poses.rungs), K, axis=1)
         flange = self.flange_places(poses.T_part_tool.reshape(-1, 4, 4), along)
-        joints = solve_inverse(self.cell.arm, flange.reshape(-1, 4, 4)).joints.reshape(-1, m, K, BRANCHES, JOINTS)
+        joints = solve_inverse(self.cell.arm, flange.reshape(-1, 4, 4)).joints
+        joints = joints.reshape(len(values), m, K, *joints.shape[1:])
         usable = is_usable(self.cell.arm, joints)
         return joints, usable & poses.is_free[None, :, :, None]
 
@@ -200,7 +204,7 @@ class SeamSearch:
                 return best
             if int(poses.rungs[len(way) - 1]) <= best.last:
                 return best
-            filled, bad = self._filled(task, poses, values, branch, way)
+            filled, bad = self._filled(task, poses, values, branch, joints, way)
             if filled.last > best.last:
                 best = filled
             if bad is None:
@@ -228,7 +232,13 @@ class SeamSearch:
         return clear
 
     def _filled(
-        self, task: SeamTask, poses: TorchPoses, values: FloatArray, branch: int, way: list[int]
+        self,
+        task: SeamTask,
+        poses: TorchPoses,
+        values: FloatArray,
+        branch: int,
+        joints: FloatArray,
+        way: list[int],
     ) -> tuple[Climb, int | None]:
         """Return the way with all points between the rungs as far as it is good, and the first point that is not."""
         knots = poses.angles[np.arange(len(way)), way].copy()
@@ -236,7 +246,7 @@ class SeamSearch:
         rungs = poses.rungs[: len(way)]
         rows = np.arange(int(rungs[-1]) + 1)
         angles = np.stack([np.interp(task.s_mm[rows], task.s_mm[rungs], column) for column in knots.T], axis=1)
-        found, bad = self.checked(task, angles, values, branch)
+        found, bad = self.checked(task, angles, values, (branch, joints[0, way[0]]))
         last = len(rows) - 1 if bad is None else bad - 1
         if last < 1:
             return Climb(-1, None), bad
@@ -244,18 +254,19 @@ class SeamSearch:
         return Climb(last, self.candidate(short, angles[: last + 1], found[: last + 1], branch)), bad
 
     def checked(
-        self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: int
+        self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: tuple[int, FloatArray]
     ) -> tuple[FloatArray, int | None]:
         """Return all axes along the first points of a seam, and the first point that cannot be welded so.
 
         `angles`: shape (n, 3). Work, travel and spin at its first n points, rad.
         `values`: shape (2, k - 6). External axes at the start and at the end of the seam.
+        `branch`: Its number, and joints at the first point.
         Returns `q`: ndarray, shape (n, k). rad and mm; up to the point before the returned one.
         """
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
         external = values_along(values[None], task, np.arange(n))
-        joints = solve_inverse(self.cell.arm, self.flange_places(T, external)[0]).joints[:, branch]
+        joints = own_branch(self.cell.arm, self.flange_places(T, external)[0], *branch)
         joints[~wire_is_free(task, T, self.clearance)] = np.nan
         path = continue_branch(self.cell.arm, joints, self.cell.home[:JOINTS])
         end = n

@@ -24,7 +24,7 @@ from wpcal.planning.sequence.external import values_along
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import Candidate
 from wpcal.planning.sequence.torch_poses import tool_on_seam, torch_angles
-from wpcal.robot.kinematics.inverse import TURN, solve_inverse
+from wpcal.robot.kinematics.inverse import TURN, own_branch
 
 MOTION = 10.0
 """Degrees of the torch off its targets that a joint rate of one degree per mm costs, as the balanced choice of ways."""
@@ -68,7 +68,8 @@ class _Problem:
         m, count = len(self.rows), angles.size // (3 * len(self.rows))
         T = tool_on_seam(self.task, np.tile(self.rows, count), angles.reshape(-1, 3)).reshape(count, m, 4, 4)
         flange = product(self._T_base_part, product(T, self._T_tool_flange)).reshape(-1, 4, 4)
-        found = solve_inverse(self.search.cell.arm, flange).joints[:, self.way.branch].reshape(*angles.shape[:-1], 6)
+        here = np.broadcast_to(near, (*angles.shape[:-1], JOINTS))
+        found = own_branch(self.search.cell.arm, flange, self.way.branch, here.reshape(-1, JOINTS)).reshape(here.shape)
         return np.asarray(found + TURN * np.rint((near - found) / TURN))
 
     def moved(self, at: _Rungs, step: FloatArray) -> _Rungs | None:
@@ -139,7 +140,7 @@ def _refined(search: SeamSearch, way: Candidate, *, is_tilted: bool) -> Candidat
     change = _along(s, rungs, found.angles - problem.start.angles)
     for share in SHARES:
         angles = start + share * change
-        q, bad = search.checked(way.task, angles, way.q[[0, -1], JOINTS:], way.branch)
+        q, bad = search.checked(way.task, angles, way.q[[0, -1], JOINTS:], (way.branch, way.q[0, :JOINTS]))
         if bad is None:
             better = replace(search.candidate(way.task, angles, q, way.branch), is_reversed=way.is_reversed)
             if _cost(better) < _cost(way):

@@ -39,6 +39,12 @@ class TorchPoses:
         T, off = self.T_part_tool[rungs][:, poses], self.off_rad[rungs][:, poses]
         return TorchPoses(self.rungs[rungs], self.angles[rungs][:, poses], T, off, self.is_free[rungs][:, poses])
 
+    def repeated(self, times: int) -> TorchPoses:
+        """Return every pose several times in turn."""
+        columns = np.repeat(np.arange(self.is_free.shape[1]), times)
+        T, off, free = self.T_part_tool[:, columns], self.off_rad[:, columns], self.is_free[:, columns]
+        return TorchPoses(self.rungs, self.angles[:, columns], T, off, free)
+
 
 def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> FloatArray:
     """Return the target work and travel angles at points of a seam, shape (k, 2), rad: the seam's leans come first."""

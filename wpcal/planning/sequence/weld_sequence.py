@@ -12,6 +12,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
 from wpcal.core.wording import listed
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import BY_LENGTH
 from wpcal.planning.sequence.air_path import AirPath
 from wpcal.planning.sequence.cuts import Unwelded
 from wpcal.planning.sequence.motion_check import CheckedMove
@@ -101,6 +102,8 @@ class WeldSequence:
         cell = self.cell
         bare = [("the arm", cell.links), ("the positioner", True if cell.carrier is None else cell.carrier.links)]
         found = [f"NOT CHECKED: {what} has no bodies" for what, bodies in bare if not bodies]
+        if any(shape.name.endswith(BY_LENGTH) for shape in cell.links):
+            found.append("NOT CHECKED: the true shape of the arm: its bodies are estimated from its lengths")
         if not has_part:
             found.append("NOT CHECKED: the part: its triangles are not known")
         if hit := [piece for piece in self.pieces if not piece.check.is_free]:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,9 +27,11 @@ from wpcal.core.same_bits import product, solve
 from wpcal.core.tangent import log_rotation
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import MDHChain, forward_kinematics, geometric_jacobian
+from wpcal.robot.kinematics.offset_wrist import OffsetWrist
 from wpcal.robot.kinematics.opw import OPWGeometry, solve_opw
 
 TURN = 2.0 * np.pi
+AXES = 6  #: Of an arm whose inverse kinematics are solved.
 NEWTON_STEPS = 12
 """An identified arm is off its nominal one by millimetres: three steps reach round-off, next to a straight wrist a few
 more; beyond twelve a pose is at a singularity and does not get there."""
@@ -46,31 +49,77 @@ elsewhere."""
 class JointSolutions:
     """All branches for many poses."""
 
-    #: shape (N, 8, 6). Shown joint angles, rad, each in the turn around zero; NaN where a branch does not reach.
+    #: shape (N, b, 6); b is 8, or 16 where roots are searched. Shown joint angles, rad, each in the turn around zero;
+    #: NaN where a branch does not reach.
     joints: FloatArray
-    reached: BoolArray  #: shape (N, 8). Whether the branch meets the pose; limits are not looked at.
+    reached: BoolArray  #: shape (N, b). Whether the branch meets the pose; limits are not looked at.
+
+
+@lru_cache(maxsize=64)
+def family_of(chain: MDHChain) -> OPWGeometry | OffsetWrist:
+    """Return how the inverse kinematics of a chain are found.
+
+    Raises `GeometryError` when it is of no family, with what is not as it should be.
+    """
+    try:
+        return OPWGeometry.of_chain(chain)
+    except GeometryError as first:
+        if len(chain) != AXES:
+            raise
+        try:
+            return OffsetWrist.of_chain(chain)
+        except GeometryError as error:
+            raise GeometryError(f"{first}; {error}") from None
+
+
+def has_searched_roots(arm: Arm) -> bool:
+    """Tell whether the solutions of an arm are roots that are searched: their numbers name no branch along a path."""
+    family = family_of(arm.as_nominal().chain)
+    return isinstance(family, OffsetWrist) and not family.is_parallel
 
 
 def solve_inverse(arm: Arm, T_base_flange: ArrayLike) -> JointSolutions:
     """Return the joint angles of all eight branches for flange poses.
 
-    An arm of the OPW family has a closed form. An identified arm is no longer exactly of the family: the closed form
-    of its nominal chain is followed by Newton steps with its own Jacobian.
+    An arm of the OPW family or of that of `offset_wrist` has a closed form, or a search for all roots. An identified
+    arm is no longer exactly of its family: the solutions of its nominal chain are followed by Newton steps with its own
+    Jacobian.
 
     `T_base_flange`: shape (N, 4, 4). Flange poses in the base, mm.
-    Raises `GeometryError` when the nominal chain is not of the family.
+    Raises `GeometryError` when the nominal chain is of no family.
     """
     T = _as_poses(T_base_flange)
     nominal = arm.as_nominal().chain
-    geometry = OPWGeometry.of_chain(nominal)
-    if arm.chain is nominal:
-        theta = solve_opw(geometry, T)
+    family = family_of(nominal)
+    if isinstance(family, OPWGeometry):
+        theta = solve_opw(family, T, least_bend=0.0 if arm.chain is nominal else START_BEND)
     else:
-        theta = solve_opw(geometry, T, least_bend=START_BEND)
+        theta = family.solve(T)
+    if arm.chain is not nominal or has_searched_roots(arm):
         theta = _newton(arm.chain, np.repeat(T, theta.shape[1], axis=0), theta.reshape(-1, 6)).reshape(theta.shape)
     joints = arm.shown_angles(theta)
     joints -= TURN * np.ceil(joints / TURN - 0.5)
     return JointSolutions(joints, np.asarray(np.isfinite(joints).all(axis=-1)))
+
+
+def own_branch(arm: Arm, T_base_flange: ArrayLike, branch: int, near: FloatArray) -> FloatArray:
+    """Return the angles of one branch at N poses, shape (N, 6); of searched roots those that are nearest.
+
+    `near`: shape (6,) or (N, 6). Angles at the first pose, from where on each pose is the next one; or at every pose.
+    """
+    if not has_searched_roots(arm):
+        return np.asarray(solve_inverse(arm, T_base_flange).joints[:, branch])
+    if near.ndim > 1:  # no search is needed
+        found = arm.shown_angles(_newton(arm.chain, _as_poses(T_base_flange), arm.model_angles(near)))
+        return np.where((np.abs(found - near).max(axis=1) < LARGEST_STEP_RAD)[:, None], found, np.nan)
+    joints = solve_inverse(arm, T_base_flange).joints
+    found, last = np.full(joints[:, 0].shape, np.nan), near
+    for row, every in enumerate(joints):
+        step = every - last
+        move = np.nan_to_num(np.abs(step - TURN * np.rint(step / TURN)).max(axis=1), nan=np.inf)
+        if np.isfinite(move.min()):
+            last = found[row] = every[int(np.argmin(move))]
+    return found
 
 
 def _as_poses(T: ArrayLike) -> FloatArray:
