@@ -31,6 +31,12 @@ if TYPE_CHECKING:
     metavar="SEAM",
     help="Say everything that decided about this seam, and draw it into PART.SEAM.svg in the current folder.",
 )
+@click.option(
+    "--all",
+    "show_all",
+    is_flag=True,
+    help="Leave nothing out: also candidates that are not taken, and what the solids are taken for.",
+)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the pictures and the page.")
 @no_cache_option
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: in the form of seams.json, frame part.")
@@ -43,13 +49,14 @@ def seams(
     html: Path | None,
     explain: str | None,
     force: bool,
+    show_all: bool,
     as_json: bool,
     no_cache: bool,
 ) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
-    Every candidate has a confidence. Those below 50 % (--strict: 80 %, --generous: 25 %) are listed separately, with
-    the reasons. A third table says what the solids are taken for; --weld and --not set that right.
+    Every candidate has a confidence; those of 50 % and more (--strict: 80 %, --generous: 25 %) are accepted. --all also
+    lists the others with the reasons, and what the solids are taken for; --weld and --not set that right.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.core.records import write_file
@@ -96,14 +103,16 @@ def seams(
         console.print(explained_table(told.record))
         console.print(f"{drawn}: picture of the seam, written")
     else:
-        from cad.cli.tables import members_table, refused_table, seams_table
+        from cad.cli.tables import members_table, refused_table, rest_words, seams_table
         from wpcal.cli.console import plain_console, show_notes
 
         console = plain_console()
         console.print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
-        if not all(seam.accepted for seam in found):
+        if show_all:
             console.print(refused_table(found))
-        console.print(members_table(notes))
+            console.print(members_table(notes))
+        else:
+            console.print(rest_words(found))
         for one in notes.play:
             console.print(f"play {one.gap_mm:.2g} mm in {one.joints} joints")
         show_notes(issues, console)

@@ -91,6 +91,23 @@ def seams_table(
     return table
 
 
+def rest_words(seams: Sequence[Seam]) -> str:
+    """Say in a line how many candidates are not taken and how to see why."""
+    from wpcal.core.wording import counted
+    from wpcal.seam.judge.doubted import would_be_taken
+    from wpcal.seam.judge.hiding import gained_words
+
+    rest = sum(not seam.accepted for seam in seams)
+    if not rest:
+        return "every candidate is taken; --all lists what the solids are taken for"
+    doubted = len(would_be_taken(seams))
+    more = f" ({doubted} of them only doubted: --generous takes them)" if doubted else ""
+    gained = "".join(f"\n{told}" for told in gained_words([seam for seam in seams if not seam.accepted]))
+    return (
+        f"{counted(rest, 'candidate')} not taken{more}; --all says why, --explain W1 says everything about one{gained}"
+    )
+
+
 def refused_table(seams: Sequence[Seam]) -> Table:
     """Return one row per candidate that is not accepted as a weld, with the reasons.
 

@@ -198,7 +198,7 @@ def _errors(found: WorkpieceCalibration) -> list[dict[str, Any]]:
             "max_mm": float(np.max(errors)) if len(errors) else None,
             "frames_mm": np.round(errors, 6).tolist(),
         }
-        for seam, errors in zip(found.seams, found.u95_mm, strict=True)
+        for seam, errors in zip(found.candidates, found.candidate_u95_mm, strict=True)
     ]
 
 

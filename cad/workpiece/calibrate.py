@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +38,7 @@ from wpcal.seam.record import seams_csv, seams_record
 from wpcal.taught.features import FeatureKind
 from wpcal.taught.match import Match, match_points
 from wpcal.taught.programs import names_as_features
-from wpcal.taught.table import TaughtPoints, read_taught
+from wpcal.taught.table import Taught, TaughtPoints, taught_points
 from wpcal.touch.touch_results import SilentRows
 
 if TYPE_CHECKING:
@@ -46,21 +47,55 @@ if TYPE_CHECKING:
 SEAM_RGB = (0.9, 0.2, 0.1)  #: Colour of seams that are written as edges into the moved STEP file (sRGB).
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class WorkpieceCalibration:
-    """A calibrated workpiece."""
+    """A calibrated workpiece. Printed, it is a summary; in a notebook, the page with the part in three dimensions."""
 
     workpiece: Workpiece
     result: CalibrationResult
-    seams: tuple[Seam, ...]  #: With frames in `part`.
-    u95_mm: tuple[FloatArray, ...]  #: shape (frames,). 95 % error at every frame of each seam, mm.
+    candidates: tuple[Seam, ...]  #: All that could be welds, with frames in `part`.
+    candidate_u95_mm: tuple[FloatArray, ...]  #: shape (frames,). 95 % error at every frame of each candidate, mm.
     taught: TaughtPoints  #: With the features that were found for points without one.
     found_names: bool = False  #: Whether features were found for points without one.
     #: A decision may join seams whose ends are at most so far from each other, mm.
     join_mm: float = SeamOptions().most_join_mm
     torch: TorchShape = USUAL_TORCH  #: The torch with which reach was judged.
-    #: The motions of the bodies, if they were fitted; `seams` are then those of the moved bodies.
+    #: The motions of the bodies, if they were fitted; `candidates` are then those of the moved bodies.
     moved: MovedWorkpiece | None = None
+
+    @property
+    def seams(self) -> tuple[Seam, ...]:
+        """The accepted seams: what is welded. Frames in `part`."""
+        return tuple(seam for seam in self.candidates if seam.accepted)
+
+    @property
+    def u95_mm(self) -> tuple[FloatArray, ...]:
+        """95 % error at every frame of each accepted seam, mm."""
+        pairs = zip(self.candidates, self.candidate_u95_mm, strict=True)
+        return tuple(u95 for seam, u95 in pairs if seam.accepted)
+
+    def __repr__(self) -> str:
+        """Say verdict, pose and worst seam in a few lines."""
+        x, y, z = self.T_base_part.t_mm
+        worst = max(zip(self.u95_mm, self.seams, strict=True), key=lambda pair: pair[0].max(initial=0.0), default=None)
+        lines = [
+            f"{self.result.verdict}: {self.workpiece.size}, {counted(len(self.taught.names), 'point')}",
+            f"origin of the part in base: {x:.3f}, {y:.3f}, {z:.3f} mm",
+            f"largest residual {self.result.largest_mm:.3f} mm",
+            f"{counted(len(self.seams), 'seam')} of {counted(len(self.candidates), 'candidate')}",
+        ]
+        if worst is not None:
+            lines.append(f"worst seam {worst[1].name}: {worst[0].max(initial=0.0):.3f} mm with 95 %")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Return the report as a notebook shows it."""
+        from wpcal.pages.report import build_report
+
+        source = self.workpiece.source
+        part_glb = None if source is None else draw_part(source)[0]
+        page = build_report(self.to_record(), self.seams_record(), part_glb)
+        return f'<iframe style="width:100%;height:640px;border:0" srcdoc="{escape(page)}"></iframe>'
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -78,9 +113,9 @@ class WorkpieceCalibration:
         """Return the record of ``seams.json``, frames in `base`."""
         notes, space = self.workpiece.member_notes, self.result.pairs.space
         return seams_record(
-            self.seams,
+            self.candidates,
             self.T_base_part,
-            self.u95_mm,
+            self.candidate_u95_mm,
             space=space,
             notes=notes,
             torch=self.torch,
@@ -111,7 +146,7 @@ class WorkpieceCalibration:
 
 def calibrate_workpiece(
     step: Any,
-    taught: Path | str | TaughtPoints,
+    taught: Taught,
     *,
     T_nominal_part: RigidTransform | None = None,
     options: CalibrateOptions | None = None,
@@ -123,9 +158,9 @@ def calibrate_workpiece(
 
     Parameters
     ----------
-    taught : path or TaughtPoints
-        Points touched with the robot, in `base`, mm. Features of points without one are found
-        (`wpcal.taught.match.name_points`).
+    taught : path, TaughtPoints, mapping or array_like
+        Points touched with the robot, in `base`, mm: a file; positions by the names of features; or positions alone,
+        shape (n, 3). Features of points without one are found (`wpcal.taught.match.name_points`).
 
     Raises
     ------
@@ -138,17 +173,13 @@ def calibrate_workpiece(
     Examples
     --------
     >>> from build123d import Box
-    >>> from wpcal.taught.table import TaughtPoints
-    >>> box = Box(100, 60, 20)
-    >>> import numpy as np
-    >>> corners = np.array([[-50, -30, -10], [50, -30, -10], [50, 30, -10], [-50, 30, 10]], dtype=float)
-    >>> touched = TaughtPoints(("a", "b", "c", "d"), corners + [500, 0, 0], ("",) * 4, corners, ("yes",) * 4, "", ())
-    >>> found = calibrate_workpiece(box, touched)
+    >>> touched = {"V1": (450, -30, -10), "V2": (450, -30, 10), "V4": (450, 30, 10), "V8": (550, 30, 10)}
+    >>> found = calibrate_workpiece(Box(100, 60, 20), touched)
     >>> [round(v, 6) + 0.0 for v in found.T_base_part.t_mm.tolist()]
     [500.0, 0.0, 0.0]
     """
     options = options or CalibrateOptions()
-    given = read_taught(Path(taught)) if isinstance(taught, str | Path) else taught
+    given = taught_points(taught)
     workpiece = open_workpiece(step, progress=progress)
     named = name_taught(given, workpiece.features, options=options, T_nominal_part=T_nominal_part, progress=progress)
     observed = prepare_fit(named.taught, workpiece, T_nominal_part=T_nominal_part, silent=silent)
@@ -237,7 +268,7 @@ def calibrate_files(
         means=means,
         progress=progress,
     )
-    marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams if s.accepted] if mark_seams else []
+    marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams] if mark_seams else []
     seams = found.seams_record()
     with new_directory(out, overwrite=overwrite, head=CALIBRATION_FILE, leave_out=files_of_run(out)) as folder:
         progress("writing the moved part and reading it again")
@@ -270,7 +301,7 @@ def calibrate_files(
         means.seal(found, folder)
         files = (CALIBRATION_FILE, *sorted(file.name for file in folder.iterdir() if file.name != CALIBRATION_FILE))
     notes = (*run_issues, *found.workpiece.issues, *issues, *mesh_issues)
-    return WrittenCalibration(found.result, found.seams, found.u95_mm, record, files, notes)
+    return WrittenCalibration(found.result, found.candidates, found.candidate_u95_mm, record, files, notes)
 
 
 def match_taught(

@@ -74,11 +74,12 @@ def drawn_of(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = ()
     T, tolerance_mm = found.T_base_part, found.result.tolerance_mm
     colours = [
         colour_of(float(u95.max()) / tolerance_mm) if seam.accepted and len(u95) else UNKNOWN
-        for seam, u95 in zip(found.seams, found.u95_mm, strict=True)
+        for seam, u95 in zip(found.candidates, found.candidate_u95_mm, strict=True)
     ]
-    frames = [seam.frames.moved(T) for seam in found.seams]
+    frames = [seam.frames.moved(T) for seam in found.candidates]
     has_moved = found.moved is not None
-    lines = _polylines(found.seams, frames, colours) if has_moved else _seams(found.workpiece, found.seams, T, colours)
+    all_seams = found.candidates
+    lines = _polylines(all_seams, frames, colours) if has_moved else _seams(found.workpiece, all_seams, T, colours)
     return [*_parts(found.moved_shapes()), *lines, *_axes(frames), *_points(found)]
 
 

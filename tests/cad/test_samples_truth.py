@@ -45,7 +45,7 @@ def seams_in_truth(name: str) -> list[tuple[Seam, SeamFrames]]:
     T_part_base = truth(name).inverse()
     return [
         (seam, seam.frames.moved(found.T_base_part).moved(T_part_base))
-        for seam in found.seams
+        for seam in found.candidates
         if seam.accepted or seam.wrap_of
     ]
 
@@ -132,7 +132,7 @@ def test_exact_points_find_the_place(name: str) -> None:
 @pytest.mark.parametrize("name", PARTS)
 def test_the_seam_error_is_within_what_was_predicted(name: str) -> None:
     found, T = calibrated(name, "taught.csv"), truth(name)
-    for seam, u95_mm in zip(found.seams, found.u95_mm, strict=True):
+    for seam, u95_mm in zip(found.candidates, found.candidate_u95_mm, strict=True):
         off = np.linalg.norm(found.T_base_part.apply(seam.frames.p) - T.apply(seam.frames.p), axis=1)
         assert (off <= U95_FACTOR * u95_mm).all(), f"{seam.name}: {off.max():.3f} mm, predicted {u95_mm.max():.3f} mm"
         assert off.max() > EXACT_MM  # a taught point that is off by 0.1 mm leaves its mark

@@ -57,12 +57,12 @@ def test_the_colours_are_those_of_the_pages() -> None:
 def test_seams_frames_points_and_residuals_are_where_they_are_in_the_base(found: WorkpieceCalibration) -> None:
     drawn = {each.name: each for each in drawn_of(found)}
     assert {"plate", "web", "frames x", "frames y", "frames z", "taught points"} <= set(drawn)
-    for seam, u95 in zip(found.seams, found.u95_mm, strict=True):
+    for seam, u95 in zip(found.candidates, found.candidate_u95_mm, strict=True):
         begin = found.T_base_part.apply(seam.frames.p[:1])[0]
         assert np.linalg.norm(np.array(tuple(drawn[seam.name].shape @ 0)) - begin) < 1e-6
         expected = colour_of(u95.max() / found.result.tolerance_mm) if seam.accepted else UNKNOWN
         assert drawn[seam.name].color == expected
-    frames = sum(len(seam.frames) for seam in found.seams)
+    frames = sum(len(seam.frames) for seam in found.candidates)
     assert len(drawn["frames x"].shape.edges()) == frames
     seen = sorted(tuple(point) for point in drawn["taught points"].shape.vertices())
     assert np.allclose(seen, sorted(map(tuple, found.result.pairs.p_target)))

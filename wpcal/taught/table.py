@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -99,6 +99,38 @@ class TaughtPoints:
             raise InputError(f"{len(names)} names and {len(points)} taught points")
         n = len(points)
         return cls(tuple(names), points, tuple(names), np.full((n, 3), np.nan), ("yes",) * n, "", (0,) * n)
+
+
+Taught: TypeAlias = Path | str | TaughtPoints | Mapping[str, ArrayLike] | ArrayLike
+"""What scripts give as taught points: a file, points, positions by feature, a table, or positions alone."""
+
+
+def taught_points(given: Taught) -> TaughtPoints:
+    """Return taught points from what a script gives.
+
+    A table (such as a DataFrame) has the columns name, x_mm, y_mm, z_mm and, if wanted, feature. Positions have the
+    shape (n, 3), in `base`, mm; those alone are P1, P2, …, and their features are not known.
+
+    Raises `InputError` when positions are not numbers of that shape, and what `read_taught` raises for a file.
+    """
+    if isinstance(given, TaughtPoints):
+        return given
+    if isinstance(given, str | Path):
+        return read_taught(Path(given))
+    if isinstance(given, Mapping):
+        positions: Any = list(given.values())
+        return TaughtPoints.of_features(list(given), positions)
+    columns: Any = getattr(given, "columns", None)
+    if columns is None:
+        points = as_points(given, name="taught points")
+        named = TaughtPoints.of_features([f"P{row}" for row in range(1, len(points) + 1)], points)
+        return replace(named, features=("",) * len(points))
+    missing = [name for name in ("name", "x_mm", "y_mm", "z_mm") if name not in columns]
+    if missing:
+        raise InputError(f"taught points: no column {missing[0]}; expected name, x_mm, y_mm, z_mm")
+    table: Any = given
+    named = TaughtPoints.of_features(list(map(str, table["name"])), np.column_stack([table[f"{x}_mm"] for x in "xyz"]))
+    return replace(named, features=tuple(map(str, table["feature"]))) if "feature" in columns else named
 
 
 def read_taught(path: Path) -> TaughtPoints:

@@ -34,9 +34,13 @@ def modules_of(package: str) -> set[str]:
 
 
 def names_in_documents(package: str) -> set[str]:
-    """The names that the documentation uses as ``wpcal.name``, without modules, packages and groups of entry points."""
+    """The names that the documentation uses as ``wpcal.name``, without modules, groups of entry points and the file."""
     text = "\n".join(path.read_text(encoding="utf-8") for path in DOCUMENTS)
-    return set(re.findall(rf"(?<![\w./\"-]){package}\.([A-Za-z_]+)\b", text)) - modules_of(package) - groups_of(package)
+    return (
+        set(re.findall(rf"(?<![\w./\"-]){package}\.(?!toml\b)([A-Za-z_]+)\b", text))
+        - modules_of(package)
+        - groups_of(package)
+    )
 
 
 def groups_of(package: str) -> set[str]:

@@ -1,0 +1,72 @@
+"""What a script gives and gets: points in any of five forms, welds apart from candidates, a short summary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from build123d import Box, Pos
+
+import cad
+from cad.workpiece.calibrate import WorkpieceCalibration
+from wpcal.core.errors import InputError
+from wpcal.taught.table import taught_points
+
+TOUCHED = {
+    "V2": (900.20, 99.74, 60.04),
+    "V4": (864.48, 214.60, 59.98),
+    "V16": (1055.40, 273.72, 59.91),
+    "V12": (1048.60, 212.88, 139.96),
+}
+
+
+@pytest.fixture(scope="module")
+def found() -> WorkpieceCalibration:
+    plate, web = Pos(100, 60, 5) * Box(200, 120, 10), Pos(100, 60, 50) * Box(150, 8, 80)
+    plate.label, web.label = "plate", "web"
+    return cad.calibrate_workpiece([plate, web], TOUCHED)
+
+
+def test_seams_are_the_welds_and_candidates_are_all(found: WorkpieceCalibration) -> None:
+    assert [seam.name for seam in found.candidates] == ["W1", "W2", "W3", "W4"]
+    assert [seam.name for seam in found.seams] == ["W2", "W3"]
+    assert [len(u95) for u95 in found.u95_mm] == [len(seam.frames) for seam in found.seams]
+    assert len(found.seams_record()["seams"]) == 4
+
+
+def test_printed_it_is_a_summary(found: WorkpieceCalibration) -> None:
+    assert len(repr(found).splitlines()) <= 10
+    assert repr(found).startswith(f"{found.result.verdict}: 2 solids")
+    assert f"worst seam {found.seams[0].name}" in repr(found) or f"worst seam {found.seams[1].name}" in repr(found)
+    assert "<iframe" in found._repr_html_()
+
+
+def test_points_come_in_any_form(tmp_path: Path) -> None:
+    names, p = list(TOUCHED), np.array(list(TOUCHED.values()))
+    rows = "".join(f"{name},{x},{y},{z}\n" for name, (x, y, z) in TOUCHED.items())
+    (tmp_path / "taught.csv").write_text("name,x_mm,y_mm,z_mm\n" + rows)
+    table = {"name": names, "x_mm": p[:, 0], "y_mm": p[:, 1], "z_mm": p[:, 2]}
+    frame = type("Frame", (SimpleNamespace,), {"__getitem__": lambda self, key: table[key]})(columns=list(table))
+    for given in (TOUCHED, frame, str(tmp_path / "taught.csv")):
+        taught = taught_points(given)  # type: ignore[arg-type]
+        assert (taught.names, taught.p_base.tolist()) == (tuple(names), p.tolist())
+    alone = taught_points(p)
+    assert (alone.names, alone.features) == (("P1", "P2", "P3", "P4"), ("",) * 4)
+    assert taught_points(alone) is alone
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"V1": (1, 2)}, "taught points"),
+        ({"V1": (1, 2, "x")}, "taught points"),
+        ([[1, 2, float("nan")]], "taught points"),
+        (SimpleNamespace(columns=["x_mm"]), "no column name"),
+        (None, "taught points"),
+    ],
+)
+def test_what_is_no_points_is_one_line(given: object, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        taught_points(given)  # type: ignore[arg-type]
