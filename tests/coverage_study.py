@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariance
+from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_excess
 from wpcal.calibrate.errors.prediction import error_95
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, as_points, frozen
@@ -50,6 +50,8 @@ def run_coverage_study(
     moved = (seam @ R.transpose(0, 2, 1))[:, 0] + t
     residuals = taught - (p - centre) @ R.transpose(0, 2, 1) - t[:, None, :]
     rms = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1))
-    covariance = (minimax_covariance if criterion is Criterion.MINIMAX else isotropic_covariance)(p - centre, sigma_mm)
+    covariance = isotropic_covariance(p - centre, sigma_mm)
+    if criterion is Criterion.MINIMAX:
+        covariance = covariance + sigma_mm**2 * minimax_excess((p - centre)[None], sigma_mm)[0]
     predicted = float(error_95(seam, covariance)[0])
     return CoverageStudy(frozen(np.linalg.norm(moved - seam[0], axis=1)), frozen(rms), predicted)

@@ -200,28 +200,24 @@ class Request:
     choice: SeamsAsked = group(SeamsAsked)
     output: OutputAsked = group(OutputAsked)
 
-    def options(
-        self, run: TouchRun | None, *, is_criterion_given: bool
-    ) -> tuple[CalibrateOptions, RigidTransform | None]:
+    def options(self, run: TouchRun | None) -> tuple[CalibrateOptions, RigidTransform | None]:
         """Return the options, and ``T_nominal_part`` if it is known.
 
         Raises `InputError` when an option cannot be used, or not with another.
         """
         found = replace(self.fitting, choice=self.choice.to_choice(), bodies=self.moving.to_options())
         if found.bodies is not None:
-            _refuse_rigid_only(found, is_criterion_given=is_criterion_given)
+            _refuse_rigid_only(found)
         if run is None:
             return found, self.place.nominal
-        if not is_criterion_given:
-            found = replace(found, criterion=Criterion.WEIGHTED)
         return found, self.place.nominal or run.T_nominal_part
 
 
-def _refuse_rigid_only(options: CalibrateOptions, *, is_criterion_given: bool) -> None:
+def _refuse_rigid_only(options: CalibrateOptions) -> None:
     """Refuse what only a part that moved in one piece has."""
     if options.certify:
         raise InputError("--certify cannot be used with --bodies: what it proves holds for a rigid part")
-    if is_criterion_given and options.criterion is not Criterion.WEIGHTED:
+    if options.criterion not in (None, Criterion.WEIGHTED):
         raise InputError(
             f"--criterion {options.criterion.value} cannot be used with --bodies: bodies are fitted by weighted squares"
         )
@@ -233,7 +229,7 @@ def calibrate_arguments(asked: Request, *, part: Path, taught: Path, out: Path) 
     Raises `InputError` when an option or one of its files cannot be used, or the results cannot be written to `out`.
     """
     run = asked.touching.read(part, taught, asked.fitting, asked.reading)
-    options, nominal = asked.options(run, is_criterion_given=is_given("criterion"))
+    options, nominal = asked.options(run)
     holding = asked.holder.read()
     check_writable(out, overwrite=asked.output.force)
     return {
@@ -256,11 +252,6 @@ def run_arguments(run: TouchRun | None) -> dict[str, Any]:
         "run_issues": () if run is None else run.issues,
         "silent": None if run is None else run.silent,
     }
-
-
-def is_given(parameter: str) -> bool:
-    """Whether the user typed an option of the current command."""
-    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
 
 
 @cache

@@ -131,7 +131,7 @@ def _asked(part: OpenPart, request: Request, params: Mapping[str, Any]) -> Asked
     given = params["taught"]
     rows = None if "path" in given else _rows(given)
     run = _touch_run(part, given, request) if "touches" in given else None
-    options, nominal = request.options(run, is_criterion_given="criterion" in params.get("options", {}))
+    options, nominal = request.options(run)
     options = replace(options, choice=_choice(request.choice, params))
     if rows is not None:
         return Asked(options, nominal, rows.to_taught(), rows, None)

@@ -100,13 +100,13 @@ class PickSession:
             workpiece, options = self.part.workpiece, self.options
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
             observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
-            seams, sigma_mm = self.part.seams, options.teaching.per_axis_mm
+            seams = self.part.seams
             result, u95 = run_fit(
                 observed,
                 seams,
                 options=options,
                 T_nominal_part=self.T_nominal_part,
-                suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=sigma_mm),
+                suggest=partial(next_point, named.taught, workpiece, seams, teaching=options.teaching),
             )
             bodies, choice = None, self.moving.to_options(self.groups)
             if choice is not None:
@@ -171,13 +171,13 @@ class PickSession:
                 part, weldment = self.part, self._with_sections()
             ball_mm = self.options.ball_mm
             return next_for_bodies(part, weldment, rows, (have, others), choice, sigma_mm=sigma_mm, ball_mm=ball_mm)
-        least_squares = self.options.criterion is not Criterion.MINIMAX
         chosen = advise_set(
             [item for item in self.part.touchables if item.feature.kind.is_point and item.feature.name not in taken],
             [seam for seam in self.part.seams if seam.accepted],
             points=max(FIRST_POINTS, len(have) + 1),
             sigma_mm=sigma_mm,
-            criterion=Criterion.LEAST_SQUARES if least_squares else Criterion.MINIMAX,
+            robot=self.options.teaching.robot,
+            criterion=Criterion.MINIMAX if self.options.criterion is Criterion.MINIMAX else Criterion.LEAST_SQUARES,
             have=have,
             seed=self.options.seed,
         )

@@ -11,8 +11,8 @@ import numpy as np
 from cad.session.part import PickPart
 from cad.session.rows import Rows
 from wpcal.calibrate import Criterion, TeachingError
-from wpcal.calibrate.errors.of_touches import propagate_covariance
-from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.touches import Pose
 from wpcal.calibrate.trust.held_motions import held_motions
@@ -82,8 +82,8 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
         held_motions(touches, pose)
     except GeometryError as error:
         return {**nothing, "touches": arrows, "free": str(error)}
-    covariance, _ = propagate_covariance(touches, pose, Criterion.LEAST_SQUARES, TeachingError(sigma_mm=sigma_mm))
-    return {**nothing, "touches": arrows, **_worst(part.seams, covariance)}
+    budget = budget_of_touches(touches, pose, Criterion.LEAST_SQUARES, TeachingError(sigma_mm=sigma_mm))
+    return {**nothing, "touches": arrows, **_worst(part.seams, budget)}
 
 
 def planned_touches(part: PickPart, rows: Rows, ball_mm: float) -> tuple[Touches, list[int]] | None:
@@ -122,8 +122,8 @@ def _model_point(row: dict[str, str], features: Sequence[ReferenceFeature]) -> t
         return None
 
 
-def _worst(seams: Sequence[Seam], covariance: FloatArray) -> dict[str, Any]:
-    errors = [(float(error_95(seam.frames.p, covariance).max()), seam.name) for seam in seams if seam.accepted]
+def _worst(seams: Sequence[Seam], budget: ErrorBudget) -> dict[str, Any]:
+    errors = [(budget.largest_error_95(seam.frames.p)[1], seam.name) for seam in seams if seam.accepted]
     if not errors:
         return {}
     largest, name = max(errors)

@@ -14,7 +14,7 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import Criterion
-from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
 from wpcal.core.progress import Progress, no_progress
@@ -49,8 +49,15 @@ class AdviseOptions:
         read=split_names,
     )
     sigma_mm: float = opt(USUAL_SIGMA_MM, "Teaching error: standard deviation per axis.")
+    robot: RobotField | None = opt(
+        None,
+        "The robot's own smooth error, as in `wpcal calibrate`.",
+        "--robot-mm",
+        metavar="AMPLITUDE,LENGTH",
+        read=RobotField.read,
+    )
     criterion: Criterion = opt(
-        Criterion.MINIMAX,
+        Criterion.LEAST_SQUARES,
         "What is minimised: the criterion that `wpcal calibrate` will get.",
         choices=(Criterion.MINIMAX, Criterion.LEAST_SQUARES),
     )
@@ -160,6 +167,7 @@ def _advise(
         asked.seams,
         points=USUAL_POINTS if options.points is None else options.points,
         sigma_mm=options.sigma_mm,
+        robot=options.robot,
         criterion=options.criterion,
         have=asked.have,
         progress=progress,

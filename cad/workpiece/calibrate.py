@@ -192,7 +192,7 @@ def calibrate_workpiece(
             seams,
             options=options,
             T_nominal_part=T_nominal_part,
-            suggest=partial(next_point, named.taught, workpiece, seams, sigma_mm=options.teaching.per_axis_mm),
+            suggest=partial(next_point, named.taught, workpiece, seams, teaching=options.teaching),
         )
         moved = None
         if options.bodies is not None:

@@ -16,7 +16,7 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Touches, calibrate
-from wpcal.calibrate.errors.prediction import Sigma
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.options import FitOptions
 from wpcal.calibrate.trust.silent import SilentSearches
 from wpcal.core.arrays import FloatArray
@@ -119,12 +119,11 @@ def prepare_fit(
 
 
 def next_point(
-    taught: TaughtPoints, workpiece: Workpiece, seams: Sequence[Seam], *, sigma_mm: float | None = None
+    taught: TaughtPoints, workpiece: Workpiece, seams: Sequence[Seam], *, teaching: TeachingError
 ) -> str | None:
     """Choose the feature whose touch, after those already made, lowers the predicted error of the seams most.
 
     `taught`: With their features (`name_taught`).
-    `sigma_mm`: Teaching error per axis.
     Returns str or None. None if rows were touched on faces or have no feature, or no further feature helps.
     """
     used = [name for name, use in zip(taught.features, taught.use, strict=True) if use == "yes"]
@@ -138,7 +137,8 @@ def next_point(
             free,
             [seam for seam in seams if seam.accepted],
             points=len(have) + 1,
-            sigma_mm=Sigma.expected(sigma_mm).mm,
+            sigma_mm=Sigma.expected(teaching.per_axis_mm).mm,
+            robot=teaching.robot,
             criterion=Criterion.LEAST_SQUARES,
             have=have,
         )

@@ -66,9 +66,7 @@ def run_verdict_study(
         fit = problem.fit(criterion)
         issues = problem.diagnose(fit).issues
         wrong = next((issue.ids for issue in issues if issue.code == BLUNDER), ())
-        distrusted = (
-            compare_without(problem, wrong, criterion, seam_points=seam_points, known=(fit,)) if wrong else None
-        )
+        distrusted = compare_without(problem, wrong, fit, seam_points=seam_points) if wrong else None
         verdict = judge_evidence(
             VerdictEvidence(
                 problem=problem,
@@ -77,7 +75,6 @@ def run_verdict_study(
                 check=None,
                 issues=issues,
                 distrusted=distrusted,
-                teaching=teaching,
                 tolerance_mm=tolerance_mm,
                 points_part=seam_points,
                 seam_names=("W",) * len(seam_points),

@@ -19,6 +19,7 @@ from cad.workpiece.advise import AdviseOptions, advise_points
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import Criterion, TeachingError, calibrate
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.pairs import PointPairs
 from wpcal.seam import Seam, SeamOptions
@@ -71,21 +72,23 @@ def test_mitred_corners_are_free_outside_and_hidden_inside(sample: Sample) -> No
 )
 def test_the_promise_is_what_calibrate_reports(sample: Sample, criterion: Criterion, atol: float) -> None:
     workpiece, seams = sample("tee")
-    advice = advise(judge_features(workpiece.graph, workpiece.features), seams, criterion=criterion)
+    robot = RobotField(0.2, 500.0)
+    advice = advise(judge_features(workpiece.graph, workpiece.features), seams, criterion=criterion, robot=robot)
     p = np.array([feature.p_mm for feature in advice.chosen.features])
     pairs = PointPairs(advice.chosen.names, p, p)
     points = np.concatenate([seam.frames.p for seam in seams])
-    result = calibrate(pairs, criterion=criterion, teaching=TeachingError(sigma_mm=0.3))
-    assert result.predict_error_mm(points).max() == pytest.approx(advice.chosen.error_95_mm, rel=0, abs=atol)
+    teaching = TeachingError(sigma_mm=0.3, robot=robot)
+    result = calibrate(pairs, criterion=criterion, teaching=teaching, seam_points=points)
+    assert result.judgement.error_95_mm == pytest.approx(advice.chosen.error_95_mm, rel=0, abs=atol)
 
 
 def test_no_other_set_of_free_features_is_better_by_least_squares(sample: Sample) -> None:
     workpiece, seams = sample("lap")
     judged = judge_features(workpiece.graph, workpiece.features)
-    advice = advise(judged, seams, criterion=Criterion.LEAST_SQUARES)
+    advice = advise(judged, seams, robot=RobotField.none())
     sharp = [item.feature for item in judged if item.ease is Ease.SHARP]
     best = min(
-        advise(judged, seams, points=4, have=three, criterion=Criterion.LEAST_SQUARES).chosen.error_95_mm
+        advise(judged, seams, points=4, have=three, robot=RobotField.none()).chosen.error_95_mm
         for three in list(combinations(sharp, 3))[::20]
     )
     assert advice.chosen.error_95_mm <= best + ROUND_OFF_MM

@@ -16,8 +16,9 @@ from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import DIGITS_MM, WRITERS
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.calibrate import Criterion, TeachingError, Touches, calibrate
-from wpcal.calibrate.errors.of_touches import propagate_covariance
+from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.solve.touches import Pose, fit_squares
 from wpcal.controllers.registry import controllers
 from wpcal.controllers.touch_results import read_touch_results
@@ -314,7 +315,7 @@ def test_errors_that_all_touches_share_are_in_the_predicted_error(
     assert touches.covariances is not None
     truth, rng, covered = PLAN.T_base_part @ MOVED, np.random.default_rng(0), []
     start = Pose.of(touches, truth.R, truth.t_mm)
-    covariance = propagate_covariance(touches, start, criterion, TeachingError())[0]
+    covariance = budget_of_touches(touches, start, criterion, TeachingError(robot=RobotField.none())).covariance
     seam = truth.apply(np.array([[25.0, 60, 10], [100, 60, 10], [175, 60, 10]]))
     predicted = error_95(seam, covariance)
     own = np.linalg.cholesky(touches.covariances - touches.shared @ touches.shared.swapaxes(1, 2))

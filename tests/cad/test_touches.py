@@ -24,8 +24,8 @@ from wpcal.calibrate import (
     VerdictKind,
     calibrate,
 )
-from wpcal.calibrate.errors.of_touches import propagate_covariance
-from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.of_touches import budget_of_touches
+from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.observe.touch_problem import TouchProblem, touches_have_heavy_tails
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.touches import Pose, fit_minimax, fit_squares
@@ -273,7 +273,7 @@ def test_the_predicted_covariance_is_that_of_simulated_fits(tee: Workpiece, weig
         samples.append(np.concatenate([omega, turn @ (centre - pose.t) + T_MM - centre]))
     samples_about_centre = np.array(samples)
     criterion = Criterion.WEIGHTED if weighted else Criterion.LEAST_SQUARES
-    covariance = propagate_covariance(exact, truth, criterion, TeachingError())[0]
+    covariance = budget_of_touches(exact, truth, criterion, TeachingError(robot=RobotField.none())).covariance
     change = np.eye(6)
     change[3:, :3] = [[0, centre[2], -centre[1]], [-centre[2], 0, centre[0]], [centre[1], -centre[0], 0]]
     predicted = change @ covariance @ change.T

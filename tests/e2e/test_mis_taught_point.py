@@ -18,7 +18,7 @@ def test_a_mis_taught_point_is_named_and_left_out_by_hand(tmp_path: Path) -> Non
     first = run_here("calibrate", TEE / "tee.step", TEE / "taught_blunder.csv", "-o", tmp_path / "first")
     assert (first.returncode, first.stderr) == (1, "")
     shown = " ".join(first.stdout.split())
-    assert "With and without V16 (minimax)" in shown
+    assert "With and without V16 (least_squares)" in shown
     assert "the other points contradict V16 (2.96 mm off their fit), probability above 99 %: teach again" in shown
     assert "left out by hand (use no): V10" in shown
 

@@ -13,8 +13,9 @@ from tests.touch_parts import touch_part
 from tests.touch_robots.loop import BRANDS, CONFIG, T_FLANGE_TOOL, displacement, planned_frame, run_program
 from tests.touch_robots.robot import CrashError, Senses, Torch
 from tests.touch_robots.solid import Solid, triangles_of
-from wpcal.calibrate.errors.of_touches import propagate_covariance
-from wpcal.calibrate.errors.prediction import TeachingError, error_95
+from wpcal.calibrate.errors.of_touches import budget_of_touches
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.solve.touches import fit_squares_of
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.controllers.touch_run import read_touch_run
@@ -192,9 +193,10 @@ def coverage(planned, out, runs, *, is_common):
         )
         fits = fit_squares_of(moved, nominal.R[None], nominal.t_mm[None], weighted=True)
         pose = fits.pose(0)
-        covariance, _ = propagate_covariance(moved, pose, Criterion.WEIGHTED, TeachingError())
+        exact_robot = TeachingError(robot=RobotField.none())
+        budget = budget_of_touches(moved, pose, Criterion.WEIGHTED, exact_robot)
         error = np.linalg.norm(seam @ (pose.R - true[:3, :3]).T + pose.t - true[:3, 3], axis=1)
-        inside.append(error < error_95(seam @ pose.R.T + pose.t, covariance))
+        inside.append(error < budget.error_95_mm(seam @ pose.R.T + pose.t))
     return np.mean(inside)
 
 

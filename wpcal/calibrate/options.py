@@ -19,10 +19,11 @@ class FitOptions:
     tolerance_mm: float = opt(
         TOLERANCE_MM, "Allowed error: the verdict compares with it, and larger errors end with code 1."
     )
-    criterion: Criterion = opt(
-        Criterion.MINIMAX,
+    criterion: Criterion | None = opt(
+        None,
         "What is minimised: the largest distance (the published criterion), the sum of squares, the sum of squares "
-        "weighted by the stated errors of the points, or the sum of squares over the points that agree.",
+        "weighted by the stated errors of the points, or the sum of squares over the points that agree.  [default: "
+        "what predicts the least error of the seams]",
     )
     solver: Solver = opt(
         Solver.ANNEALING,

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma, TeachingError, error_95
+from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.solve.minimax import CERTIFIED_MM
 from wpcal.calibrate.solver_report import SolverReport
 from wpcal.calibrate.trust.blame import Suspect
 from wpcal.calibrate.trust.criteria import CriteriaComparison, Criterion
+from wpcal.calibrate.trust.scale import ScaleFit
 from wpcal.calibrate.trust.tool_offset import ToolOffset
 from wpcal.calibrate.trust.touch_evidence import TouchEvidence
 from wpcal.calibrate.trust.verdict import Verdict, VerdictKind
@@ -46,6 +48,9 @@ class CalibrationResult:
     #: `wpcal.core.tangent`: ``T_true = exp(ξ) T_base_part``; rad², rad·mm, mm².
     covariance: FloatArray
     sigma: Sigma  #: The teaching error behind the covariance, and how it is known.
+    budget: ErrorBudget  #: The contributions to every predicted error.
+    #: Points of each accepted seam in `part`, mm, by its name; the fitted points with an empty name if there are none.
+    seams: tuple[tuple[str, FloatArray], ...]
     teaching: TeachingError  #: What was stated.
     judgement: Verdict  #: Whether the seams are shown to be within the tolerance, as a sentence.
     solver: SolverReport
@@ -59,6 +64,7 @@ class CalibrationResult:
     suspect: Suspect | None = None  #: The observations that are wrong, as far as the data tell, with their probability.
     #: How far the tip is from the tool centre point of the controller, if the postures of the touches show it.
     tool: ToolOffset | None = None
+    scale: ScaleFit | None = None  #: How much larger the part is than its model. None of fewer than five observations.
     #: What only touches on faces and edges have; their lower bound is zero. None for points.
     touches: TouchEvidence | None = None
     #: Which other criterion to take, and what it would give. None if minimax is as good, or was not asked for.
@@ -119,14 +125,9 @@ class CalibrationResult:
     def predict_error_mm(self, points_part: ArrayLike) -> FloatArray:
         """Length that the error of points of the part stays below with 95 % probability, shape (k,), mm.
 
-        A stated bias of the tool centre point adds √2 times its length: the weld's posture may be a quarter turn from
-        the posture of the touch.
-
         `points_part`: shape (k, 3). Part frame, mm.
         """
-        moved = self.T_base_part.apply(as_points(points_part, name="points"))
-        fit = error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
-        return frozen(fit + POSTURE_FACTOR * self.teaching.tcp_bias_mm)
+        return self.budget.error_95_mm(self.T_base_part.apply(as_points(points_part, name="points")))
 
     def point_errors_mm(self, rows: Sequence[int] | None = None, *, check: bool = False) -> FloatArray:
         """Return the 95 % errors of the fitted points, or of the check points, mm, shape (k,)."""
@@ -142,7 +143,8 @@ class CalibrationResult:
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
         suspect = {} if self.suspect is None else {"suspect": self.suspect.to_record()}
         tool = {} if self.tool is None else {"tool_offset": self.tool.to_record()}
-        return {**self._record(), **suspect, **tool, **touches}
+        scale = {} if self.scale is None else {"scale": self.scale.to_record()}
+        return {**self._record(), **suspect, **tool, **scale, **touches}
 
     def _record(self) -> dict[str, Any]:
         return {
@@ -179,6 +181,7 @@ class CalibrationResult:
                 "tcp_bias_mm": self.teaching.tcp_bias_mm,
                 **self.sigma.to_record(),
             },
+            "budget": self.budget.to_record([(name, self.T_base_part.apply(p)) for name, p in self.seams]),
             "criteria": None if self.criteria is None else self.criteria.to_record(),
             "distrusted": None if self.distrusted is None else self.distrusted.to_record(),
             "issues": [issue.to_record() for issue in self.issues],

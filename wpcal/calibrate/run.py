@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -9,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.prediction import COVERAGE, SigmaSource, TeachingError
 from wpcal.calibrate.observe.points import PointProblem, search_points
 from wpcal.calibrate.observe.touch_problem import search_touches
 from wpcal.calibrate.observe.touches import Touches
@@ -29,6 +30,7 @@ from wpcal.calibrate.trust.criteria import (
 )
 from wpcal.calibrate.trust.diagnose import require_plausible_units
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
+from wpcal.calibrate.trust.scale import ScaleFit, fit_scale
 from wpcal.calibrate.trust.silent import SilentSearches, silent_issues
 from wpcal.calibrate.trust.touch_evidence import TouchEvidence
 from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge_evidence, verdict_issues
@@ -39,6 +41,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
 from wpcal.core.version import __version__
+from wpcal.core.wording import plural
 from wpcal.optim.annealing import AnnealingSchedule
 
 COMPARED = 20_000
@@ -49,7 +52,7 @@ tenths of a second."""
 def calibrate(
     observed: PointPairs | Touches,
     *,
-    criterion: Criterion = Criterion.MINIMAX,
+    criterion: Criterion | None = None,
     solver: Solver = Solver.ANNEALING,
     schedule: AnnealingSchedule | None = None,
     seed: int = 0,
@@ -73,8 +76,10 @@ def calibrate(
         Points of the model (frame ``part``) with the same points as taught (frame ``base``), mm; or touches on points,
         edges and faces of the part. The residual of a touch is its distance from what it lies on. In the result each
         touch is the pair of where it was made and where it should have been.
-    criterion : Criterion
-        What is minimised; the paper's is the largest distance. ``ROBUST`` leaves out what the others contradict.
+    criterion : Criterion, optional
+        What is minimised; the paper's is the largest distance. ``ROBUST`` leaves out what the others contradict. By
+        default the criterion that predicts the least error of the seams; of touches that state their errors, that is
+        ``WEIGHTED``.
     solver : Solver
         Where the search starts: for points that of the minimax fit (the other criteria need no search), for touches
         that of every fit.
@@ -129,14 +134,21 @@ def calibrate(
     asked = FitOptions(criterion=criterion, solver=solver, seed=seed, teaching=model, certify=certify)
     known = _Known(check, T_nominal_part, nominal, schedule, given, features or {}, postures or {})
     problem, report, evidence = _problem(observed, asked, known)
-    fit = problem.fit(criterion)
+    fits = _Fits(problem)
+    fit = fits.of(criterion or (Criterion.WEIGHTED if problem.has_covariances else Criterion.LEAST_SQUARES))
+    points = _paired(observed, fit.T).p_source if given is None else given
+    criteria, found, distrusted = _assess(fits, fit, points)
+    if criterion is None and criteria is not None:
+        fit = fits.of(criteria.least)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
-    points = pairs.p_source if given is None else given
-    criteria, found, distrusted = _assess(problem, fit, points)
+    scale, found = _scale(problem, fit, found)
+    if scale is not None and scale.is_found:
+        fit = replace(fit, budget=fit.budget.with_scale(scale.scale))
     if silent is not None:
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
+        fit = replace(fit, budget=fit.budget.allowing(model.tcp_bias_mm))
     judged = VerdictEvidence(
         problem=problem,
         fit=fit,
@@ -144,10 +156,10 @@ def calibrate(
         check=check_pairs,
         issues=found.issues,
         distrusted=distrusted,
-        teaching=model,
         tolerance_mm=tolerance_mm,
         points_part=points,
         seam_names=tuple(seam_names),
+        remedy=_other_criterion(fits, fit, criteria, points, tolerance_mm),
     )
     exceeding = verdict_issues(pairs, check_pairs, fit.T, tolerance_mm)
     return CalibrationResult(
@@ -156,24 +168,66 @@ def calibrate(
         T_base_part=fit.T,
         T_nominal_part=nominal,
         T_base_nominal=fit.T @ nominal.inverse(),
-        criterion=criterion,
+        criterion=fit.criterion,
         objective_mm=fit.objective_mm,
         lower_bound_mm=fit.lower_bound_mm,
         covariance=fit.covariance,
         sigma=fit.sigma,
+        budget=fit.budget,
         teaching=model,
         judgement=judge_evidence(judged, suggest=suggest),
         solver=report,
         criteria=criteria,
         issues=(*found.issues, *exceeding, *bias_advice(problem.teaching)),
         tolerance_mm=tolerance_mm,
+        seams=_by_seam(points, seam_names),
         versions={"wpcal": __version__, "numpy": np.__version__, "scipy": scipy.__version__},
         distrusted=distrusted,
         suspect=found.suspect,
         tool=found.tool,
+        scale=scale,
         touches=evidence,
         criterion_advice=advise_criterion(fit, criteria, problem.word),
     )
+
+
+def _scale(problem: FitProblem, fit: CriterionFit, found: Diagnosis) -> tuple[ScaleFit | None, Diagnosis]:
+    """Fit the scale of the part; where it explains what looked like wrong observations, it takes their place."""
+    budget, rows = fit.budget, fit.budget.belief.rows
+    known = None if budget.sigma.source is SigmaSource.ESTIMATED else math.sqrt(budget.belief.s2)
+    scale = None if rows is None else fit_scale(rows, len(fit.rows), known, problem.teaching.robot)
+    if scale is None or not scale.is_found or found.tool is not None:
+        return scale, found
+    if found.suspect is not None:
+        if not isinstance(problem, PointProblem):
+            return scale, found
+        larger = problem.scaled(scale.scale)
+        again = larger.diagnose(larger.fit(fit.criterion))
+        if again.suspect is not None:
+            return scale, found
+        found = again
+    kept = [issue for issue in found.issues if issue.code != "poor-fit"]
+    return scale, replace(found, issues=(scale.issue, *kept))
+
+
+def _other_criterion(
+    fits: _Fits, fit: CriterionFit, criteria: CriteriaComparison | None, points: FloatArray, tolerance_mm: float
+) -> str:
+    """Say which other criterion has the seams within the tolerance, or nothing."""
+    if criteria is None or criteria.least is fit.criterion:
+        return ""
+    other = fits.of(criteria.least)
+    error = float(np.quantile(other.budget.joint_errors(other.T.apply(points)), COVERAGE))
+    if error > tolerance_mm:
+        return ""
+    return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(fits.problem.word)}"
+
+
+def _by_seam(points: FloatArray, names: Sequence[str]) -> tuple[tuple[str, FloatArray], ...]:
+    """Return the points of each seam, or of the fitted points without a name."""
+    if not names:
+        return (("", points),)
+    return tuple((name, points[[i for i, n in enumerate(names) if n == name]]) for name in dict.fromkeys(names))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,23 +293,36 @@ def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> Poin
     return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
 
 
+class _Fits:
+    """The fits of one problem, each made once."""
+
+    def __init__(self, problem: FitProblem) -> None:
+        self.problem = problem
+        self.known: dict[Criterion, CriterionFit] = {}
+
+    def of(self, criterion: Criterion) -> CriterionFit:
+        """Return the fit by a criterion."""
+        if criterion not in self.known:
+            self.known[criterion] = self.problem.fit(criterion)
+        return self.known[criterion]
+
+
 def _assess(
-    problem: FitProblem, fit: CriterionFit, seam_points: FloatArray
+    fits: _Fits, fit: CriterionFit, seam_points: FloatArray
 ) -> tuple[CriteriaComparison | None, Diagnosis, Distrusted | None]:
     """Compare the criteria, find what is wrong with the observations, and fit without those that are named."""
+    problem = fits.problem
     n = len(problem.names)
     if n > COMPARED:
         message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
         return None, Diagnosis((Issue("not-compared", message),)), None
     found = problem.diagnose(fit)
-    if found.tool is not None:
-        problem = problem.allowing(max(problem.teaching.tcp_bias_mm, found.tool.bound_mm))
-    comparison = compare_criteria(problem, seam_points=seam_points, issues=found.issues, known=(fit,))
+    comparison = compare_criteria(problem, fits.of, seam_points=seam_points, issues=found.issues)
     wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:
         return comparison, found, None
     try:
-        without = compare_without(problem, wrong, fit.criterion, seam_points=seam_points, known=(fit,))
+        without = compare_without(problem, wrong, fit, seam_points=seam_points)
     except GeometryError:  # too few are left: two of four
         without = None
     return comparison, found, without

@@ -38,6 +38,8 @@ def fit(
 ) -> int:
     """Fit the rigid transform of the point pairs in PAIRS.csv.
 
+    The criterion is minimax, the published one, if none is given.
+
     Columns: name, model_x_mm, model_y_mm, model_z_mm, real_x_mm, real_y_mm, real_z_mm. Optional columns: use (yes,
     check, no), and sigma_mm or instead cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2.
 
@@ -53,7 +55,8 @@ def fit(
     from wpcal.optim import AnnealingSchedule
     from wpcal.taught.pairs import read_pairs
 
-    if schedule != "default" and (options.solver, options.criterion) != (Solver.ANNEALING, Criterion.MINIMAX):
+    criterion = options.criterion or Criterion.MINIMAX
+    if schedule != "default" and (options.solver, criterion) != (Solver.ANNEALING, Criterion.MINIMAX):
         raise click.UsageError(
             "--schedule belongs to the annealing: it needs --solver annealing and --criterion minimax"
         )
@@ -61,7 +64,7 @@ def fit(
     with blamed_on(str(pairs_csv)), shown_progress(f"fitting {len(pairs.names)} points"):
         result = calibrate(
             pairs,
-            criterion=options.criterion,
+            criterion=criterion,
             solver=options.solver,
             schedule=AnnealingSchedule.yin2003() if schedule == "yin2003" else None,
             seed=options.seed,

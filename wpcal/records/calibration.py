@@ -80,6 +80,7 @@ class Judgement(Record):
         "check-contradicts",
         "rival",
         "silent-search",
+        "scale",
         "beyond",
     ] = D(
         "within: shown. error: the predicted error is larger than the tolerance. unchecked: a wrong touch would leave "
@@ -87,7 +88,8 @@ class Judgement(Record):
         "check: a check point is off by more than the tolerance, which its own error may explain. contradiction: "
         "observations contradict the others. stated-error: the residuals contradict the stated teaching error. "
         "check-contradicts: a check point is off by more than all errors explain. rival: the touches do not exclude "
-        "another place of the part. beyond: a seam is outside with 95 % confidence."
+        "another place of the part. scale: the part is larger or smaller than its model. beyond: a seam is outside "
+        "with 95 % confidence."
     )
     error_95_mm: NotNegative = D(
         "With 95 % probability no point of the accepted seams is off by more. Without seams: no fitted point."
@@ -144,9 +146,48 @@ class TeachingError(Record):
     degrees_of_freedom: Maybe[Annotated[float, Meta(ge=1)] | None] = D("Behind an estimate; null otherwise.")
 
 
+class Scale(Record):
+    scale: float = D("Relative: 5e-4 is 0.5 mm per metre.")
+    error_95: NotNegative = D("Half of its 95 % interval.")
+    chance: Share = D("Probability of such a scale by chance.")
+    is_found: bool = D("Whether the chance is below 1 %.")
+
+
+class RobotField(Record):
+    amplitude_mm: NotNegative = D("Standard deviation per axis of the robot's own error.")
+    length_mm: Positive = D("Distance over which this error changes.")
+    origin: Literal["stated", "identified", "pooled", "estimated", "assumed"] = D(
+        "Stated (--robot-mm), from held-out poses of the identification, from earlier jobs, from the residuals with "
+        "the prior of the class, or the class of uncalibrated six-axis arms."
+    )
+
+
+class Contribution(Record):
+    name: Literal["touching", "tool", "robot", "part", "model"]
+    type: Literal["A", "B"] = D("A: from these observations; B: known otherwise (GUM).")
+    source: str = D("Where its size comes from, in words.")
+
+
+class SeamBudget(Record):
+    seam: str = D("Empty if no seam was given: the fitted points.")
+    error_95_mm: NotNegative = D("At the point of the seam with the largest error: expanded uncertainty, 95 %.")
+    standard_uncertainty_mm: NotNegative = D("Combined standard uncertainty of this point, in all directions together.")
+    coverage_factor: NotNegative | None = D("error_95_mm over standard_uncertainty_mm.")
+    degrees_of_freedom: Annotated[float, Meta(ge=1)] | None = D("Behind the combined uncertainty; null if infinite.")
+    shares: dict[str, Share] = D("Share of each contribution in the variance.")
+
+
+class Budget(Record):
+    robot: RobotField = D("The robot's own smooth error.")
+    contributions: list[Contribution]
+    coverage: Share = D("Probability that a point of a seam is off by less than error_95_mm.")
+    seams: list[SeamBudget]
+
+
 class Row(Record):
     criterion: Literal["minimax", "least_squares", "weighted", "robust"]
     objective_mm: NotNegative
+    lower_bound_mm: Maybe[NotNegative] = D("No rigid transform has a smaller objective.")
     largest_mm: NotNegative = D("Largest distance of a fitted point.")
     rms_mm: NotNegative
     seam_error_95_mm: NotNegative = D("Largest error along the seams that is not exceeded with 95 % probability.")
@@ -393,12 +434,17 @@ class Calibration(Record):
         "Error of one touch: what the user stated, and what the predicted errors rest on. Results of older versions "
         "hold the first only."
     )
+    budget: Maybe[Budget] = D("What every predicted error consists of.")
     criteria: Criteria | None = D("All criteria on the same points; null for very many points.")
     distrusted: Maybe[Distrusted | None] = D(
         "Points that the other points contradict, and what leaving them out changes; null if there are none."
     )
     suspect: Maybe[Suspect] = D(
         "What the observations say about a wrong one among them. Missing if none is contradicted."
+    )
+    scale: Maybe[Scale] = D(
+        "How much larger the part is than its model, fitted beside the pose, not applied. Missing for fewer than five "
+        "observations."
     )
     tool_offset: Maybe[ToolOffset] = D(
         "How far the tip is from the tool centre point of the controller, if the postures of the touches show it. "

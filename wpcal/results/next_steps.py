@@ -143,6 +143,14 @@ def _rival(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
     return ["Touch one more face, of another direction.", "Or give the rough place of the part (--nominal)."]
 
 
+def _scale(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
+    return [
+        "Measure a known length of the part with the robot and with a ruler.",
+        "If the part is warm, let it cool, or calibrate with a model of the warm part. If the lengths differ, have the "
+        "robot calibrated (wpcal identify).",
+    ]
+
+
 def _silent(_: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
     return [
         "Look at the part: does it stand as in the model, not turned or mirrored?",
@@ -228,6 +236,7 @@ _STEPS = {
     "stated-error": _stated_error,
     "large-residuals": _stated_error,
     "beyond": _too_large,
+    "scale": _scale,
     "error": _too_large,
     "unchecked": _unchecked,
     "check": _check,

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariances
-from wpcal.calibrate.errors.prediction import LEAST_ERROR_MM, USUAL_SIGMA_MM, largest_error_95
+from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.prediction import COVERAGE, LEAST_ERROR_MM, Sigma, TeachingError
+from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.csv_text import csv_text
@@ -83,9 +84,9 @@ class AdvisedSet:
     """Features to teach together."""
 
     features: tuple[ReferenceFeature, ...]
-    #: Largest predicted 95 % error along the seams, mm: the figure of `CalibrationResult.predict_error_mm`.
+    #: No point of all seams is off by more, with 95 % probability: the figure that the verdict compares.
     error_95_mm: float
-    seam: str  #: The seam where that error occurs.
+    seam: str  #: The seam with the largest error of its own.
     swap_rms_mm: float  #: Root mean square residual that the most hidden exchange of names would leave, mm.
     swap: tuple[str, ...]  #: The features that it exchanges.
     is_clear: bool  #: Whether that residual is larger than the teaching error can leave.
@@ -149,7 +150,8 @@ def advise(
     *,
     points: int = 4,
     sigma_mm: float = USUAL_SIGMA_MM,
-    criterion: Criterion = Criterion.MINIMAX,
+    robot: RobotField | None = None,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
     have: Sequence[ReferenceFeature] = (),
     seed: int = 0,
     progress: Progress | None = None,
@@ -166,7 +168,10 @@ def advise(
     The search is by the closed-form error of least squares; the last choice among the `FINALISTS` best sets, and every
     figure reported, by the criterion asked for.
     """
-    choice = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    _require_usable(points, sigma_mm, have, criterion)
+    require_seams(seams)
+    teaching = TeachingError(sigma_mm=sigma_mm, robot=robot)
+    choice = _Choice.over(easiest_places(candidates, have, points), seams, teaching, criterion, seed)
     places = choice.places
     say = progress or no_progress
     held = tuple(places.holding(feature.name) for feature in have)
@@ -189,7 +194,8 @@ def advise_set(
     *,
     points: int,
     sigma_mm: float,
-    criterion: Criterion = Criterion.MINIMAX,
+    robot: RobotField | None = None,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
     have: Sequence[ReferenceFeature] = (),
     seed: int = 0,
 ) -> AdvisedSet:
@@ -201,7 +207,10 @@ def advise_set(
         Only `have` itself if no feature added to it makes the error smaller. That can happen with the minimax criterion
         and Gaussian errors.
     """
-    choice = _begun(candidates, seams, points, sigma_mm, criterion, have, seed)
+    _require_usable(points, sigma_mm, have, criterion)
+    require_seams(seams)
+    teaching = TeachingError(sigma_mm=sigma_mm, robot=robot)
+    choice = _Choice.over(easiest_places(candidates, have, points), seams, teaching, criterion, seed)
     held = tuple(choice.places.holding(feature.name) for feature in have)
     best = choice.best(points, held, no_progress)
     if not fills_a_plane(choice.places.p[list(held)]):
@@ -220,21 +229,6 @@ def require_seams(seams: Sequence[Seam]) -> None:
             "solid as seams",
             code=ErrorCode.NO_SEAM,
         )
-
-
-def _begun(
-    candidates: Sequence[Touchable],
-    seams: Sequence[Seam],
-    points: int,
-    sigma_mm: float,
-    criterion: Criterion,
-    have: Sequence[ReferenceFeature],
-    seed: int,
-) -> _Choice:
-    """Check what is asked, and lay out the search."""
-    _require_usable(points, sigma_mm, have, criterion)
-    require_seams(seams)
-    return _Choice.over(easiest_places(candidates, have, points), seams, sigma_mm, criterion, seed)
 
 
 def where_it_is(feature: ReferenceFeature) -> str:
@@ -265,16 +259,23 @@ class _Choice:
     design: Design
     seam_points: FloatArray
     seam_names: tuple[str, ...]
-    sigma_mm: float
+    teaching: TeachingError
     criterion: Criterion
     seed: int
 
     @classmethod
-    def over(cls, places: Places, seams: Sequence[Seam], sigma_mm: float, criterion: Criterion, seed: int) -> _Choice:
+    def over(
+        cls, places: Places, seams: Sequence[Seam], teaching: TeachingError, criterion: Criterion, seed: int
+    ) -> _Choice:
         points = np.concatenate([seam.frames.p for seam in seams])
         names = tuple(seam.name for seam in seams for _ in range(len(seam.frames)))
         design = Design(places.p, points[farthest_rows(points, MOST_SEAM_POINTS)])
-        return cls(places, design, points, names, sigma_mm, criterion, seed)
+        return cls(places, design, points, names, teaching, criterion, seed)
+
+    @property
+    def sigma_mm(self) -> float:
+        """Teaching error per axis."""
+        return Sigma.expected(self.teaching.per_axis_mm).mm
 
     def best(self, n: int, held: tuple[int, ...], progress: Progress) -> AdvisedSet:
         """Return the best set of n points, preferably one whose names cannot be exchanged unseen."""
@@ -304,10 +305,17 @@ class _Choice:
         for k in finalists:
             if bounds[k] > least[1]:
                 break
-            error = largest_error_95(self.seam_points, isotropic_covariance(self.places.p[rows[k]], self.sigma_mm))
+            error = self._error(rows[k])
             if error[1] < least[1]:
                 best, least = k, error
         return None if best is None else self._advised(rows[best], *least)
+
+    def _error(self, row: IntArray) -> tuple[int, float]:
+        """Return the seam point with the largest error of its own, and the 95 % error of all together, mm."""
+        with_minimax = self.criterion is Criterion.MINIMAX
+        budget = budget_of_design(self.places.p[row], self.teaching, with_minimax=with_minimax, seed=self.seed)
+        every = budget.joint_errors(self.seam_points)
+        return budget.largest_error_95(self.seam_points)[0], float(np.quantile(every, COVERAGE))
 
     def _is_clear(self, row: IntArray) -> bool:
         """Whether every exchange of names would be seen in the residuals."""
@@ -315,12 +323,7 @@ class _Choice:
 
     def predicted(self, sets: IntArray) -> AdvisedSet:
         """Predict the errors of sets along all seams, and return the best; `sets` has the shape (m, n)."""
-        p = self.places.p[sets]
-        if self.criterion is Criterion.MINIMAX:
-            covariances = minimax_covariances(p, self.sigma_mm, seed=self.seed)
-        else:
-            covariances = np.array([isotropic_covariance(each, self.sigma_mm) for each in p])
-        errors = [largest_error_95(self.seam_points, covariance) for covariance in covariances]
+        errors = [self._error(each) for each in sets]
         best = min(range(len(sets)), key=lambda row: errors[row][1])
         return self._advised(sets[best], *errors[best])
 

@@ -69,16 +69,16 @@ def test_the_record_holds_both_fits():
 def test_the_angle_between_the_fits_is_that_of_the_turn():
     problem = PointProblem(touched(), TeachingError())
     names = ("a", "b")
-    same = compare_without(problem, (), Criterion.LEAST_SQUARES, seam_points=SEAM)
+    same = compare_without(problem, (), problem.fit(Criterion.LEAST_SQUARES), seam_points=SEAM)
     np.testing.assert_allclose((same.turn_rad, same.shift_mm), 0, rtol=0, atol=ROUND_OFF_MM)
-    other = compare_without(problem, names, Criterion.LEAST_SQUARES, seam_points=SEAM)
+    other = compare_without(problem, names, problem.fit(Criterion.LEAST_SQUARES), seam_points=SEAM)
     assert other.turn_rad > 1e-5
 
 
 def test_too_few_left_are_refused():
     problem = PointProblem(touched(), TeachingError())
     with pytest.raises(GeometryError, match="at least 3"):
-        compare_without(problem, tuple("abcd"), Criterion.MINIMAX, seam_points=SEAM)
+        compare_without(problem, tuple("abcd"), problem.fit(Criterion.MINIMAX), seam_points=SEAM)
 
 
 def test_two_wrong_points_of_four_are_named_though_two_cannot_be_fitted():

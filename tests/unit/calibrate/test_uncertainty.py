@@ -5,7 +5,7 @@ import pytest
 
 from tests.coverage_study import run_coverage_study
 from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
-from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_covariance, weighted_covariance
+from wpcal.calibrate.errors.of_points import gained_covariance, isotropic_covariance, minimax_excess, point_gain
 from wpcal.calibrate.errors.prediction import error_95, joint_errors, largest_error_95
 from wpcal.core import InputError, PointPairs
 from wpcal.core.tangent import log_rotation
@@ -51,13 +51,14 @@ def test_the_covariance_is_that_of_simulated_fits():
 
 
 def test_minimax_is_never_more_certain_than_least_squares_for_gaussian_errors():
-    more = minimax_covariance(BODY, SIGMA_MM) - isotropic_covariance(BODY, SIGMA_MM)
-    assert np.linalg.eigvalsh(more).min() >= -1e-9
+    assert np.linalg.eigvalsh(minimax_excess(BODY[None], SIGMA_MM)[0]).min() >= -1e-9
 
 
 def test_equal_covariances_weigh_alike():
     same = np.tile(SIGMA_MM**2 * np.eye(3), (len(BODY), 1, 1))
-    assert np.allclose(weighted_covariance(BODY, same), isotropic_covariance(BODY, SIGMA_MM), rtol=0, atol=1e-9)
+    weighted = gained_covariance(point_gain(BODY, np.linalg.inv(same)), same)
+    equal = SIGMA_MM**2 * gained_covariance(point_gain(BODY))
+    assert np.allclose(weighted, equal, rtol=0, atol=1e-9)
 
 
 def test_error_95_of_a_pure_translation_is_the_chi_quantile():
@@ -87,12 +88,13 @@ def test_the_error_of_one_point_alone_is_the_quantile_of_the_joint_errors():
         assert joint == pytest.approx(alone, rel=0.03)
 
 
-def test_a_stated_tcp_bias_adds_to_every_point_and_gives_the_advice():
+def test_a_stated_tcp_bias_is_a_contribution_to_every_point_and_gives_the_advice():
     pairs = PointPairs(tuple("abcde"), BODY, BODY + SIGMA_MM * np.random.default_rng(1).normal(size=BODY.shape))
     plain = calibrate(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM))
     biased = calibrate(pairs, teaching=TeachingError(sigma_mm=SIGMA_MM, tcp_bias_mm=1.0))
-    more = biased.predict_error_mm(BODY) - plain.predict_error_mm(BODY)
-    assert np.allclose(more, np.sqrt(2.0), rtol=0, atol=1e-12)
+    more = biased.budget.covariances(BODY) - plain.budget.covariances(BODY)
+    # a quarter turn moves a bias of 1 mm in an unknown direction by √2 mm at most: 2/3 mm² along each axis
+    assert np.allclose(more, 2.0 / 3.0 * np.eye(3), rtol=0, atol=1e-12)
     assert "posture" in next(issue.message for issue in biased.issues if issue.code == "tcp-bias")
 
 

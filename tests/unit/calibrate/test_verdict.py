@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
-from wpcal.calibrate.errors.prediction import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, error_95, joint_errors
+from wpcal.calibrate.errors.prediction import error_95, joint_errors
+from wpcal.calibrate.errors.robot_field import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.trust.verdict import named
 from wpcal.core.pairs import PointPairs
 
@@ -92,7 +93,8 @@ def test_a_seam_shown_to_be_outside_fails():
 
 def test_rough_touches_without_a_stated_error_do_not_pass():
     p = np.vstack([BOX * scale for scale in np.linspace(0.4, 1.6, 60)])
-    found = judged(p, noise(len(p), 1.0), criterion=Criterion.LEAST_SQUARES).judgement
+    exact_robot = TeachingError(robot=RobotField.none())
+    found = judged(p, noise(len(p), 1.0), criterion=Criterion.LEAST_SQUARES, teaching=exact_robot).judgement
     assert (found.kind, found.reason) == (VerdictKind.UNSURE, VerdictReason.LARGE_RESIDUALS)
 
 

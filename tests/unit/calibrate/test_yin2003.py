@@ -26,7 +26,7 @@ def pairs():
 
 @pytest.mark.parametrize("solver", list(Solver))
 def test_the_certified_optimum_of_table_1(pairs, solver):
-    result = calibrate(pairs, solver=solver)
+    result = calibrate(pairs, solver=solver, criterion=Criterion.MINIMAX)
     assert result.objective_mm == pytest.approx(OPTIMUM_MM, rel=0, abs=REACHED_MM)
     assert result.gap_mm <= REACHED_MM
     assert result.certified
@@ -73,7 +73,10 @@ def test_the_report_names_the_schedule(pairs):
     published = replace(AnnealingSchedule.yin2003(), least_moves=1, most_moves=5, least_temperatures=1)
     short = replace(published, most_temperatures=2)  # its search is not tested here
     own = AnnealingSchedule(most_temperatures=2, least_temperatures=1)
-    found = [calibrate(pairs, schedule=schedule).solver.schedule for schedule in (None, short, own)]
+    found = [
+        calibrate(pairs, schedule=schedule, criterion=Criterion.MINIMAX).solver.schedule
+        for schedule in (None, short, own)
+    ]
     assert found == ["default", "yin2003", "custom"]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Solver, TeachingError, calibrate
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.verdict import VerdictReason
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation
@@ -63,7 +64,8 @@ def test_the_sigma_that_would_be_enough_is_stated():
 
 
 def test_the_sigma_to_state_is_that_of_the_residuals():
-    record = fitted(teaching=TeachingError(sigma_mm=0.11), noise_mm=0.2, seed=5)
+    teaching = TeachingError(sigma_mm=0.11, robot=RobotField.none())
+    record = fitted(teaching=teaching, noise_mm=0.2, seed=5)
     assert record["judgement"]["reason"] == "stated-error"
     step = next(step for step in next_steps(record) if "--sigma-mm" in step)
     assert 0.1 <= float(step.split("--sigma-mm ")[1].split(")")[0]) <= 0.4

@@ -1,8 +1,8 @@
-r"""The covariance of the small motion ξ of a fitted part, by criterion, from the errors of the taught points.
+r"""How errors of taught points become a small motion of the fitted part, by criterion.
 
-For least squares the map from errors to ξ is linear. The minimax fit is the least-squares fit plus a motion that
-depends on the residuals only. That motion is simulated with a fixed seed. If the points state unequal errors, the
-covariance follows from these, whatever the criterion minimises.
+For least squares and weighted fits the map G from errors to the motion is linear. The minimax fit is the least-squares
+fit plus a motion that depends on the residuals only; that motion is simulated with a fixed seed. All motions are about
+the centroid of the moved model points.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ import math
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES
+from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES, Sigma, TeachingError
+from wpcal.calibrate.errors.robot_field import believe
 from wpcal.calibrate.solve.interior_point import solve_interior_point
 from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.calibrate.solve.ties import break_ties
@@ -19,95 +21,79 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 
+def point_gain(p_base: FloatArray, information: FloatArray | None = None) -> FloatArray:
+    """Map from errors of points to the motion of their least-squares fit: M⁻¹ Jᵢᵀ, or N⁻¹ Jᵢᵀ Λᵢ with weights Λᵢ.
+
+    `p_base`: shape (n, 3). Moved model points, base frame, mm.
+    `information`: shape (n, 3, 3). Inverse covariances of a weighted fit.
+    Returns ndarray, shape (n, 6, 3).
+    """
+    J = point_jacobian(p_base - p_base.mean(axis=0))
+    back = J.transpose(0, 2, 1) if information is None else J.transpose(0, 2, 1) @ information
+    return np.asarray(np.linalg.inv(np.einsum("nij,njk->ik", back, J)) @ back)
+
+
+def gained_covariance(gain: FloatArray, covariances: FloatArray | None = None) -> FloatArray:
+    """Covariance of the motion by independent errors: Σ Gᵢ Cᵢ Gᵢᵀ; of unit errors if no covariances are given."""
+    spread = gain if covariances is None else gain @ covariances
+    return np.asarray(np.einsum("nij,nkj->ik", spread, gain))
+
+
 def isotropic_covariance(p_base: FloatArray, sigma_mm: float) -> FloatArray:
     """Covariance of ξ for the least-squares fit of points that are all off by `sigma_mm` per axis.
 
-    About the centroid the information is the inertia of the points and n, without a cross term.
-
     `p_base`: shape (n, 3). Moved model points, base frame, mm.
-    `sigma_mm`: Standard deviation per axis, mm.
     Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
     """
-    offsets = p_base - p_base.mean(axis=0)
-    moments = offsets.T @ offsets
-    about_centroid = np.zeros((6, 6))
-    about_centroid[:3, :3] = np.linalg.inv(np.trace(moments) * np.eye(3) - moments)
-    about_centroid[3:, 3:] = np.eye(3) / len(p_base)
     to_origin = translation_adjoint(p_base.mean(axis=0))
-    return np.asarray(sigma_mm**2 * (to_origin @ about_centroid @ to_origin.T))
+    return np.asarray(sigma_mm**2 * (to_origin @ gained_covariance(point_gain(p_base)) @ to_origin.T))
 
 
-def weighted_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
-    """Covariance of ξ for the fit weighted with the inverse covariances.
-
-    `p_base`: shape (n, 3). Moved model points, base frame, mm.
-    `covariances`: shape (n, 3, 3). Of the taught points, mm².
-    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
-    """
-    J = point_jacobian(p_base - p_base.mean(axis=0))
-    information = np.einsum("nik,nij,njl->kl", J, np.linalg.inv(covariances), J)
-    to_origin = translation_adjoint(p_base.mean(axis=0))
-    return np.asarray(to_origin @ np.linalg.inv(information) @ to_origin.T)
-
-
-def propagated_covariance(p_base: FloatArray, covariances: FloatArray) -> FloatArray:
-    """Covariance of ξ for the least-squares fit of points whose errors are unequal.
-
-    With M = Σ Jᵢᵀ Jᵢ it is M⁻¹ (Σ Jᵢᵀ Cᵢ Jᵢ) M⁻¹; this is `isotropic_covariance` if all Cᵢ are σ² I.
-
-    `p_base`: shape (n, 3). Moved model points, base frame, mm.
-    `covariances`: shape (n, 3, 3). Of the taught points, mm².
-    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
-    """
-    J = point_jacobian(p_base - p_base.mean(axis=0))
-    change = translation_adjoint(p_base.mean(axis=0)) @ np.linalg.inv(np.einsum("nik,nil->kl", J, J))
-    return np.asarray(change @ np.einsum("nik,nij,njl->kl", J, covariances, J) @ change.T)
-
-
-def minimax_covariance(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
-    """Covariance of ξ for the minimax fit of points that are off by `sigma_mm` per axis.
+def minimax_excess(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
+    """What the motion from least squares to minimax adds to the covariance, per square of the error.
 
     For Gaussian errors the least-squares motion and the residuals are independent, so that the covariance is that of
     least squares plus that of the further motion to the minimax fit. For bounded errors their product is added.
 
-    `p_base`: shape (n, 3). Moved model points, base frame, mm.
-    `sigma_mm`: Standard deviation per axis, mm.
-    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
-    """
-    return np.asarray(minimax_covariances(p_base[None], sigma_mm, bounded=bounded, seed=seed)[0])
-
-
-def minimax_covariances(p_base: FloatArray, sigma_mm: float, *, bounded: bool = False, seed: int = 0) -> FloatArray:
-    """Covariances of ξ for the minimax fits of several sets of points; the rest as in `minimax_covariance`.
-
     `p_base`: shape (m, n, 3). m sets of moved model points, base frame, mm.
-    Returns ndarray, shape (m, 6, 6). About the base's origin: rad², rad·mm, mm².
+    `sigma_mm`: Standard deviation per axis at which the fits are simulated, mm.
+    Returns ndarray, shape (m, 6, 6).
     """
-    linear = np.array([isotropic_covariance(p, sigma_mm) for p in p_base])
+    excess = np.zeros((len(p_base), 6, 6))
     if sigma_mm == 0:
-        return linear
+        return excess
     rng = np.random.default_rng(seed)
     n = p_base.shape[1]
     used = p_base if n <= EXCESS_POINTS else p_base[:, rng.choice(n, EXCESS_POINTS, replace=False)]
     shape = (EXCESS_SAMPLES, *used.shape[1:])
     unit = rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), shape) if bounded else rng.standard_normal(shape)
-    centres = used.mean(axis=1)
-    motions = _simulated_motions(used - centres[:, None], sigma_mm * unit)
-    for row, (centre, first, further) in enumerate(zip(centres, *motions, strict=True)):
-        excess = further.T @ further
+    motions = _simulated_motions(used - used.mean(axis=1)[:, None], sigma_mm * unit)
+    for row, (first, further) in enumerate(zip(*motions, strict=True)):
+        excess[row] = further.T @ further
         if bounded:
-            excess += first.T @ further + further.T @ first
-        to_origin = translation_adjoint(centre)
-        linear[row] += to_origin @ (excess / len(further)) @ to_origin.T
-    return linear
+            excess[row] += first.T @ further + further.T @ first
+    return np.asarray(excess / (EXCESS_SAMPLES * sigma_mm**2))
+
+
+def budget_of_design(
+    p_base: FloatArray, teaching: TeachingError, *, with_minimax: bool = False, seed: int = 0
+) -> ErrorBudget:
+    """Budget of points before they are touched, shape (n, 3), mm, for least squares or for minimax."""
+    gain, sigma = point_gain(p_base), Sigma.expected(teaching.per_axis_mm)
+    belief, excess = believe(None, sigma.mm, teaching.robot), None
+    if with_minimax:
+        excess = minimax_excess(p_base[None], sigma.mm, bounded=teaching.is_bounded, seed=seed)[0]
+    bias = teaching.tcp_bias_mm
+    touching = gained_covariance(gain)
+    return ErrorBudget.of(p_base, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
 
 
 def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, seed: int = 0) -> FloatArray:
-    """Covariance of ξ for the minimax fit of points whose errors are unequal, from simulated fits.
+    """Covariance of the motion of the minimax fit of points whose errors are unequal, from simulated fits.
 
     Its two parts are then not independent, so their sum is simulated; the scale is good to 5 %.
 
-    Returns ndarray, shape (6, 6). About the base's origin: rad², rad·mm, mm².
+    Returns ndarray, shape (6, 6).
 
     Parameters
     ----------
@@ -121,8 +107,7 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
     used, factors = p_base[rows], np.linalg.cholesky(covariances[rows])
     errors = np.einsum("nij,mnj->mni", factors, rng.standard_normal((EXCESS_SAMPLES, *used.shape)))
     total = np.add(*_simulated_motions((used - used.mean(axis=0))[None], errors))[0]
-    to_origin = translation_adjoint(used.mean(axis=0))
-    return np.asarray(to_origin @ (total.T @ total / len(total)) @ to_origin.T)
+    return np.asarray(total.T @ total / len(total))
 
 
 def _simulated_motions(p: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:

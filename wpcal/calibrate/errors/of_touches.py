@@ -15,80 +15,70 @@ import math
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import (
-    EXCESS_GOAL,
-    EXCESS_SAMPLES,
-    Sigma,
-    TeachingError,
-)
+from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_SAMPLES, Sigma, TeachingError
+from wpcal.calibrate.errors.robot_field import Belief, ResidualRows
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.touches import Pose, fit_squares, scaled_jacobian
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray
-from wpcal.core.tangent import translation_adjoint
 from wpcal.optim.least_largest import least_largest
 
 MOST_ROWS = 20_000  #: Touches of all samples that are solved at once: a few megabytes.
 
 
-def propagate_covariance(
+def budget_of_touches(
     touches: Touches, pose: Pose, criterion: Criterion, teaching: TeachingError, *, seed: int = 0
-) -> tuple[FloatArray, Sigma]:
-    """Propagate the errors of the touches to the covariance of a fit.
+) -> ErrorBudget:
+    """Collect what the errors of touches do to the pose of a fit, and what is believed of these errors.
 
-    Returns
-    -------
-    covariance : ndarray, shape (6, 6). Of ξ about the base's origin, as in `CalibrationResult`.
-    sigma : Sigma
-        The teaching error behind it. The usual one is assumed if nothing is stated and there are as many touches as
-        freedoms.
+    The usual teaching error is assumed if nothing is stated and there are as many touches as freedoms.
     """
-    J, pivot, length = scaled_jacobian(touches, pose)
-    to_origin = translation_adjoint(pivot) / np.repeat([length, 1.0], 3)  # of (L ω, v)
-    if touches.covariances is not None:
-        shared = np.zeros((len(J), 3, 0)) if touches.shared is None else touches.shared
-        scaled = _of_stated_errors(J, pose, touches.covariances, shared, criterion, seed)
-        return to_origin @ scaled @ to_origin.T, Sigma.of_each(touches.covariances)
-    sigma = _sigma(touches, pose, teaching)
-    scaled = np.linalg.inv(np.einsum("nik,nil->kl", J, J))
-    if criterion is Criterion.MINIMAX and sigma.mm > 0:
-        scaled = scaled + _excess(J, pose, bounded=teaching.is_bounded, seed=seed)
-    return sigma.mm**2 * to_origin @ scaled @ to_origin.T, sigma
-
-
-def _of_stated_errors(
-    J: FloatArray, pose: Pose, covariances: FloatArray, shared: FloatArray, criterion: Criterion, seed: int
-) -> FloatArray:
-    """Covariance of the scaled motion where every touch states its error, shape (6, 6)."""
-    own = covariances - shared @ shared.swapaxes(1, 2)
-    if criterion is Criterion.MINIMAX:  # its two parts are not independent then: the whole is simulated
-        rng = np.random.default_rng(seed)
-        errors = np.einsum("nij,mnj->mni", _root(own), rng.standard_normal((EXCESS_SAMPLES, len(J), 3)))
-        errors += np.einsum("nis,ms->mni", shared, rng.standard_normal((EXCESS_SAMPLES, shared.shape[2])))
-        _, motions = _simulated(J, pose, errors)
-        return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
+    J, _, length = scaled_jacobian(touches, pose)
+    scale, covariances = 1.0 / np.repeat([length, 1.0], 3), touches.covariances
     weights = pose.at.information(covariances if criterion is Criterion.WEIGHTED else None)
-    WJ = weights @ J
-    change = np.linalg.inv(np.einsum("nik,nil->kl", J, WJ))
-    common = np.einsum("nik,nis->ks", WJ, shared)
-    return np.asarray(change @ (np.einsum("nik,nij,njl->kl", WJ, own, WJ) + common @ common.T) @ change)
+    back = J.transpose(0, 2, 1) @ weights
+    gain = scale[:, None] * (-np.linalg.inv(np.einsum("nij,njk->ik", back, J)) @ back)
+    belief, sigma = _believed(touches, pose, teaching)
+    excess = None
+    if covariances is None:
+        touching = np.einsum("nij,nkj->ik", gain, gain)
+        if criterion is Criterion.MINIMAX and sigma.mm > 0:
+            excess = scale[:, None] * _excess(J, pose, bounded=teaching.is_bounded, seed=seed) * scale
+    else:
+        shared = np.zeros((len(J), 3, 0)) if touches.shared is None else touches.shared
+        own = covariances - shared @ shared.transpose(0, 2, 1)
+        if criterion is Criterion.MINIMAX:
+            touching = scale[:, None] * _minimax_of_stated(J, pose, own, shared, seed) * scale
+        else:
+            common = np.einsum("nij,njs->is", gain, shared)
+            touching = np.einsum("nij,njl,nkl->ik", gain, own, gain) + common @ common.T
+    bias = teaching.tcp_bias_mm
+    return ErrorBudget.of(touches.p_base, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
+
+
+def _believed(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[Belief, Sigma]:
+    """Weigh the residuals of least squares."""
+    squares = fit_squares(touches, pose)
+    J = scaled_jacobian(touches, squares)[0]
+    information = squares.at.information(touches.covariances)
+    about = touches.p_base - touches.p_base.mean(axis=0)
+    return teaching.believed(ResidualRows.of(about, J, squares.at.d, information), touches.covariances)
+
+
+def _minimax_of_stated(J: FloatArray, pose: Pose, own: FloatArray, shared: FloatArray, seed: int) -> FloatArray:
+    """Covariance of the scaled motion of minimax where every touch states its error: the whole is simulated."""
+    rng = np.random.default_rng(seed)
+    errors = np.einsum("nij,mnj->mni", _root(own), rng.standard_normal((EXCESS_SAMPLES, len(J), 3)))
+    errors += np.einsum("nis,ms->mni", shared, rng.standard_normal((EXCESS_SAMPLES, shared.shape[2])))
+    _, motions = _simulated(J, pose, errors)
+    return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
 
 
 def _root(covariances: FloatArray) -> FloatArray:
     """Return square roots of covariances (n, 3, 3), which may be singular."""
     values, vectors = np.linalg.eigh(covariances)
     return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]) @ vectors.swapaxes(1, 2))
-
-
-def _sigma(touches: Touches, pose: Pose, teaching: TeachingError) -> Sigma:
-    """Teaching error per axis: stated, from the residuals of least squares, or assumed if there are none."""
-    if teaching.per_axis_mm is not None:
-        return Sigma.stated(teaching.per_axis_mm)
-    freedom = int(pose.at.rank.sum()) - 6
-    if freedom <= 0:  # no residual tells how well they were made
-        return Sigma.expected(None)
-    squares = fit_squares(touches, pose).at.d
-    return Sigma.estimated(float(np.sqrt(np.sum(squares**2) / freedom)), freedom)
 
 
 def _excess(J: FloatArray, pose: Pose, *, bounded: bool, seed: int) -> FloatArray:

@@ -9,7 +9,7 @@ A taught point is off by a small random vector. The fit turns these vectors into
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
 from typing import Any
@@ -18,19 +18,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri, fdtri
 
+from wpcal.calibrate.errors.robot_field import (
+    RESOLUTION_MM,
+    RESOLUTION_SIGMA_MM,
+    USUAL_SIGMA_MM,
+    Belief,
+    ResidualRows,
+    RobotField,
+    believe,
+    believed_freedom,
+    rigid_rest,
+    scale_of,
+)
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
-USUAL_SIGMA_MM = 0.3  #: Teaching error per axis if none is stated: a careful touch with a worn wire tip.
-RESOLUTION_MM = 0.01  #: Last digit that a controller shows. No point is known better than that.
-RESOLUTION_SIGMA_MM = RESOLUTION_MM / math.sqrt(12.0)
-"""Least teaching error per axis: that of rounding to the last digit. Exact residuals do not show a smaller one."""
 COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
 LEAST_FREEDOM = 4
-"""With fewer degrees of freedom residuals may be small by luck: they do not lower the error below that of the usual
-teaching error. Three points have three."""
+"""With fewer numbers in the residuals the usual teaching error decides, and it counts as assumed. Three points have
+three."""
 JOINT_SAMPLES = 8192
 """Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
 DIRECTIONS = 128
@@ -59,6 +67,14 @@ class TeachingError:
     sigma_mm: float | None = opt(None, "Teaching error: standard deviation per axis.")
     bound_mm: float | None = opt(None, "Teaching error: largest error per axis.")
     tcp_bias_mm: float = opt(0.0, "Error of the tool centre point.")
+    robot: RobotField | None = opt(
+        None,
+        "The robot's own smooth error: standard deviation per axis, and the distance over which it changes (0.3,500). "
+        "Without it, the prior of an uncalibrated six-axis arm and the residuals tell.",
+        "--robot-mm",
+        metavar="AMPLITUDE,LENGTH",
+        read=RobotField.read,
+    )
 
     def __post_init__(self) -> None:
         for name in ("sigma_mm", "bound_mm", "tcp_bias_mm"):
@@ -74,6 +90,37 @@ class TeachingError:
     def per_axis_mm(self) -> float | None:
         """Standard deviation per axis, mm; bound / √3 for an even distribution."""
         return self.bound_mm / math.sqrt(3.0) if self.bound_mm is not None else self.sigma_mm
+
+    def believed(self, rows: ResidualRows, covariances: FloatArray | None) -> tuple[Belief, Sigma]:
+        """Weigh what is stated and the residuals; `covariances` are those that the observations state themselves."""
+        if covariances is not None:
+            return believe(rows, 1.0, self.robot), Sigma.of_each(covariances)
+        if self.per_axis_mm is not None:
+            sigma = Sigma.stated(self.per_axis_mm)
+            return believe(rows, sigma.mm, self.robot), sigma
+        seen = float(np.sqrt(np.mean(rows.y**2))) if len(rows.y) else 0.0
+        is_exact = len(rows.y) >= LEAST_FREEDOM and seen < RESOLUTION_SIGMA_MM
+        if len(rows.y) < LEAST_FREEDOM or is_exact:  # residuals of three points may be small by luck
+            sigma = Sigma(RESOLUTION_SIGMA_MM if is_exact else max(USUAL_SIGMA_MM, seen), SigmaSource.ASSUMED)
+            return replace(believe(rows, sigma.mm, self.robot), chance=1.0), sigma
+        belief = believe(rows, None, self.robot)
+        return belief, Sigma.believed(belief)
+
+    def tested_sigma_mm(self, places: FloatArray) -> float | None:
+        """Standard deviation per axis of residuals, if the teaching error is stated: with the robot's own error.
+
+        A wrong touch shows against this. What is believed of the robot before the touches counts, because a wrong touch
+        would make the robot look worse. `places`: shape (n, 3), mm.
+        """
+        if self.per_axis_mm is None:
+            return None
+        return math.hypot(self.per_axis_mm, self.robot_residual_mm(places))
+
+    def robot_residual_mm(self, places: FloatArray) -> float:
+        """Standard deviation per axis that the robot's own error leaves in the residuals of places, shape (n, 3)."""
+        prior, about = believe(None, 1.0, self.robot), places - places.mean(axis=0)
+        pairs = zip(prior.lengths_mm.tolist(), prior.a2.tolist(), strict=True)
+        return math.sqrt(sum(a2 * rigid_rest(about, length) for length, a2 in pairs if a2))
 
     @property
     def is_bounded(self) -> bool:
@@ -101,21 +148,11 @@ class Sigma:
     degrees_of_freedom: float = math.inf  #: Behind an estimate; infinite otherwise.
 
     @classmethod
-    def estimated(cls, mm: float, degrees_of_freedom: float) -> Sigma:
-        """Take the estimate from residuals, or `USUAL_SIGMA_MM` where few degrees of freedom predict a smaller error.
-
-        It is never below `RESOLUTION_SIGMA_MM`.
-
-        `mm`: Root of the sum of squared residuals per degree of freedom.
-        `degrees_of_freedom`: float.
-        """
-        if degrees_of_freedom < LEAST_FREEDOM:
-            seen = mm * math.sqrt(float(fdtri(3.0, degrees_of_freedom, COVERAGE)))
-            if seen < USUAL_SIGMA_MM * math.sqrt(float(chdtri(3.0, 1.0 - COVERAGE)) / 3.0):
-                return cls(USUAL_SIGMA_MM, SigmaSource.ASSUMED)
-        if mm < RESOLUTION_SIGMA_MM:
-            return cls(RESOLUTION_SIGMA_MM, SigmaSource.ASSUMED)
-        return cls(mm, SigmaSource.ESTIMATED, degrees_of_freedom)
+    def believed(cls, belief: Belief) -> Sigma:
+        """Take what the residuals and the prior of the usual teaching error say together."""
+        s2 = np.array(belief.s2)
+        freedom = believed_freedom(s2, belief.s4 - s2**2)
+        return cls(math.sqrt(float(s2 * scale_of(freedom))), SigmaSource.ESTIMATED, float(freedom))
 
     @classmethod
     def stated(cls, mm: float) -> Sigma:
@@ -138,8 +175,7 @@ class Sigma:
         """Return a phrase for a person: the value and where it comes from."""
         how = self.source.value
         if self.source is SigmaSource.ESTIMATED:
-            count = f"{self.degrees_of_freedom:g} degree{'' if self.degrees_of_freedom == 1 else 's'} of freedom"
-            how = f"estimated from the residuals with {count}"
+            how = f"estimated from the residuals with {self.degrees_of_freedom:.0f} degrees of freedom"
         elif self.source is SigmaSource.ASSUMED and self.mm == RESOLUTION_SIGMA_MM:
             how = f"assumed: a controller shows {RESOLUTION_MM:g} mm"
         return f"teaching error {self.mm:.2g} mm per axis, {how}"
@@ -148,23 +184,6 @@ class Sigma:
         """Return plain values for a JSON file."""
         freedom = None if math.isinf(self.degrees_of_freedom) else self.degrees_of_freedom
         return {"used_sigma_mm": self.mm, "provenance": self.source.value, "degrees_of_freedom": freedom}
-
-
-def residual_sigma(residuals_mm: FloatArray) -> tuple[float, int]:
-    """Estimate the error per axis from least-squares residuals.
-
-    Parameters
-    ----------
-    residuals_mm : ndarray, shape (n, 3)
-
-    Returns
-    -------
-    sigma_mm : float. √(Σ d² / (3 n - 6)): six of the 3 n numbers went into the fit.
-    degrees_of_freedom : int
-        3 n - 6. For n = 3 these are the three side lengths: nothing normal to the plane of the points is seen.
-    """
-    freedom = residuals_mm.size - 6
-    return float(np.sqrt(np.sum(residuals_mm**2) / freedom)), freedom
 
 
 def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
@@ -219,17 +238,22 @@ def _satterthwaite(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
     return trace, np.divide(trace**2, square, out=np.ones_like(trace), where=square > 0)
 
 
-def _square_quantile(m: FloatArray, level: float, degrees_of_freedom: float) -> FloatArray:
+def _square_quantile(m: FloatArray, level: float, degrees_of_freedom: FloatArray | float) -> FloatArray:
     """Return the quantile of a squared length over its mean, shape (n,)."""
-    quantile = chdtri(m, 1.0 - level) / m if math.isinf(degrees_of_freedom) else fdtri(m, degrees_of_freedom, level)
-    return np.asarray(quantile, dtype=np.float64)
+    freedom = np.broadcast_to(degrees_of_freedom, m.shape)
+    quantile = np.asarray(chdtri(m, 1.0 - level) / m)
+    known = np.isfinite(freedom)
+    quantile[known] = fdtri(m[known], freedom[known], level)
+    return quantile
 
 
-def length_quantile(covariances: FloatArray, level: float, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+def length_quantile(
+    covariances: FloatArray, level: float, *, degrees_of_freedom: FloatArray | float = math.inf
+) -> FloatArray:
     """Length that Gaussian vectors stay below with a given probability, by Satterthwaite's approximation.
 
     `covariances`: shape (k, 3, 3). mm².
-    `degrees_of_freedom`: Behind the scale of the covariances.
+    `degrees_of_freedom`: Behind the scale of the covariances, shape (k,) or one for all.
     Returns ndarray, shape (k,). mm.
     """
     trace, m = _satterthwaite(covariances)

@@ -8,15 +8,16 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
 from wpcal.calibrate.errors.of_points import (
-    isotropic_covariance,
-    minimax_covariance,
-    propagated_covariance,
+    gained_covariance,
+    minimax_excess,
+    point_gain,
     unequal_minimax_covariance,
-    weighted_covariance,
 )
-from wpcal.calibrate.errors.prediction import Sigma, TeachingError, residual_sigma
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
+from wpcal.calibrate.errors.robot_field import Belief, ResidualRows
 from wpcal.calibrate.solve.annealed import anneal_pairs
 from wpcal.calibrate.solve.error_rows import ErrorRows
 from wpcal.calibrate.solve.least_squares import (
@@ -29,7 +30,6 @@ from wpcal.calibrate.solve.least_squares import (
 from wpcal.calibrate.solve.minimax import CERTIFIED_MM, MinimaxSolution, solve_minimax
 from wpcal.calibrate.solve.weighted import (
     fit_weighted,
-    refine_once,
     weighted_lower_bound,
     weighted_root_mean_square,
 )
@@ -40,7 +40,7 @@ from wpcal.calibrate.trust.diagnose import diagnose_pairs, join_pairs
 from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.residuals import FLOOR_MM, ResidualEvidence, unchecked_names
 from wpcal.calibrate.trust.robust import contradicted_points
-from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
@@ -96,14 +96,14 @@ class PointProblem(FitProblem):
             equal = () if other is None else (other,)
             r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
             objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
-        covariance, sigma = self._covariance(criterion, T, rows)
+        budget = self._budget(criterion, T, rows)
         is_heavy = False
         if criterion is Criterion.MINIMAX:
             squares = fit_least_squares(pairs) if pairs.covariances is None else fit_weighted(pairs)
             is_heavy = points_have_heavy_tails(pairs, squares)
             if is_heavy:
-                covariance = covariance + motion_square(squares, T)
-        return CriterionFit(criterion, T, objective, bound, frozen(covariance), sigma, rows, is_heavy, equal)
+                budget = budget.moved_by(motion_square(squares, T))
+        return CriterionFit(criterion, T, objective, bound, budget, rows, is_heavy, equal)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the taught points from the moved model points, mm, shape (n,)."""
@@ -113,22 +113,22 @@ class PointProblem(FitProblem):
         """Return the problem of some of the points, indices of shape (m,)."""
         return replace(self, pairs=self.pairs.select(rows), minimax=None, check=None)
 
+    def scaled(self, scale: float) -> Self:
+        """Return the problem of a part that is larger by a share `scale`."""
+        p = self.pairs.p_source
+        return replace(self, pairs=replace(self.pairs, p_source=p + scale * (p - p.mean(axis=0))), minimax=None)
+
     def judge_residuals(self, fit: CriterionFit, check: PointPairs | None = None) -> ResidualEvidence:
         """Say how the fitted points agree, and which of them neither the others nor the check points test."""
         fitted = self.pairs if len(fit.rows) == len(self.pairs) else self.pairs.select(fit.rows)
         p, q = fitted.p_source, fitted.p_target
         R, t = kabsch(p, q, np.full(len(p), 1.0 / len(p)))
         squares = float(np.sum((q - p @ R.T - t) ** 2))
-        chi_squared, stated = None, self.teaching.per_axis_mm
-        if fitted.covariances is not None:
-            chi_squared = float(refine_once(p, q, np.asarray(np.linalg.inv(fitted.covariances)), R, t)[2])
-        elif stated:
-            chi_squared = squares / stated**2
         size = float(np.abs(p - p.mean(axis=0)).max())
         more = None if check is None else point_jacobian((check.p_source - p.mean(axis=0)) / size)
         seen = np.broadcast_to(np.eye(3), (len(p), 3, 3))
         unchecked = unchecked_names(fitted.names, point_jacobian((p - p.mean(axis=0)) / size), seen, more)
-        return ResidualEvidence(squares, chi_squared, 3 * len(p) - 6, len(p), unchecked)
+        return ResidualEvidence(squares, fit.budget.belief.chance, 3 * len(p) - 6, len(p), unchecked)
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name swapped, mirrored and mis-taught points, wrong features, a wrong tool, and what cannot be told."""
@@ -137,7 +137,7 @@ class PointProblem(FitProblem):
             check=self.check,
             places=self.places,
             postures=self.postures,
-            sigma_mm=self.teaching.per_axis_mm,
+            sigma_mm=self._tested_sigma_mm,
             seed=self.seed,
         )
         issues = [*found.issues, *_equal_places(self.pairs, fit)]
@@ -145,40 +145,41 @@ class PointProblem(FitProblem):
             issues.append(_not_proved(fit))
         return replace(found, issues=tuple(issues))
 
+    @property
+    def _tested_sigma_mm(self) -> float | None:
+        return self.teaching.tested_sigma_mm(self.pairs.p_source)
+
     def _agreeing(self) -> IntArray:
         """Rows that neither the other fitted points nor the check points contradict."""
         require_spread(self.pairs)
         seen = self.pairs if self.check is None else join_pairs(self.pairs, self.check)
-        wrong = contradicted_points(seen, sigma_mm=self.teaching.per_axis_mm, seed=self.seed).named
+        wrong = contradicted_points(seen, sigma_mm=self._tested_sigma_mm, seed=self.seed).named
         rows = np.setdiff1d(np.arange(len(self.pairs)), wrong)
         enough = len(rows) >= 3 and ErrorRows.of(self.pairs.select(rows), None).fixes_rotation()
         return rows if enough else np.arange(len(self.pairs))
 
-    def _covariance(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> tuple[FloatArray, Sigma]:
-        pairs, moved = self.pairs, T.apply(self.pairs.p_source[rows])
-        if pairs.covariances is not None:
-            covariances = pairs.covariances[rows]
-            return self._stated_covariance(moved, covariances, criterion), Sigma.of_each(covariances)
-        stated = self.teaching.per_axis_mm
-        sigma = self._estimated(criterion, T, rows) if stated is None else Sigma.stated(stated)
-        if criterion is Criterion.MINIMAX:
-            return minimax_covariance(moved, sigma.mm, bounded=self.teaching.is_bounded, seed=self.seed), sigma
-        return isotropic_covariance(moved, sigma.mm), sigma
+    def _budget(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> ErrorBudget:
+        """Collect what the errors of the fitted points do to the pose, and what is believed of these errors."""
+        pairs = self.pairs if len(rows) == len(self.pairs) else self.pairs.select(rows)
+        moved, covariances = T.apply(pairs.p_source), pairs.covariances
+        information = None if covariances is None else np.asarray(np.linalg.inv(covariances))
+        is_weighted = criterion is Criterion.WEIGHTED
+        gain, excess = point_gain(moved, information if is_weighted else None), None
+        touching = gained_covariance(gain, covariances)
+        belief, sigma = self._believed(pairs, moved, information)
+        if criterion is Criterion.MINIMAX and covariances is not None:
+            touching = unequal_minimax_covariance(moved, covariances, seed=self.seed)
+        elif criterion is Criterion.MINIMAX:
+            bounded = self.teaching.is_bounded
+            excess = minimax_excess(moved[None], sigma.mm, bounded=bounded, seed=self.seed)[0]
+        bias = self.teaching.tcp_bias_mm
+        return ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
 
-    def _estimated(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> Sigma:
-        p, q = self.pairs.p_source[rows], self.pairs.p_target[rows]
-        if criterion is Criterion.MINIMAX:  # its residuals are not the ones whose sum of squares is χ²
-            R, t = kabsch(p, q, np.full(len(rows), 1.0 / len(rows)))
-            return Sigma.estimated(*residual_sigma(q - p @ R.T - t))
-        return Sigma.estimated(*residual_sigma(q - T.apply(p)))
-
-    def _stated_covariance(self, moved: FloatArray, covariances: FloatArray, criterion: Criterion) -> FloatArray:
-        """Covariance of ξ if every point states its error."""
-        if criterion is Criterion.WEIGHTED:
-            return weighted_covariance(moved, covariances)
-        if criterion is Criterion.MINIMAX:
-            return unequal_minimax_covariance(moved, covariances, seed=self.seed)
-        return propagated_covariance(moved, covariances)
+    def _believed(self, pairs: PointPairs, moved: FloatArray, information: FloatArray | None) -> tuple[Belief, Sigma]:
+        n, about = len(pairs), moved - moved.mean(axis=0)
+        weights = np.tile(np.eye(3), (n, 1, 1)) if information is None else information
+        rows = ResidualRows.of(about, point_jacobian(about), pairs.p_target - moved, weights)
+        return self.teaching.believed(rows, pairs.covariances)
 
 
 def points_have_heavy_tails(pairs: PointPairs, fit: RigidTransform) -> bool:

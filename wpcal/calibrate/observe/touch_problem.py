@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
-from wpcal.calibrate.errors.of_touches import propagate_covariance
+from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.starts import PoseSearch, search_pose, two_places
@@ -28,7 +28,7 @@ from wpcal.calibrate.trust.held_motions import held_motions
 from wpcal.calibrate.trust.residuals import ResidualEvidence, unchecked_names
 from wpcal.calibrate.trust.tool_offset import LEAST_ROWS, TOOL_OFFSET, PosedRows, ToolOffset, find_tool_offset
 from wpcal.calibrate.trust.touch_evidence import RivalPlace, TouchEvidence
-from wpcal.core.arrays import FloatArray, IntArray, frozen
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
@@ -76,15 +76,15 @@ class TouchProblem(FitProblem):
             kept = np.flatnonzero(~np.isin(self.names, self.contradicted.names))
         fitted = self.touches.select(kept)
         pose, objective = self._pose(fitted, criterion)
-        covariance, sigma = propagate_covariance(fitted, pose, criterion, self.teaching, seed=self.seed)
+        budget = budget_of_touches(fitted, pose, criterion, self.teaching, seed=self.seed)
         T = RigidTransform(pose.R, pose.t, "base", "part")
         is_heavy = False
         if criterion is Criterion.MINIMAX:
             squares = fit_squares(fitted, self.start, weighted=self.has_covariances)
             is_heavy = touches_have_heavy_tails(fitted, squares)
             if is_heavy:
-                covariance = covariance + motion_square(RigidTransform(squares.R, squares.t, "base", "part"), T)
-        return CriterionFit(criterion, T, objective, 0.0, frozen(covariance), sigma, kept, is_heavy)
+                budget = budget.moved_by(motion_square(RigidTransform(squares.R, squares.t, "base", "part"), T))
+        return CriterionFit(criterion, T, objective, 0.0, budget, kept, is_heavy)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the touches from what they lie on, mm, shape (n,)."""
@@ -99,19 +99,13 @@ class TouchProblem(FitProblem):
         fitted = self.touches.select(fit.rows)
         start = Pose.of(fitted, fit.T.R, fit.T.t_mm)
         at = fit_squares(fitted, start).at
-        squares, chi_squared = float(np.sum(at.d**2)), None
-        if fitted.covariances is not None:
-            weighted = fit_squares(fitted, start, weighted=True).at
-            information = weighted.information(fitted.covariances)
-            chi_squared = float(np.einsum("ni,nij,nj->", weighted.d, information, weighted.d))
-        elif self.teaching.per_axis_mm:
-            chi_squared = squares / self.teaching.per_axis_mm**2
+        squares = float(np.sum(at.d**2))
         J, pivot, length = scaled_jacobian(fitted, start)
         more = None
         if check is not None:
             more = check.linearised(fit.T.R, fit.T.t_mm).jacobian(pivot) / np.repeat([length, 1.0], 3)
         unchecked = unchecked_names(fitted.names, J, start.at.A, more)
-        return ResidualEvidence(squares, chi_squared, int(at.rank.sum()) - 6, len(fitted), unchecked)
+        return ResidualEvidence(squares, fit.budget.belief.chance, int(at.rank.sum()) - 6, len(fitted), unchecked)
 
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Name the touches that the others contradict, a wrong tool, and touches beyond the border of their face."""
@@ -128,7 +122,7 @@ class TouchProblem(FitProblem):
         posed = seen.select([i for i, name in enumerate(seen.names) if name in self.postures])
         if len(posed) < LEAST_ROWS:
             return None
-        sigma_mm = self.teaching.per_axis_mm
+        sigma_mm = self.teaching.tested_sigma_mm(posed.p_base)
         pose, information, J = squares_of(posed, self.start, sigma_mm)
         frames = np.array([self.postures[name] for name in posed.names])
         is_scaled = self.has_covariances or sigma_mm is not None
@@ -205,7 +199,7 @@ def search_touches(
     motions = held_motions(touches, found.pose)
     if found.rival is not None:
         raise two_places(touches, found.pose, found.rival)
-    contradicted = find_contradicted(touches, found.pose, teaching.per_axis_mm, check=check)
+    contradicted = find_contradicted(touches, found.pose, teaching.tested_sigma_mm(touches.p_base), check=check)
     problem = TouchProblem(
         touches,
         teaching,

@@ -18,10 +18,10 @@ import numpy as np
 from scipy.special import chdtri
 
 from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, joint_error, meeting_errors, meeting_jacobian
-from wpcal.calibrate.errors.prediction import Sigma, SigmaSource
+from wpcal.calibrate.errors.prediction import Sigma, SigmaSource, length_quantile
 from wpcal.calibrate.moved import MovedBodies
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
-from wpcal.calibrate.trust.verdict import CheckPoints, Ground, Predicted, VerdictReason
+from wpcal.calibrate.trust.verdict import CheckPoints, Ground, Predicted, VerdictReason, check_level
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs
@@ -104,7 +104,11 @@ class BodiesEvidence:
         fit, (pairs, body) = self.moved.fit, self.check
         J = meeting_jacobian(fit.motions, MeetingPoints.on(body, pairs.p_source))
         by_fit = J @ fit.covariance @ J.transpose(0, 2, 1)
-        return CheckPoints.of(pairs, fit.T_base_part.apply(pairs.p_source), by_fit, self.sigma, self.bias_mm)
+        own = self.sigma.mm**2 * np.eye(3) if pairs.covariances is None else pairs.covariances
+        limits = length_quantile(
+            by_fit + own, check_level(len(pairs)), degrees_of_freedom=self.sigma.degrees_of_freedom
+        )
+        return CheckPoints.of(pairs, fit.T_base_part.apply(pairs.p_source), limits + self.bias_mm)
 
     def passed(self, shown: Predicted) -> str:
         """Say within what the seams are."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any, ClassVar, Self, cast
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma, TeachingError, error_95, largest_error_95
+from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.trust.blame import Diagnosis
 from wpcal.calibrate.trust.residuals import ResidualEvidence
 from wpcal.core.arrays import FloatArray, IntArray
@@ -51,8 +53,7 @@ class CriterionFit:
     T: RigidTransform  #: ``T_base_part``.
     objective_mm: float  #: What the criterion minimises: the largest distance, or a root mean square.
     lower_bound_mm: float  #: No rigid transform has a smaller objective.
-    covariance: FloatArray  #: shape (6, 6). Of ξ about the base's origin, in the order of `wpcal.core.tangent`.
-    sigma: Sigma  #: The teaching error behind the covariance.
+    budget: ErrorBudget  #: What the predicted errors rest on.
     rows: IntArray  #: shape (m,). Indices of the observations that were fitted.
     #: Whether the residuals have heavier tails than the criterion's covariance assumes, so that it was widened.
     has_heavy_tails: bool = False
@@ -60,25 +61,22 @@ class CriterionFit:
     equal: tuple[RigidTransform, ...] = ()
 
     @property
-    def degrees_of_freedom(self) -> float:
-        """Behind the scale of the covariance. Infinite if the teaching error is not estimated."""
-        return self.sigma.degrees_of_freedom
+    def covariance(self) -> FloatArray:
+        """Of ξ about the base's origin, in the order of `wpcal.core.tangent`, shape (6, 6)."""
+        return self.budget.covariance
+
+    @property
+    def sigma(self) -> Sigma:
+        """The teaching error behind the covariance."""
+        return self.budget.sigma
 
     def error_95_mm(self, points_part: FloatArray) -> FloatArray:
-        """Predict the 95 % error of points of the part, without the bias of the tool, shape (k,), mm.
-
-        `points_part`: shape (k, 3). Part frame, mm.
-        """
-        moved = self.T.apply(points_part)
-        return error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
+        """Predict the 95 % error of points of the part, shape (k,), mm; part frame, mm."""
+        return self.budget.error_95_mm(self.T.apply(points_part))
 
     def largest_error_95(self, points_part: FloatArray) -> tuple[int, float]:
-        """Return the row of the point with the largest `error_95_mm`, and that error, mm.
-
-        `points_part`: shape (k, 3). Part frame, mm.
-        """
-        moved = self.T.apply(points_part)
-        return largest_error_95(moved, self.covariance, degrees_of_freedom=self.degrees_of_freedom)
+        """Return the row of the point with the largest `error_95_mm`, and that error, mm; part frame, mm."""
+        return self.budget.largest_error_95(self.T.apply(points_part))
 
 
 class FitProblem(ABC):
@@ -127,11 +125,6 @@ class FitProblem(ABC):
         """Whether every observation states its own error."""
         return self.observed.covariances is not None
 
-    def allowing(self, tcp_bias_mm: float) -> Self:
-        """Return the problem with an allowance for an error of the tool centre point, mm."""
-        teaching = replace(self.teaching, tcp_bias_mm=tcp_bias_mm)
-        return cast("Self", replace(cast("Any", self), teaching=teaching))
-
 
 @dataclass(frozen=True, slots=True)
 class FitSummary:
@@ -141,7 +134,7 @@ class FitSummary:
     #: `largest_mm`, `rms_mm`: Their residuals.
     largest_mm: float
     rms_mm: float
-    seam_error_95_mm: float  #: Largest predicted 95 % error along the seams, with the allowance for a bias of the tool.
+    seam_error_95_mm: float  #: Largest predicted 95 % error along the seams.
 
     @classmethod
     def of(cls, problem: FitProblem, fit: CriterionFit, seam_points: FloatArray) -> FitSummary:
@@ -150,8 +143,7 @@ class FitSummary:
         `seam_points`: shape (k, 3). Part frame, mm.
         """
         d = problem.distances_mm(fit.T)
-        error = fit.largest_error_95(seam_points)[1] + POSTURE_FACTOR * problem.teaching.tcp_bias_mm
-        return cls(len(d), float(d.max()), float(np.sqrt(np.mean(d**2))), error)
+        return cls(len(d), float(d.max()), float(np.sqrt(np.mean(d**2))), fit.largest_error_95(seam_points)[1])
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -167,10 +159,18 @@ class FitSummary:
 class CriteriaComparison:
     """Every criterion on the same data."""
 
-    #: ``criterion``, ``objective_mm``, ``largest_mm``, ``rms_mm``, ``seam_error_95_mm``.
+    #: ``criterion``, ``objective_mm``, ``lower_bound_mm``, ``largest_mm``, ``rms_mm``, ``seam_error_95_mm``.
     rows: tuple[dict[str, Any], ...]
     best: Criterion
     why: str  #: One sentence.
+
+    @property
+    def least(self) -> Criterion:
+        """The criterion that predicts the least error of the seams with all observations."""
+        weighted = [row for row in self.rows if row["criterion"] == Criterion.WEIGHTED.value]
+        rows = weighted or [row for row in self.rows if row["criterion"] != Criterion.ROBUST.value]
+        squares_first = sorted(rows, key=lambda row: row["criterion"])  # of equal ones the closed form
+        return Criterion(min(squares_first, key=lambda row: row["seam_error_95_mm"])["criterion"])
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -179,26 +179,26 @@ class CriteriaComparison:
 
 def compare_criteria(
     problem: FitProblem,
+    fit_by: Callable[[Criterion], CriterionFit],
     *,
     seam_points: FloatArray,
     issues: tuple[Issue, ...] = (),
-    known: tuple[CriterionFit, ...] = (),
 ) -> CriteriaComparison:
     """Fit with every criterion and compare the largest error predicted at the seam points.
 
     `seam_points`: shape (k, 3). Part frame, mm.
     """
-    fits = {fit.criterion: fit for fit in known}
     rows: list[dict[str, Any]] = []
     for criterion in problem.compared:
         if criterion is Criterion.WEIGHTED and not problem.has_covariances:
             continue
-        fit = fits.get(criterion) or problem.fit(criterion)
+        fit = fit_by(criterion)
         summary = FitSummary.of(problem, fit, seam_points)
         rows.append(
             {
                 "criterion": criterion.value,
                 "objective_mm": fit.objective_mm,
+                "lower_bound_mm": fit.lower_bound_mm,
                 "largest_mm": summary.largest_mm,
                 "rms_mm": summary.rms_mm,
                 "seam_error_95_mm": summary.seam_error_95_mm,

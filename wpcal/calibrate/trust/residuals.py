@@ -29,7 +29,7 @@ class ResidualEvidence:
     """The least-squares residuals of the fitted observations, and what they cannot show."""
 
     squares_mm2: float  #: Sum of the squared residuals.
-    chi_squared: float | None  #: Sum of the squares in units of the stated teaching errors. None if none is stated.
+    chance: float  #: Probability of larger residuals, if the stated errors are true. 1 if none is stated.
     degrees_of_freedom: int  #: Numbers observed minus the six of the pose.
     count: int  #: Observations.
     unchecked: tuple[str, ...]  #: Observations with a direction in which a wrong touch leaves no residual.
@@ -42,9 +42,7 @@ class ResidualEvidence:
     @property
     def contradicts_stated(self) -> bool:
         """Whether the residuals are larger than the stated errors explain; a false alarm in one fit of a hundred."""
-        if self.chi_squared is None or self.degrees_of_freedom < 1 or self.rms_mm <= FLOOR_MM:
-            return False
-        return self.chi_squared > float(chdtri(self.degrees_of_freedom, FALSE_ALARM))
+        return self.chance < FALSE_ALARM and self.rms_mm > FLOOR_MM
 
     def contradicts(self, sigma_mm: float) -> bool:
         """Whether the residuals are larger than a teaching error per axis explains, with the same false alarms."""

@@ -18,14 +18,11 @@ import numpy as np
 
 from wpcal.calibrate.errors.prediction import (
     COVERAGE,
-    POSTURE_FACTOR,
-    USUAL_SIGMA_MM,
     Sigma,
     SigmaSource,
     TeachingError,
-    joint_errors,
-    length_quantile,
 )
+from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM
 from wpcal.calibrate.trust.criteria import (
     BLUNDER,
     NEIGHBOUR,
@@ -37,12 +34,12 @@ from wpcal.calibrate.trust.criteria import (
     FitProblem,
 )
 from wpcal.calibrate.trust.residuals import FALSE_ALARM, ResidualEvidence
+from wpcal.calibrate.trust.scale import SCALE
 from wpcal.calibrate.trust.tool_offset import TOOL_OFFSET
 from wpcal.calibrate.trust.without import Distrusted
 from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
-from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import plural
 
@@ -89,6 +86,8 @@ class VerdictReason(Enum):
     """The touches do not exclude another place of the part."""
     SILENT_SEARCH = "silent-search"
     """A search found nothing where the fit has a face."""
+    SCALE = "scale"
+    """The part is larger or smaller than its model."""
     BEYOND = "beyond"
     """A seam is off by more than the tolerance, with 95 % confidence."""
 
@@ -161,16 +160,14 @@ class CheckPoints:
     limit_mm: FloatArray  #: shape (n,). What the errors of the fit and of the observation explain.
 
     @classmethod
-    def of(cls, pairs: PointPairs, moved: FloatArray, by_fit: FloatArray, sigma: Sigma, bias_mm: float) -> CheckPoints:
-        """Compare points with their places in the fit.
+    def of(cls, pairs: PointPairs, moved: FloatArray, limit_mm: FloatArray) -> CheckPoints:
+        """Compare points with their places in the fit, `moved`, shape (n, 3), in `base`, mm."""
+        return cls(pairs.names, np.linalg.norm(pairs.p_target - moved, axis=1), limit_mm)
 
-        `moved`: shape (n, 3). Their places in `base`, mm.
-        `by_fit`: shape (n, 3, 3). Covariances of these places.
-        """
-        own = sigma.mm**2 * np.eye(3) if pairs.covariances is None else pairs.covariances
-        level, freedom = 1.0 - FALSE_ALARM / len(pairs), sigma.degrees_of_freedom
-        limits = length_quantile(by_fit + own, level, degrees_of_freedom=freedom) + bias_mm
-        return cls(pairs.names, np.linalg.norm(pairs.p_target - moved, axis=1), limits)
+
+def check_level(count: int) -> float:
+    """Level of the test of each of several check points: together 1 % false alarms."""
+    return 1.0 - FALSE_ALARM / count
 
 
 def judge_evidence(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
@@ -217,6 +214,8 @@ def _doubts(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> 
     for issue in evidence.issues:
         if issue.code in DOUBTS:
             yield Ground.told(DOUBTS[issue.code], issue.message)
+        if issue.code == SCALE and shown.error_mm > evidence.tolerance_mm:
+            yield Ground.told(VerdictReason.SCALE, issue.message)
     tolerance, all_mm = evidence.tolerance_mm, f"{shown.error_mm:.3g} mm"
     if shown.error_mm > tolerance:
         off = f"a fitted {evidence.word} may be off by {all_mm}"
@@ -241,7 +240,6 @@ class VerdictEvidence:
     check: PointPairs | None
     issues: tuple[Issue, ...]
     distrusted: Distrusted | None
-    teaching: TeachingError
     tolerance_mm: float
     #: shape (k, 3). Points of the accepted seams, or the fitted points if there are none; part frame, mm.
     points_part: FloatArray
@@ -263,22 +261,13 @@ class VerdictEvidence:
         """Largest residual of a fitted observation."""
         return float(self.problem.distances_mm(self.fit.T)[self.fit.rows].max())
 
-    @property
-    def _bias_mm(self) -> float:
-        return POSTURE_FACTOR * self.teaching.tcp_bias_mm
-
     def predicted(self) -> Predicted:
         """Return the predicted error of the seams."""
-        fit, freedom = self.fit, self.fit.degrees_of_freedom
-        errors = joint_errors(fit.T.apply(self.points_part), fit.covariance, degrees_of_freedom=freedom)
+        fit = self.fit
+        errors = fit.budget.joint_errors(fit.T.apply(self.points_part))
         row, own_mm = fit.largest_error_95(self.points_part)
-        return Predicted(
-            self.seam_names[row] if self.seam_names else "",
-            own_mm + self._bias_mm,
-            float(np.quantile(errors, COVERAGE)) + self._bias_mm,
-            float(np.quantile(errors, 1.0 - COVERAGE)) - self._bias_mm,
-            fit.sigma.describe(),
-        )
+        low, high = np.quantile(errors, [1.0 - COVERAGE, COVERAGE]).tolist()
+        return Predicted(self.seam_names[row] if self.seam_names else "", own_mm, high, low, fit.budget.describe())
 
     def contradictions(self, shown: Predicted) -> Iterator[Ground]:
         """Name observations that the others contradict, then residuals that the stated error does not explain."""
@@ -287,6 +276,9 @@ class VerdictEvidence:
                 yield Ground(VerdictReason.CONTRADICTION, issue.message)
         explained = any(issue.code == TOOL_OFFSET for issue in self.issues)  # the predicted error has an allowance
         if self.residuals.contradicts_stated and not explained:
+            for issue in self.issues:
+                if issue.code == SCALE:
+                    yield Ground.told(VerdictReason.SCALE, issue.message)
             sentence = (
                 f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are larger than the stated teaching error of "
                 f"{self.sigma.mm:.3g} mm per axis explains: a {self.word} is wrong, the part differs from its model, "
@@ -335,10 +327,10 @@ class VerdictEvidence:
         """Return the points that test the fit."""
         if self.check is None:
             return None
-        moved = self.fit.T.apply(self.check.p_source)
-        J = point_jacobian(moved)
-        by_fit = J @ self.fit.covariance @ J.transpose(0, 2, 1)
-        return CheckPoints.of(self.check, moved, by_fit, self.sigma, self._bias_mm)
+        check, budget = self.check, self.fit.budget
+        moved = self.fit.T.apply(check.p_source)
+        own = self.sigma.mm**2 * np.eye(3) if check.covariances is None else check.covariances
+        return CheckPoints.of(check, moved, budget.limits_mm(moved, own, check_level(len(check))))
 
     def passed(self, shown: Predicted) -> str:
         """Say within what the seams are."""

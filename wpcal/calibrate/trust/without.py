@@ -39,23 +39,17 @@ class Distrusted:
 
 
 def compare_without(
-    problem: FitProblem,
-    names: Sequence[str],
-    criterion: Criterion,
-    *,
-    seam_points: FloatArray,
-    known: Sequence[CriterionFit] = (),
+    problem: FitProblem, names: Sequence[str], fit: CriterionFit, *, seam_points: FloatArray
 ) -> Distrusted:
-    """Fit with and without observations that are distrusted, by the same criterion.
+    """Fit without observations that are distrusted, by the criterion of `fit` with them.
 
     `seam_points`: shape (k, 3). Part frame, mm.
     Raises `GeometryError` when the observations that remain do not fix a rotation.
     """
-    used = Criterion.LEAST_SQUARES if criterion is Criterion.ROBUST else criterion
+    used = Criterion.LEAST_SQUARES if fit.criterion is Criterion.ROBUST else fit.criterion
     out = np.array([problem.names.index(name) for name in names], dtype=np.int64)
     rest = problem.select(np.setdiff1d(np.arange(len(problem.names)), out))
-    fits = {fit.criterion: fit for fit in known}
-    first = fits.get(used) or problem.fit(used)
+    first = fit if fit.criterion is used else problem.fit(used)
     second = rest.fit(used)
     moved = second.T.apply(seam_points) - first.T.apply(seam_points)
     return Distrusted(

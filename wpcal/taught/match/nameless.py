@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM
 from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError

@@ -1,0 +1,259 @@
+r"""The error budget: everything that lets the wire miss the real seam, computed once for a fit.
+
+The fit turns errors of touches into a small motion :math:`\eta = \sum_i G_i (e_i + f(x_i) + \varepsilon (x_i - c))` of
+the part (about the middle c of the touches). A wire that is sent to a seam point x misses it by
+
+.. math:: J_x \eta - f(x) - \varepsilon (x - c) + R b,
+
+with the robot's own error f at both places, so that what is common cancels, the scale :math:`\varepsilon` of the part,
+and the error b of the tool in another posture. The terms of the GUM (JCGM 100) are used: a standard uncertainty per
+contribution, of type A (from these observations) or B (known otherwise), with degrees of freedom and coverage factor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wpcal.calibrate.errors.prediction import COVERAGE, JOINT_SAMPLES, Sigma, SigmaSource, length_quantile
+from wpcal.calibrate.errors.robot_field import Belief, FieldOrigin, believed_freedom, correlation, rigid_rest, scale_of
+from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.tangent import point_jacobian, translation_adjoint
+
+USUAL_SCALE = 1e-4
+"""Standard deviation of the scale between model and robot if nothing is stated: steel, 10 K from 20 °C."""
+JOINT_POINTS = 32
+"""So many points stand for all seams where their errors are drawn together: the furthest, and those with most error."""
+MOST_PLACES = 256
+"""Of more touches, those in one cell of a grid count as one place of the field."""
+CONTRIBUTIONS = ("touching", "tool", "robot", "part", "model")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorBudget:
+    """The contributions to the error of points of a fitted part, in base coordinates."""
+
+    centre: FloatArray  #: shape (3,). Middle of the touches.
+    places: FloatArray  #: shape (n, 3). Of the touches, about the centre.
+    gain: FloatArray  #: shape (n, 6, 3). G, about the centre.
+    touching: FloatArray  #: shape (6, 6). Covariance of η of errors of unit size.
+    #: shape (6, 6). Covariance by which a fit moves more than G says, per unit error: minimax.
+    excess: FloatArray
+    model: FloatArray  #: shape (6, 6). Covariance of η that does not depend on the size of the errors.
+    belief: Belief
+    sigma: Sigma  #: The teaching error, for words.
+    tool_mm: float = 0.0  #: Standard deviation per axis of the tool's error in another posture.
+    scale: float = USUAL_SCALE  #: Standard deviation of the scale.
+
+    @classmethod
+    def of(
+        cls,
+        places_base: FloatArray,
+        gain: FloatArray,
+        touching: FloatArray,
+        belief: Belief,
+        sigma: Sigma,
+        *,
+        excess: FloatArray | None = None,
+        tcp_bias_mm: float = 0.0,
+    ) -> ErrorBudget:
+        """Collect the contributions; `gain`, `touching` and `excess` are about the middle of the touches."""
+        centre, nothing = places_base.mean(axis=0), np.zeros((6, 6))
+        places = places_base - centre
+        if len(places) > MOST_PLACES:
+            places, gain = _coarse(places, gain)
+        tool = math.sqrt(2.0 / 3.0) * tcp_bias_mm
+        return cls(centre, places, gain, touching, nothing if excess is None else excess, nothing, belief, sigma, tool)
+
+    def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
+        """Add a covariance of the pose about the origin of the base that no error of a touch explains."""
+        shift = translation_adjoint(-self.centre)
+        return replace(self, model=self.model + shift @ covariance_base @ shift.T)
+
+    def with_scale(self, scale: float) -> ErrorBudget:
+        """Return the budget of a part whose scale is off by so much."""
+        return replace(self, scale=math.hypot(USUAL_SCALE, scale))
+
+    def allowing(self, tcp_bias_mm: float) -> ErrorBudget:
+        """Return the budget with another error of the tool centre point, mm."""
+        return replace(self, tool_mm=math.sqrt(2.0 / 3.0) * tcp_bias_mm)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of the motion ξ of the pose about the origin of the base, without the robot's error at the seams."""
+        own = self.belief.s2 * (self.touching + self.excess) + self.model
+        own = own + sum(self._of_field(length) * a2 for length, a2 in self._lengths)
+        back = translation_adjoint(self.centre)
+        return frozen(back @ own @ back.T)
+
+    @property
+    def _lengths(self) -> list[tuple[float, float]]:
+        return [(x, a2) for x, a2 in zip(self.belief.lengths_mm.tolist(), self.belief.a2.tolist(), strict=True) if a2]
+
+    def _of_field(self, length_mm: float) -> FloatArray:
+        """Covariance of η by the unit field, shape (6, 6)."""
+        summed = np.tensordot(correlation(self.places, self.places, length_mm), self.gain, axes=1)
+        own = np.asarray(np.einsum("nij,nkj->ik", self.gain, summed))
+        if self.excess.any():
+            own = own + rigid_rest(self.places, length_mm) * self.excess
+        return own
+
+    def _scale_effect(self, x: FloatArray) -> FloatArray:
+        """Return the error of points by a unit scale, shape (k, 3)."""
+        eta = np.einsum("nij,nj->i", self.gain, self.places)
+        return np.asarray(point_jacobian(x) @ eta - x)
+
+    def contributions(self, points_base: ArrayLike) -> dict[str, FloatArray]:
+        """Covariance of the error of points by contribution, each of shape (k, 3, 3), mm²."""
+        x = as_points(points_base, name="points") - self.centre
+        J, robot = point_jacobian(x), np.zeros((len(x), 3, 3))
+        for length, a2 in self._lengths:
+            robot += a2 * self._field_at(x, J, length)
+        scaled = self.scale * self._scale_effect(x)
+        return {
+            "touching": self.belief.s2 * _along(J, self.touching + self.excess),
+            "tool": np.broadcast_to(self.tool_mm**2 * np.eye(3), robot.shape),
+            "robot": robot,
+            "part": scaled[:, :, None] * scaled[:, None, :],
+            "model": _along(J, self.model),
+        }
+
+    def _field_at(self, x: FloatArray, J: FloatArray, length_mm: float) -> FloatArray:
+        own = self._of_field(length_mm)
+        crossed = J @ np.tensordot(correlation(x, self.places, length_mm), self.gain, axes=1)
+        return np.asarray(_along(J, own) - crossed - crossed.transpose(0, 2, 1) + np.eye(3))
+
+    def covariances(self, points_base: ArrayLike) -> FloatArray:
+        """Covariance of the error of the wire against the real seam, shape (k, 3, 3), mm²."""
+        return np.asarray(sum(self.contributions(points_base).values()))
+
+    def freedom(self, points_base: ArrayLike) -> FloatArray:
+        """Degrees of freedom behind the variance of points, shape (k,); see `believed_freedom`."""
+        x, belief = as_points(points_base, name="points") - self.centre, self.belief
+        J = point_jacobian(x)
+        touched = np.trace(_along(J, self.touching + self.excess), axis1=1, axis2=2)
+        scatter = (belief.s4 - belief.s2**2) * touched**2
+        field = [np.trace(self._field_at(x, J, length), axis1=1, axis2=2) for length in belief.lengths_mm.tolist()]
+        F = np.stack(field)
+        mean = belief.a2 @ F
+        scatter = scatter + belief.a4 @ F**2 - mean**2 + 2.0 * touched * ((belief.s2a2 - belief.s2 * belief.a2) @ F)
+        total = np.trace(self.covariances(points_base), axis1=1, axis2=2)
+        return believed_freedom(total, scatter)
+
+    def error_95_mm(self, points_base: ArrayLike) -> FloatArray:
+        """Length that the error of a point stays below with 95 % probability, shape (k,), mm."""
+        return self.limits_mm(points_base, 0.0, COVERAGE)
+
+    def limits_mm(self, points_base: ArrayLike, own: FloatArray | float, level: float) -> FloatArray:
+        """Length that the error of a point, with a further covariance `own`, stays below, shape (k,), mm."""
+        freedom = self.freedom(points_base)
+        C = self.covariances(points_base) * scale_of(freedom)[:, None, None] + own
+        return length_quantile(C, level, degrees_of_freedom=freedom)
+
+    def largest_error_95(self, points_base: ArrayLike) -> tuple[int, float]:
+        """Return the row of the point with the largest error, the first of equal ones, and that error, mm."""
+        errors = self.error_95_mm(points_base)
+        worst = int(np.argmax(errors))
+        return worst, float(errors[worst])
+
+    def joint_errors(self, points_base: ArrayLike) -> FloatArray:
+        """Draw the largest error among points that move together, in ascending order, mm, shape (JOINT_SAMPLES,).
+
+        That all points stay below their own 95 % errors is less probable than 95 %; the quantiles of this sample hold
+        for all points at once. The seed is fixed.
+        """
+        points = as_points(points_base, name="points")
+        errors, rng = self.error_95_mm(points), np.random.default_rng(0)
+        away = points - points.mean(axis=0)
+        ends = np.unique(np.argmax(away @ rng.standard_normal((3, 4 * JOINT_POINTS)), axis=0))
+        ends = ends[np.argsort(-errors[ends], kind="stable")][: JOINT_POINTS - 1]
+        rows = np.unique(np.append(ends, np.argmax(errors)))
+        values, vectors = np.linalg.eigh(self._joint(points[rows] - self.centre))
+        # the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors
+        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+        off = (rng.standard_normal((JOINT_SAMPLES, len(root))) @ root).reshape(JOINT_SAMPLES, -1, 3)
+        drawn = np.sqrt(np.einsum("sni,sni->sn", off, off).max(axis=1))
+        freedom = float(self.freedom(points[[int(np.argmax(errors))]])[0])
+        if math.isfinite(freedom):
+            drawn = drawn * np.sqrt((freedom - 2.0) / rng.chisquare(freedom, JOINT_SAMPLES))
+        return frozen(np.sort(drawn))
+
+    def _joint(self, x: FloatArray) -> FloatArray:
+        """Covariance of the errors of k points together, shape (3 k, 3 k)."""
+        k, J = len(x), point_jacobian(x).reshape(-1, 6)
+        own = self.belief.s2 * (self.touching + self.excess) + self.model
+        total = J @ own @ J.T + self.tool_mm**2 * np.tile(np.eye(3), (k, k))
+        scaled = self.scale * self._scale_effect(x).ravel()
+        total += np.outer(scaled, scaled)
+        for length, a2 in self._lengths:
+            G = np.tensordot(correlation(x, self.places, length), self.gain, axes=1)
+            crossed = J @ G.transpose(1, 0, 2).reshape(6, 3 * k)
+            field = J @ self._of_field(length) @ J.T - crossed - crossed.T
+            total += a2 * (field + np.kron(correlation(x, x, length), np.eye(3)))
+        return np.asarray(total)
+
+    def describe(self) -> str:
+        """Return a phrase for a person: what the predicted errors rest on."""
+        field = self.belief.field
+        return self.sigma.describe() + (f"; {field.describe()}" if field.amplitude_mm > 0 else "")
+
+    def to_record(self, seams: Sequence[tuple[str, FloatArray]]) -> dict[str, Any]:
+        """Return plain values for a JSON file; `seams` are names and points in `base`."""
+        return {
+            "robot": self.belief.field.to_record(),
+            "contributions": [self._described(name) for name in CONTRIBUTIONS],
+            "coverage": COVERAGE,
+            "seams": [self._of_seam(name, points) for name, points in seams if len(points)],
+        }
+
+    def _of_seam(self, name: str, points: FloatArray) -> dict[str, Any]:
+        row, error = self.largest_error_95(points)
+        parts = {k: float(np.trace(v[0])) for k, v in self.contributions(points[[row]]).items()}
+        total, of_point = sum(parts.values()), self.freedom(points[[row]])
+        freedom, combined = float(of_point[0]), math.sqrt(total * float(scale_of(of_point)[0]))
+        return {
+            "seam": name,
+            "error_95_mm": error,
+            "standard_uncertainty_mm": combined,
+            "coverage_factor": error / combined if combined else None,
+            "degrees_of_freedom": None if math.isinf(freedom) else freedom,
+            "shares": {k: v / total if total else 0.0 for k, v in parts.items()},
+        }
+
+    def _described(self, name: str) -> dict[str, Any]:
+        """Say what a contribution is, its type, and where its size comes from."""
+        belief = self.belief
+        is_a = self.sigma.source is SigmaSource.ESTIMATED if name == "touching" else False
+        is_a = is_a or (name == "robot" and belief.origin is FieldOrigin.ESTIMATED)
+        told = {
+            "touching": self.sigma.describe(),
+            "tool": f"tool centre point in another posture, {self.tool_mm:.2g} mm per axis, stated"
+            if self.tool_mm
+            else "tool centre point: nothing stated",
+            "robot": belief.field.describe(),
+            "part": f"scale of the part, {1e6 * self.scale:.0f} ppm: "
+            + ("steel within 10 K of 20 °C" if self.scale == USUAL_SCALE else "found in the residuals"),
+            "model": "tails of the residuals and what a fit of this kind does with them",
+        }
+        return {"name": name, "type": "A" if is_a else "B", "source": told[name]}
+
+
+def _along(J: FloatArray, covariance: FloatArray) -> FloatArray:
+    return np.asarray(J @ covariance @ J.transpose(0, 2, 1))
+
+
+def _coarse(places: FloatArray, gain: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Put places of one cell of a grid together; their gains add."""
+    step = np.ptp(places, axis=0).max() / 6.0
+    _, cell = np.unique(np.floor((places - places.min(axis=0)) / step).astype(np.int64), axis=0, return_inverse=True)
+    cell = cell.ravel()
+    count = np.bincount(cell)
+    middle = np.stack([np.bincount(cell, weights=column) / count for column in places.T], axis=1)
+    summed = np.zeros((len(count), *gain.shape[1:]))
+    np.add.at(summed, cell, gain)
+    return middle, summed
