@@ -58,7 +58,7 @@ def pooled_study(
         features = np.array([feature.p_mm for feature in find_features(graph) if feature.kind.is_point])
         seam_points = np.concatenate([seam.frames.p for seam in detect_seams(graph) if seam.accepted])
         rng = np.random.default_rng(n)
-        sets = [_spread_set(features, n, rng) for _ in range(trials)]
+        sets = [spread_set(features, n, rng) for _ in range(trials)]
         teaching = TeachingError()
         if stated:
             bounded = noise == "bounded"
@@ -85,7 +85,8 @@ def unit_noise(noise: str, shape: tuple[int, int], rng: np.random.Generator) -> 
     return np.asarray(rng.standard_t(3, shape) / 3**0.5)
 
 
-def _spread_set(features: FloatArray, n: int, rng: np.random.Generator) -> FloatArray:
+def spread_set(features: FloatArray, n: int, rng: np.random.Generator) -> FloatArray:
+    """Draw n features that are not on one line."""
     while True:
         p = features[rng.choice(len(features), n, replace=False)]
         spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)

@@ -41,8 +41,9 @@ def run_verdict_study(
     seam_points: FloatArray,
     *,
     errors: Sequence[FloatArray],
+    seam_errors: Sequence[FloatArray] | None = None,
     teaching: TeachingError,
-    criterion: Criterion = Criterion.MINIMAX,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
     tolerance_mm: float = 0.5,
 ) -> VerdictStudy:
     """Calibrate simulated points and compare every verdict with the true errors of the seams.
@@ -54,13 +55,15 @@ def run_verdict_study(
     sets : shape (n, 3). Reference points of each trial, mm.
     seam_points : shape (k, 3). Same frame, mm.
     errors : shape (n, 3). Errors of the taught points of each trial, mm.
+    seam_errors : shape (k, 3). What the robot shows beside the real seam points of each trial, mm; by default nothing.
     """
     if len(sets) != len(errors) or not sets:
         raise InputError(f"expected errors for every set of points, got {len(sets)} sets and {len(errors)} errors")
     verdicts: Counter[VerdictKind] = Counter()
     passed_outside = failed_inside = 0
     covered = 0.0
-    for p, error in zip(sets, errors, strict=True):
+    aside = seam_errors or [np.zeros(seam_points.shape)] * len(sets)
+    for p, error, robot in zip(sets, errors, aside, strict=True):
         names = tuple(f"P{i}" for i in range(len(p)))
         problem = PointProblem(PointPairs(names, p, p + error), teaching)
         fit = problem.fit(criterion)
@@ -80,7 +83,7 @@ def run_verdict_study(
                 seam_names=("W",) * len(seam_points),
             )
         ).kind
-        off = np.linalg.norm(fit.T.apply(seam_points) - seam_points, axis=1)
+        off = np.linalg.norm(fit.T.apply(seam_points) - seam_points - robot, axis=1)
         is_outside = bool(off.max() > tolerance_mm)
         verdicts[verdict] += 1
         passed_outside += verdict is VerdictKind.PASS and is_outside

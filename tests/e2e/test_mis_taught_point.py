@@ -18,7 +18,7 @@ def test_a_mis_taught_point_is_named_and_left_out_by_hand(tmp_path: Path) -> Non
     first = run_here("calibrate", TEE / "tee.step", TEE / "taught_blunder.csv", "-o", tmp_path / "first")
     assert (first.returncode, first.stderr) == (1, "")
     shown = " ".join(first.stdout.split())
-    assert "With and without V16 (least_squares)" in shown
+    assert "With and without V16 (weighted)" in shown
     assert "the other points contradict V16 (2.96 mm off their fit), probability above 99 %: teach again" in shown
     assert "left out by hand (use no): V10" in shown
 
@@ -28,5 +28,5 @@ def test_a_mis_taught_point_is_named_and_left_out_by_hand(tmp_path: Path) -> Non
     assert (again.returncode, again.stderr) == (0, "")
     before, after = (json.loads((tmp_path / name / "calibration.json").read_text()) for name in ("first", "again"))
     assert (before["distrusted"]["names"], after["distrusted"], after["left_out"]) == (["V16"], None, ["V16", "V10"])
-    found = before["distrusted"]["without"]["largest_mm"]
-    np.testing.assert_allclose(found, after["objective_mm"], rtol=0, atol=SAME_FIT_MM)
+    found = before["distrusted"]["without"]["rms_mm"]
+    np.testing.assert_allclose(found, after["rms_mm"], rtol=0, atol=SAME_FIT_MM)

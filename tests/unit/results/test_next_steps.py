@@ -72,7 +72,8 @@ def test_the_sigma_to_state_is_that_of_the_residuals():
 
 
 def test_a_sigma_that_is_stated_too_small_may_blame_a_point_and_that_is_said():
-    record = fitted(teaching=TeachingError(sigma_mm=0.11), noise_mm=0.2, tolerance_mm=0.05)
+    exact_robot = TeachingError(sigma_mm=0.11, robot=RobotField.none())
+    record = fitted(teaching=exact_robot, noise_mm=0.2, tolerance_mm=0.05)
     assert record["judgement"]["reason"] == "contradiction"
     assert any("--sigma-mm" in step for step in next_steps(record))
     assert not any("--sigma-mm" in step for step in next_steps(fitted([(4, [0, 0, 9.0])])))

@@ -62,7 +62,11 @@ class ErrorBudget:
         excess: FloatArray | None = None,
         tcp_bias_mm: float = 0.0,
     ) -> ErrorBudget:
-        """Collect the contributions; `gain`, `touching` and `excess` are about the middle of the touches."""
+        """Collect the contributions.
+
+        `places_base`: shape (n, 3). Of the touches, mm.
+        `gain`: shape (n, 6, 3). `touching`, `excess`: shape (6, 6). About the middle of the touches.
+        """
         centre, nothing = places_base.mean(axis=0), np.zeros((6, 6))
         places = places_base - centre
         if len(places) > MOST_PLACES:
@@ -71,7 +75,7 @@ class ErrorBudget:
         return cls(centre, places, gain, touching, nothing if excess is None else excess, nothing, belief, sigma, tool)
 
     def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
-        """Add a covariance of the pose about the origin of the base that no error of a touch explains."""
+        """Add a covariance of the pose, shape (6, 6), about the origin of the base, that no error of a touch explains."""
         shift = translation_adjoint(-self.centre)
         return replace(self, model=self.model + shift @ covariance_base @ shift.T)
 
@@ -156,7 +160,10 @@ class ErrorBudget:
         return length_quantile(C, level, degrees_of_freedom=freedom)
 
     def largest_error_95(self, points_base: ArrayLike) -> tuple[int, float]:
-        """Return the row of the point with the largest error, the first of equal ones, and that error, mm."""
+        """Return the row of the point with the largest error, the first of equal ones, and that error, mm.
+
+        `points_base`: shape (k, 3). Base frame, mm.
+        """
         errors = self.error_95_mm(points_base)
         worst = int(np.argmax(errors))
         return worst, float(errors[worst])
@@ -203,7 +210,10 @@ class ErrorBudget:
         return self.sigma.describe() + (f"; {field.describe()}" if field.amplitude_mm > 0 else "")
 
     def to_record(self, seams: Sequence[tuple[str, FloatArray]]) -> dict[str, Any]:
-        """Return plain values for a JSON file; `seams` are names and points in `base`."""
+        """Return plain values for a JSON file.
+
+        `seams`: Names and points, shape (k, 3), in `base`, mm.
+        """
         return {
             "robot": self.belief.field.to_record(),
             "contributions": [self._described(name) for name in CONTRIBUTIONS],

@@ -34,7 +34,10 @@ def point_gain(p_base: FloatArray, information: FloatArray | None = None) -> Flo
 
 
 def gained_covariance(gain: FloatArray, covariances: FloatArray | None = None) -> FloatArray:
-    """Covariance of the motion by independent errors: Σ Gᵢ Cᵢ Gᵢᵀ; of unit errors if no covariances are given."""
+    """Covariance of the motion by independent errors: Σ Gᵢ Cᵢ Gᵢᵀ; of unit errors if no covariances are given.
+
+    `gain`: shape (n, 6, 3). `covariances`: shape (n, 3, 3). mm².
+    """
     spread = gain if covariances is None else gain @ covariances
     return np.asarray(np.einsum("nij,nkj->ik", spread, gain))
 

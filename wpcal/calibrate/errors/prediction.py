@@ -92,7 +92,10 @@ class TeachingError:
         return self.bound_mm / math.sqrt(3.0) if self.bound_mm is not None else self.sigma_mm
 
     def believed(self, rows: ResidualRows, covariances: FloatArray | None) -> tuple[Belief, Sigma]:
-        """Weigh what is stated and the residuals; `covariances` are those that the observations state themselves."""
+        """Weigh what is stated and the residuals.
+
+        `covariances`: shape (n, 3, 3). Those that the observations state themselves, mm².
+        """
         if covariances is not None:
             return believe(rows, 1.0, self.robot), Sigma.of_each(covariances)
         if self.per_axis_mm is not None:

@@ -133,7 +133,10 @@ class ResidualRows:
 
     @classmethod
     def of(cls, places: FloatArray, J: FloatArray, d: FloatArray, information: FloatArray) -> ResidualRows:
-        """Take residuals (n, 3), their derivatives (n, 3, 6) and inverse covariances up to one factor (n, 3, 3)."""
+        """Take out of residuals d what the pose explains.
+
+        `places`, `d`: shape (n, 3), mm. `J`: shape (n, 3, 6). `information`: shape (n, 3, 3), up to one factor.
+        """
         if len(places) > MOST_EVIDENCE:
             used = np.sort(np.random.default_rng(0).choice(len(places), MOST_EVIDENCE, replace=False))
             places, J, d, information = places[used], J[used], d[used], information[used]
@@ -195,14 +198,15 @@ class Nodes:
         return cls(lengths, sigmas, amplitudes, prior / prior.sum())
 
     def weighed(self, log: FloatArray) -> FloatArray:
-        """Return the weights after residuals with this log likelihood."""
+        """Return the weights after residuals with this log likelihood, of the shape of the prior."""
         weight = self.prior * np.exp(log - log.max())
         return np.asarray(weight / weight.sum())
 
     def likelihood(self, rows: ResidualRows, z: FloatArray | None = None) -> tuple[FloatArray, ...]:
         """Log restricted likelihood, and probability of larger residuals.
 
-        With an effect z on the rows, its size by each node is fitted: then log likelihood, size and its variance.
+        With an effect z on the rows, shape (m - 6,), its size is fitted at each node: then log likelihood, size and its
+        variance.
         """
         found: list[tuple[FloatArray, ...]] = []
         for length in self.lengths_mm.tolist():
@@ -242,7 +246,9 @@ def believe(rows: ResidualRows | None, s: float | None, field: RobotField | None
 
 
 def believed_freedom(mean: FloatArray, scatter: FloatArray) -> FloatArray:
-    """Degrees of freedom ν of a variance that is believed with this mean and variance: 4 + 2 mean² / scatter.
+    """Degrees of freedom ν of variances that are believed with this mean and variance: 4 + 2 mean² / scatter.
+
+    `mean`, `scatter`: shape (k,), or of a number.
 
     A variance that n independent residuals of one size tell has an inverse χ² distribution with ν = n. Errors are then
     distributed as Student's t with ν degrees of freedom and the square scale (1 − 2/ν) mean (`scale_of`).
@@ -252,7 +258,7 @@ def believed_freedom(mean: FloatArray, scatter: FloatArray) -> FloatArray:
 
 
 def scale_of(freedom: FloatArray) -> FloatArray:
-    """Ratio of the square scale of the t distribution to the mean of the variance."""
+    """Ratio of the square scale of the t distribution to the mean of the variance; `freedom` has the shape (k,)."""
     return np.asarray(1.0 - 2.0 / freedom)
 
 

@@ -75,7 +75,7 @@ class CriterionFit:
         return self.budget.error_95_mm(self.T.apply(points_part))
 
     def largest_error_95(self, points_part: FloatArray) -> tuple[int, float]:
-        """Return the row of the point with the largest `error_95_mm`, and that error, mm; part frame, mm."""
+        """Return the row of the point with the largest `error_95_mm`, and that error, mm; shape (k, 3), part frame."""
         return self.budget.largest_error_95(self.T.apply(points_part))
 
 

@@ -1,0 +1,94 @@
+"""Verdicts where the robot has a smooth error of its own: coverage of the band, and PASS beside an oracle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from rich.table import Table
+
+from tests.benchmarks.bench_verdict import spread_set, unit_noise
+from tests.benchmarks.verdict_study import VerdictStudy, run_verdict_study
+from tests.saved_graphs import saved_graph
+from wpcal.calibrate import TeachingError
+from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.robot_field import RobotField, correlation
+from wpcal.core.arrays import FloatArray
+from wpcal.seam import detect_seams
+from wpcal.taught.features import find_features
+from wpcal.touch.design import farthest_rows
+
+PARTS = ("tee", "lap", "saddle", "frame")
+COUNTS = (4, 6, 8, 12)
+FIELDS_MM = ((0.0, 500.0), (0.1, 400.0), (0.3, 300.0), (0.3, 600.0), (0.5, 1000.0))
+SIGMA_MM, TOLERANCE_MM, TRIALS = 0.1, 0.5, 100
+SEAM_POINTS = 60  #: Points of the seams at which fields are drawn.
+
+
+@dataclass(frozen=True, slots=True)
+class FieldStudy:
+    """Verdicts beside those of an oracle that knows every variance."""
+
+    study: VerdictStudy
+    oracle: int  #: Calibrations that the oracle passes.
+
+
+def main() -> Table:
+    heads = ("part", "field", "points", "stated", "covered", "PASS", "FAIL", "PASS, outside", "FAIL, inside", "oracle")
+    table = Table(title=f"{TRIALS} calibrations, sigma {SIGMA_MM} mm, tolerance {TOLERANCE_MM} mm, in %")
+    for heading in heads:
+        table.add_column(heading)
+    for part in PARTS:
+        for amplitude, length in FIELDS_MM:
+            for n in COUNTS:
+                for stated in ("all", "sigma", "nothing"):
+                    found = field_study(part, n, RobotField(amplitude, length), stated=stated)
+                    study, trials = found.study, found.study.trials
+                    counts = (study.verdicts["PASS"], study.verdicts["FAIL"], study.passed_outside, study.failed_inside)
+                    shares = (f"{100.0 * count / trials:.1f}" for count in (*counts, found.oracle))
+                    field = f"{amplitude:g} over {length:g}"
+                    table.add_row(part, field, str(n), stated, f"{100.0 * study.covered:.1f}", *shares)
+    return table
+
+
+def field_study(
+    part: str,
+    n: int,
+    field: RobotField,
+    *,
+    stated: str,
+    trials: int = TRIALS,
+    scale: float = 0.0,
+    noise: str = "gaussian",
+) -> FieldStudy:
+    """Simulate calibrations by a robot with a smooth error, n random features each."""
+    graph = saved_graph(part)
+    features = np.array([feature.p_mm for feature in find_features(graph) if feature.kind.is_point])
+    seams = np.concatenate([seam.frames.p for seam in detect_seams(graph) if seam.accepted])
+    seams = seams[farthest_rows(seams, min(SEAM_POINTS, len(seams)))]
+    rng = np.random.default_rng(n)
+    sets = [spread_set(features, n, rng) for _ in range(trials)]
+    drawn = [_field(np.concatenate([p, seams]), field, scale, rng) for p in sets]
+    errors = [each[:n] + unit_noise(noise, (n, 3), rng) * SIGMA_MM for each in drawn]
+    known = TeachingError(sigma_mm=SIGMA_MM, robot=field)
+    teaching = {"all": known, "sigma": TeachingError(sigma_mm=SIGMA_MM), "nothing": TeachingError()}[stated]
+    study = run_verdict_study(
+        sets,
+        seams,
+        errors=errors,
+        seam_errors=[each[n:] for each in drawn],
+        teaching=teaching,
+        tolerance_mm=TOLERANCE_MM,
+    )
+    return FieldStudy(study, sum(_joint(budget_of_design(p, known), seams) <= TOLERANCE_MM for p in sets))
+
+
+def _field(points: FloatArray, field: RobotField, scale: float, rng: np.random.Generator) -> FloatArray:
+    K = correlation(points, points, field.length_mm) + 1e-9 * np.eye(len(points))
+    drawn = field.amplitude_mm * np.linalg.cholesky(K) @ rng.standard_normal(points.shape)
+    return np.asarray(drawn + scale * (points - points.mean(axis=0)))
+
+
+def _joint(budget: ErrorBudget, seams: FloatArray) -> float:
+    return float(np.quantile(budget.joint_errors(seams), 0.95))

@@ -1,0 +1,52 @@
+"""The band is that of the wire against the seam, also where the robot has a smooth error of its own."""
+
+import pytest
+
+from tests.benchmarks.bench_verdict_fields import COUNTS, FIELDS_MM, PARTS, field_study
+from wpcal.calibrate import VerdictKind
+from wpcal.calibrate.errors.robot_field import RobotField
+
+COVERED = (0.93, 0.97)  #: Of seam points, where every variance is stated: 95 %, and the sampling error of a cell.
+LEAST_COVERED = 0.90  #: Of seam points in one cell, where the robot or everything is not stated.
+MOST_WRONG = 0.05
+
+
+def is_seldom_wrong(found):
+    return max(found.study.passed_outside, found.study.failed_inside) <= MOST_WRONG * found.study.trials
+
+
+@pytest.mark.parametrize(("n", "field"), [(6, (0.3, 300.0)), (12, (0.5, 1000.0))])
+def test_a_stated_field_gives_the_band_its_share(n, field):
+    found = field_study("frame", n, RobotField(*field), stated="all", trials=150)
+    assert COVERED[0] <= found.study.covered <= COVERED[1]
+    assert is_seldom_wrong(found)
+
+
+@pytest.mark.parametrize("stated", ["sigma", "nothing"])
+def test_a_field_that_nobody_states_is_in_the_band(stated):
+    found = field_study("frame", 12, RobotField(0.3, 300.0), stated=stated, trials=60)
+    assert found.study.covered >= LEAST_COVERED
+    assert is_seldom_wrong(found)
+
+
+def test_a_verdict_passes_most_of_what_an_oracle_passes():
+    found = field_study("frame", 8, RobotField(0.1, 400.0), stated="all", trials=60)
+    assert found.study.verdicts[VerdictKind.PASS] >= 0.85 * found.oracle > 0
+
+
+def test_heavy_tails_and_a_scale_do_not_break_the_band():
+    for options in ({"noise": "t3"}, {"scale": 5e-4}):
+        found = field_study("frame", 8, RobotField(0.1, 600.0), stated="nothing", trials=40, **options)
+        assert found.study.covered >= LEAST_COVERED
+        assert is_seldom_wrong(found)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("stated", ["all", "sigma", "nothing"])
+@pytest.mark.parametrize("field", FIELDS_MM)
+@pytest.mark.parametrize("part", PARTS)
+def test_every_part_and_field(part, field, stated):
+    for n in COUNTS:
+        found = field_study(part, n, RobotField(*field), stated=stated)
+        assert found.study.covered >= LEAST_COVERED
+        assert is_seldom_wrong(found)
