@@ -64,7 +64,7 @@ def rapid(files: dict[str, str]) -> Iterator[Move]:
                 to = target[3] or target[2]
                 yield Move(to, None, poses[target[2]] if target[3] else None, poses[to], fits(to))
 
-    yield from run(bodies[next(n for n in bodies if not n.startswith("weld_"))])
+    yield from run(bodies[next(n for n in bodies if not n.startswith(("weld_", "only_")))])
 
 
 def krl(files: dict[str, str]) -> Iterator[Move]:
@@ -88,7 +88,10 @@ def krl(files: dict[str, str]) -> Iterator[Move]:
 
         return same
 
-    for kind, one, two in re.findall(r"^(PTP|LIN|CIRC) (\w+)(?:,(\w+))?", source, re.MULTILINE):
+    bodies = {n: b.splitlines() for n, b in re.findall(r"DEF (\w+)\(\)(.*?)\nEND\b", source, re.DOTALL)}
+    main, *_ = bodies
+    lines = [each for line in bodies[main] for each in bodies.get(line.strip().removesuffix("()"), [line])]
+    for kind, one, two in re.findall(r"^(PTP|LIN|CIRC) (\w+)(?:,(\w+))?", "\n".join(lines), re.MULTILINE):
         to = two or one
         if kind == "PTP" and to in joints:
             yield Move(to, joints[to], None, None, lambda _: True)

@@ -1,0 +1,380 @@
+"""A second judge of plans: it reads the TEXT of programs and knows neither wpcal's interpreters nor its collisions.
+
+Joints become places by the URDF file, and poses joints by Newton steps on it. Links are the vertices of their meshes,
+the torch is points on its capsules, the wire points on a line; a point is inside the part where the winding number of
+the part's triangles says so. `python -m tests.second_judge` prints a table over parts, arms and languages.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from tests.moves_of_programs import circle_through, numbers
+from tests.wire_judge import Array, off_surface, winding
+
+STEP_MM, STEP_RAD = 5.0, 0.05  #: Between two judged states.
+ALONG_MM = 5.0  #: Between points of the wire and of a capsule.
+TIP_MM = 3.0  #: So much of the wire is at the seam.
+DEEP_MM = 0.3  #: A point that is less deep is on the surface.
+MOST_POINTS = 150  #: Of one link.
+
+
+class Step(NamedTuple):
+    """One move: to joints (deg), by the joints or on a line, or to a pose in the base, perhaps over another one."""
+
+    kind: str
+    joints: Array | None = None
+    goal: Array | None = None
+    via: Array | None = None
+    via_joints: Array | None = None
+
+
+def posed(p: Any, R: Rotation) -> Array:
+    T = np.eye(4)
+    T[:3, 3], T[:3, :3] = p, R.as_matrix()
+    return T
+
+
+def _called(bodies: dict[str, list[str]], name: str, call: str) -> Iterator[str]:
+    for line in bodies[name]:
+        found = re.fullmatch(call, line.strip())
+        if found and found[1].upper() in {each.upper() for each in bodies}:
+            yield from _called(bodies, next(one for one in bodies if one.upper() == found[1].upper()), call)
+        else:
+            yield line.strip()
+
+
+def _routines(bodies: dict[str, list[str]], call: str) -> Iterator[list[str]]:
+    """Yield the lines of each routine that no other one calls."""
+    called = {m[1].upper() for lines in bodies.values() for line in lines if (m := re.fullmatch(call, line.strip()))}
+    yield from ([*_called(bodies, name, call)] for name in bodies if name.upper() not in called)
+
+
+def rapid(files: dict[str, str]) -> Iterator[list[Step]]:
+    (text,) = files.values()
+    v = numbers(re.search(r"wobjdata wpPart:=(.*?);", text)[1])
+    T = posed(v[:3], Rotation.from_quat(v[[4, 5, 6, 3]]))
+    joints = {n: numbers(q) for n, q in re.findall(r"jointtarget (\w+):=\[\[(.*?)\]", text)}
+    poses = {
+        n: T @ posed(numbers(p), Rotation.from_quat(numbers(q)[[1, 2, 3, 0]]))
+        for n, p, q in re.findall(r"robtarget (\w+):=\[\[(.*?)\],\[(.*?)\],", text)
+    }
+    bodies = {n: b.splitlines() for n, b in re.findall(r"PROC (\w+)\(\)(.*?)ENDPROC", text, re.DOTALL)}
+    for lines in _routines(bodies, r"(\w+);"):
+        steps = []
+        for line in lines:
+            if m := re.match(r"MoveAbsJ (\w+),", line):
+                steps.append(Step("J", joints[m[1]]))
+            elif m := re.match(r"(?:Move|Arc)([LC])\w* (\w+),(?:(\w+),)?v", line):
+                steps.append(Step("L", goal=poses[m[3] or m[2]], via=poses[m[2]] if m[3] else None))
+        yield steps
+
+
+def krl(files: dict[str, str]) -> Iterator[list[Step]]:
+    source, data = (next(t for n, t in files.items() if n.endswith(end)) for end in (".src", ".dat"))
+
+    def pose(values: str) -> Array:
+        v = {key: float(x) for key, x in re.findall(r"\b([A-Z]\d?) (-?[\d.]+)", values)}
+        return posed([v[k] for k in "XYZ"], Rotation.from_euler("ZYX", [v[k] for k in "ABC"], degrees=True))
+
+    T = pose(re.search(r"FRAME WP_PART=\{(.*?)\}", data)[1])
+    joints = {n: numbers(re.sub(r"[AE]\d ", "", q))[:6] for n, q in re.findall(r"E6AXIS (\w+)=\{(.*?)\}", data)}
+    poses = {n: T @ pose(v) for n, v in re.findall(r"E6POS (\w+)=\{(.*?)\}", data)}
+    bodies = {n: b.splitlines() for n, b in re.findall(r"DEF (\w+)\(\)(.*?)\nEND\b", source, re.DOTALL)}
+    for lines in _routines(bodies, r"(\w+)\(\)"):
+        steps = []
+        for line in lines:
+            m = re.match(r"(PTP|LIN|CIRC) (\w+)(?:,(\w+))?", line)
+            if m and m[2] in joints:
+                steps.append(Step("J", joints[m[2]]))
+            elif m:
+                steps.append(Step("L", goal=poses[m[3] or m[2]], via=poses[m[2]] if m[3] else None))
+        yield steps
+
+
+def urscript(files: dict[str, str]) -> Iterator[list[Step]]:
+    (text,) = files.values()
+
+    def pose(v: Array) -> Array:
+        return posed(1000.0 * v[:3], Rotation.from_rotvec(v[3:]))
+
+    T = pose(numbers(re.search(r"wp_part = p\[(.*?)\]", text)[1]))
+    steps = []
+    for line in text.splitlines():
+        if m := re.match(r"\s*movej\(\[(.*?)\]", line):
+            steps.append(Step("J", np.degrees(numbers(m[1]))))
+        elif m := re.match(r"\s*move([lc])\(", line):
+            *via, goal = (T @ pose(numbers(p)) for p in re.findall(r"pose_trans\(wp_part, p\[(.*?)\]\)", line))
+            steps.append(Step("L", goal=goal, via=via[0] if via else None))
+    yield steps
+
+
+def kawasaki(files: dict[str, str]) -> Iterator[list[Step]]:
+    (text,) = files.values()
+    text = text.replace("\r", "")
+    sections = {k: re.search(rf"^\.{k}\n(.*?)^\.END", text, re.S | re.M)[1] for k in ("TRANS", "JOINTS")}
+    joints = {line.split()[0]: np.array(line.split()[1:7], float) for line in sections["JOINTS"].splitlines()}
+    rows = {line.split()[0]: np.array(line.split()[1:7], float) for line in sections["TRANS"].splitlines()}
+    poses = {n: posed(v[:3], Rotation.from_euler("ZYZ", v[3:], degrees=True)) for n, v in rows.items()}
+    T = poses.pop("wp_part")
+    bodies = {n: b.splitlines() for n, b in re.findall(r"^\.PROGRAM (\w+)\(\)(.*?)^\.END", text, re.S | re.M)}
+    for lines in _routines(bodies, r"CALL (\w+)"):
+        steps, via = [], None
+        for line in lines:
+            if m := re.match(r"JMOVE (#\w+)", line):
+                steps.append(Step("J", joints[m[1]]))
+            elif m := re.match(r"C1MOVE (\w+)", line):
+                via = T @ poses[m[1]]
+            elif m := re.match(r"(LMOVE|C2MOVE) (\w+)", line):
+                steps.append(Step("L", goal=T @ poses[m[2]], via=via if m[1] == "C2MOVE" else None))
+        yield steps
+
+
+def inform(files: dict[str, str]) -> Iterator[list[Step]]:
+    points: dict[str, Array] = {}
+    bodies: dict[str, list[str]] = {}
+    for text in files.values():
+        head, body = text.replace("\r", "").split("//INST")
+        job = re.search(r"//NAME (\S+)", head)[1]
+        assert "///POSTYPE ANGLE" in head
+        points |= {f"{job}:{n}": np.array(v.split(","), float) for n, v in re.findall(r"^(C\d+)=(.*)$", head, re.M)}
+        bodies[job] = [re.sub(r"^(MOV[JLC]) (C\d+)", rf"\1 {job}:\2", line) for line in body.splitlines()]
+    for lines in _routines(bodies, r"CALL JOB:(\S+)"):
+        steps, arc = [], list[Array]()
+        for line in lines:
+            m = re.match(r"MOV([JLC]) (\S+)", line)
+            if m is None:
+                continue
+            q = points[m[2]]
+            arc = [*arc, q] if m[1] == "C" else []
+            if m[1] != "C":
+                steps.append(Step(m[1], q))
+            elif len(arc) == 3:
+                steps.append(Step("L", arc[2], via_joints=arc[1]))
+                arc = []
+        yield steps
+
+
+READERS: dict[str, Callable[[dict[str, str]], Iterator[list[Step]]]] = {
+    "rapid": rapid, "krl": krl, "urscript": urscript, "as": kawasaki, "inform": inform,
+}  # fmt: skip
+
+
+class Contact(NamedTuple):
+    """What is inside what, and how deep."""
+
+    body: str
+    deep_mm: float
+    step: int
+
+
+class SecondJudge:
+    """An arm with its torch before a part that stands still."""
+
+    def __init__(self, cell_json: Path, urdf: Path, corners: Array, T_world_part: Array) -> None:
+        from tests.real_cells import Chain, of_record
+
+        record = json.loads(cell_json.read_text(encoding="utf-8"))
+        robot = record["torch_robot"]
+        self.chain, self.corners, self.T_part = Chain(urdf), corners, T_world_part
+        self.T_base, self.T_tool = of_record(robot["T_world_base"]), of_record(robot["T_flange_tool"])
+        self.floor = float(record.get("floor_z_mm", 0.0))
+        rng = np.random.default_rng(0)
+        self.links = {
+            name: points[rng.permutation(len(points))[:MOST_POINTS]] for name, (points, _) in self.chain.meshes.items()
+        }
+        capsules = [each for shape in robot["torch"] for each in shape["capsules"]]
+        self.torch = np.concatenate([_on_capsule(each) for each in capsules])
+        wire = min(float(np.linalg.norm(_nearest(each["p_mm"], each["q_mm"]))) - each["radius_mm"] for each in capsules)
+        self.wire = np.zeros((int(wire / 1.0) + 1, 3))
+        self.wire[:, 2] = -np.arange(len(self.wire))
+        self.low, self.high = corners.min(axis=(0, 1)) - 2.0, corners.max(axis=(0, 1)) + 2.0
+
+    def tool(self, q: Array) -> Array:
+        """Return T_base_tool at joints, rad."""
+        return self.chain.pose(self.chain.tip, q) @ self.T_tool
+
+    def joints_at(self, T: Array, near: Array) -> Array:
+        """Return the joints at a pose by Newton's method from joints nearby."""
+        q = near.copy()
+        for _ in range(12):
+            now = self.tool(q)
+            off = np.concatenate([T[:3, 3] - now[:3, 3], 500.0 * _turn(now, T)])
+            if np.abs(off).max() < 1e-4:
+                return q
+            J = np.empty((6, 6))
+            for k in range(6):
+                more = q.copy()
+                more[k] += 1e-6
+                at = self.tool(more)
+                J[:, k] = np.concatenate([at[:3, 3] - now[:3, 3], 500.0 * _turn(now, at)]) / 1e-6
+            q = q + np.clip(np.linalg.lstsq(J, off, rcond=1e-8)[0], -0.2, 0.2)
+        raise AssertionError(f"no joints at {T[:3, 3].round(1)}")
+
+    def states(self, steps: list[Step]) -> Iterator[tuple[int, bool, Array]]:
+        """Yield the number of the step, whether it is on a line, and the joints, rad."""
+        q: Array | None = None
+        for number, step in enumerate(steps):
+            if step.kind == "J":
+                goal = np.radians(step.joints)
+                start = goal if q is None else q
+                count = int(np.ceil(np.abs(goal - start).max() / STEP_RAD)) + 1
+                yield from ((number, False, start + t * (goal - start)) for t in np.linspace(0.0, 1.0, count + 1))
+                q = goal
+                continue
+            assert q is not None
+            goal_T = self.tool(np.radians(step.joints)) if step.joints is not None else step.goal
+            via = step.via if step.via_joints is None else self.tool(np.radians(step.via_joints))
+            for T in _along(self.tool(q), via, goal_T):
+                q = self.joints_at(T, q)
+                yield number, True, q
+            if step.joints is not None:
+                assert np.abs(q - np.radians(step.joints)).max() < 1e-3, "the text says other joints"
+
+    def contacts(self, steps: list[Step]) -> list[Contact]:
+        """Return what is inside the part or below the floor, the deepest place of each body."""
+        worst: dict[str, Contact] = {}
+        into = np.linalg.inv(self.T_part)
+        for number, on_line, q in self.states(steps):
+            tool = self.T_base @ self.tool(q)
+            bodies = {"torch": self.torch, "wire": self.wire[int(TIP_MM) :] if on_line else self.wire}
+            world = {name: p @ tool[:3, :3].T + tool[:3, 3] for name, p in bodies.items()}
+            for name, points in self.links.items():
+                if self.chain.moved_by(name) >= 2:
+                    T = self.T_base @ self.chain.pose(name, q)
+                    world[name] = points @ T[:3, :3].T + T[:3, 3]
+            for name, p in world.items():
+                below = self.floor - float(p[:, 2].min())
+                if below > DEEP_MM and below > worst.get(f"{name} and floor", Contact("", 0.0, 0)).deep_mm:
+                    worst[f"{name} and floor"] = Contact(f"{name} and floor", below, number)
+                local = p @ into[:3, :3].T + into[:3, 3]
+                local = local[((local > self.low) & (local < self.high)).all(axis=1)]
+                if not len(local):
+                    continue
+                inside = local[winding(local, self.corners) > 0.5]
+                deep = float(off_surface(inside, self.corners).max()) if len(inside) else 0.0
+                if deep > DEEP_MM and deep > worst.get(name, Contact("", 0.0, 0)).deep_mm:
+                    worst[name] = Contact(name, deep, number)
+        return list(worst.values())
+
+
+def _nearest(p: Any, q: Any) -> Array:
+    """Return the point of a segment that is nearest to the origin."""
+    a, edge = np.array(p, float), np.array(q, float) - np.array(p, float)
+    return a - np.clip(a @ edge / max(float(edge @ edge), 1e-12), -1.0, 0.0) * edge
+
+
+def _on_capsule(capsule: dict[str, Any]) -> Array:
+    """Return points on the shell of a capsule and on its axis."""
+    p, q, r = np.array(capsule["p_mm"], float), np.array(capsule["q_mm"], float), capsule["radius_mm"]
+    along = np.linspace(0.0, 1.0, int(np.linalg.norm(q - p) / ALONG_MM) + 2)[:, None]
+    axis = p + along * (q - p)
+    golden = np.arange(24) * np.pi * (3.0 - np.sqrt(5.0))
+    z = 1.0 - 2.0 * (np.arange(24) + 0.5) / 24.0
+    ball = r * np.stack([np.sqrt(1 - z**2) * np.cos(golden), np.sqrt(1 - z**2) * np.sin(golden), z], axis=1)
+    thin = axis[:: max(1, len(axis) // 8)]
+    return np.concatenate([axis, (thin[:, None] + ball).reshape(-1, 3), p + ball, q + ball])
+
+
+def _turn(a: Array, b: Array) -> Array:
+    return (Rotation.from_matrix(b[:3, :3]) * Rotation.from_matrix(a[:3, :3]).inv()).as_rotvec()
+
+
+def _along(a: Array, via: Array | None, b: Array) -> Iterator[Array]:
+    """Yield poses on a line or an arc, with its end; the tool turns evenly."""
+    turns = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([a[:3, :3], b[:3, :3]])))
+    angle = float(np.linalg.norm(_turn(a, b)))
+    if via is None:
+        length, at = float(np.linalg.norm(b[:3, 3] - a[:3, 3])), lambda t: a[:3, 3] + t * (b[:3, 3] - a[:3, 3])
+    else:
+        centre, normal, _, sweep = circle_through(a[:3, 3], via[:3, 3], b[:3, 3])
+        arm = a[:3, 3] - centre
+        length = float(np.linalg.norm(arm)) * sweep
+        at = lambda t: centre + Rotation.from_rotvec(t * sweep * normal).apply(arm)  # noqa: E731
+    for t in np.linspace(0.0, 1.0, int(max(length / STEP_MM, angle / STEP_RAD)) + 2)[1:]:
+        yield posed(at(t), turns(t))
+
+
+ARMS = ("irb1600_6_12", "irb2600_12_165", "ma2010", "kr5_arc")
+FIXED = ("tee", "lap", "frame", "saddle")
+
+
+class Row(NamedTuple):
+    """What the second judge says of one program."""
+
+    part: str
+    arm: str
+    language: str
+    moves: int
+    contacts: tuple[Contact, ...]
+    refused: str = ""
+
+
+def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[str, ...]) -> Iterator[Row]:
+    """Plan as a user does, and judge the text of every language."""
+    from tests.cluttered_cells import TOOL, urdf
+    from tests.real_cells import of_record
+    from tests.running import run_here
+    from tests.whole_table import texts_of, triangles_of
+
+    cell, out = folder / "cell.json", folder / "plan"
+    made = run_here("cell", "new", "--torch-robot", urdf(arm), "--tool", ",".join(map(str, TOOL)), "-o", cell)
+    assert made.returncode == 0, made.stderr
+    formats = [word for name in languages for word in ("-f", name)]
+    done = run_here("plan", cell, result, *formats, "-o", out)
+    if not (out / "plan.json").exists():
+        yield from (Row(part, arm, name, 0, (), done.stderr.strip()[-160:]) for name in languages)
+        return
+    plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
+    judge = SecondJudge(cell, urdf(arm), triangles_of(result), of_record(plan["T_carrier_part"]))
+    for name in languages:
+        if not (out / name).is_dir():
+            yield Row(part, arm, name, 0, (), str(plan["no_program"].get(name, "no program"))[:160])
+            continue
+        routines = list(READERS[name](texts_of(out / name)))
+        found = tuple(contact for steps in routines for contact in judge.contacts(steps))
+        yield Row(part, arm, name, sum(map(len, routines)), found)
+
+
+def main() -> None:
+    """Print the table."""
+    from tests.judgements import calibrated
+    from tests.samples.brackets import write_bracket
+    from tests.whole_table import result_of
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--brackets", type=int, default=9)
+    parser.add_argument("--arms", default=",".join(ARMS))
+    parser.add_argument("--parts", default=",".join(FIXED))
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        base = Path(temporary)
+        results = {part: result_of(part, base) for part in given.parts.split(",") if part}
+        for seed in range(given.brackets):
+            own = base / f"b{seed}"
+            own.mkdir()
+            results[f"bracket{seed}"], _ = calibrated(write_bracket(seed, own), own)
+        count: Counter[str] = Counter()
+        for part, result in results.items():
+            for arm in given.arms.split(","):
+                own = base / f"{part}-{arm}"
+                own.mkdir()
+                for row in rows_of(part, arm, result, own, tuple(READERS)):
+                    count["refused" if row.refused else "contact" if row.contacts else "free"] += 1
+                    count["moves"] += row.moves
+                    print(row, flush=True)
+        print(dict(count))
+
+
+if __name__ == "__main__":
+    main()
