@@ -62,7 +62,9 @@ def test_program_and_plan_of_a_frame_of_eight_bodies_have_no_fault_but_planted_o
     assert "off its way" in faults_of(
         r"    MoveL (\w+_0001),vAir.*\n    ! ARC ON\n    MoveL", "    ! ARC ON\n    MoveL"
     )
-    assert "the program ends at" in faults_of(r"(?s)(.*)    MoveAbsJ \w+,[^\n]*\n", r"\1")
+    assert "the program ends at" in faults_of(
+        r"(?s)(PROC run_\w+\(\)(?:(?!ENDPROC).)*)    MoveAbsJ \w+,[^\n]*\n", r"\1"
+    )
 
 
 @pytest.mark.deep
