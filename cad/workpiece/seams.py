@@ -59,7 +59,7 @@ class Explained:
 
 
 def find_seams(
-    workpiece: Workpiece, options: SeamOptions, choice: SeamChoice | None = None
+    workpiece: Workpiece, options: SeamOptions | None = None, choice: SeamChoice | None = None
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
@@ -70,7 +70,7 @@ def find_seams(
         The same workpiece, with those curves in its graph, with the pairs that failed in its issues, and with what its
         solids are taken for.
     """
-    choice = choice or SeamChoice()
+    options, choice = options or SeamOptions(), choice or SeamChoice()
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
     graph = found.graph or workpiece.graph

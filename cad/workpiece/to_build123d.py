@@ -18,21 +18,24 @@ if TYPE_CHECKING:
     from build123d import Location, Plane, Wire
 
 
-def seam_locations(frames: SeamFrames) -> list[Location]:
+def seam_locations(frames: SeamFrames | Seam) -> list[Location]:
     """Return the frames of a seam as locations of build123d.
 
-    `frames`: n frames, mm; for example ``seam.frames`` in `part`, or ``seam.frames.moved(T_base_part)`` in `base`.
+    `frames`: n frames, mm; for example a seam or ``seam.frames`` in `part`, or ``seam.frames.moved(T_base_part)`` in
+    `base`.
+    Raises `InputError` when it is neither.
     Returns list of build123d.Location, length n. x along the seam, z out of the joint, in the frame of `frames`.
     """
     from build123d import Location
 
     from cad.kernel.geometry import to_location
 
+    frames = _frames_of(frames)
     poses = (RigidTransform(R, p, target=frames.frame, source="seam") for p, R in zip(frames.p, frames.R, strict=True))
     return [Location(to_location(pose)) for pose in poses]
 
 
-def seam_planes(frames: SeamFrames) -> list[Plane]:
+def seam_planes(frames: SeamFrames | Seam) -> list[Plane]:
     """Return the frames of a seam as planes of build123d: ``x_dir`` along the seam, ``z_dir`` out of the joint.
 
     `frames`: n frames, mm, as for `seam_locations`.
@@ -40,8 +43,18 @@ def seam_planes(frames: SeamFrames) -> list[Plane]:
     """
     from build123d import Plane
 
+    frames = _frames_of(frames)
     rows = zip(frames.p.tolist(), frames.R[:, :, 0].tolist(), frames.R[:, :, 2].tolist(), strict=True)
     return [Plane(origin=p, x_dir=x, z_dir=z) for p, x, z in rows]
+
+
+def _frames_of(given: SeamFrames | Seam) -> SeamFrames:
+    """Return the frames of a seam, or frames as they are."""
+    if isinstance(given, Seam):
+        return given.frames
+    if not isinstance(given, SeamFrames):
+        raise InputError(f"expected a seam or its frames, got {type(given).__name__}; seams are in found.seams")
+    return given
 
 
 def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None = None) -> Wire:

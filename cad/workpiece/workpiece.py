@@ -26,7 +26,7 @@ from wpcal.taught.features import ReferenceFeature, Touchable, find_features, ju
 Answer = TypeVar("Answer")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Workpiece:
     """A part as read, and what can be taught and welded on it."""
 
@@ -36,6 +36,11 @@ class Workpiece:
     source: StepFile | None = None  #: The STEP file; None for shapes from a script.
     shapes: tuple[Any, ...] = ()  #: The shapes from a script, unchanged.
     member_notes: MemberNotes | None = None  #: What the solids are taken for; None before seams were found.
+
+    def __repr__(self) -> str:
+        """Say how large the part is."""
+        name = "" if self.source is None else f"{self.source.file_name}: "
+        return f"Workpiece({name}{self.size}, {counted(len(self.features), 'feature')})"
 
     @property
     def file(self) -> StepFile:

@@ -43,6 +43,19 @@ def test_printed_it_is_a_summary(found: WorkpieceCalibration) -> None:
     assert "<iframe" in found._repr_html_()
 
 
+def test_every_part_of_it_is_a_line(found: WorkpieceCalibration) -> None:
+    for each in (found.workpiece, found.result, found.seams[0], found.seams[0].frames):
+        assert len(repr(each)) < 100
+    assert repr(found.seams[0]) == "Seam(W2: tee, plate + web, 150.0 mm, accepted)"
+
+
+def test_planes_are_of_a_seam_or_of_its_frames(found: WorkpieceCalibration) -> None:
+    seam = found.seams[0]
+    assert len(cad.seam_planes(seam)) == len(cad.seam_locations(seam.frames)) == len(seam.frames)
+    with pytest.raises(InputError, match=r"expected a seam or its frames, got WorkpieceCalibration"):
+        cad.seam_planes(found)  # type: ignore[arg-type]
+
+
 def test_points_come_in_any_form(tmp_path: Path) -> None:
     names, p = list(TOUCHED), np.array(list(TOUCHED.values()))
     rows = "".join(f"{name},{x},{y},{z}\n" for name, (x, y, z) in TOUCHED.items())

@@ -29,7 +29,7 @@ from wpcal.core.transform import RigidTransform
 SCHEMA = "wpcal/calibration/1"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CalibrationResult:
     """The answer of `calibrate`."""
 
@@ -72,6 +72,9 @@ class CalibrationResult:
     #: shape (n,). 95 % errors of the fitted points, then of the check points, where bodies of the part moved: the
     #: covariance does not give them then.
     known_errors_mm: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        return f"CalibrationResult({self.verdict}: {len(self.pairs)} points, largest residual {self.largest_mm:.3f} mm)"
 
     @property
     def residuals(self) -> Residuals:

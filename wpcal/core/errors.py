@@ -143,7 +143,7 @@ class FormatError(InputError):
             part
             for part in (
                 path,
-                None if line is None else f"line {line}",
+                f"line {line}" if line else None,
                 None if column is None else f"column {column}",
             )
             if part

@@ -94,7 +94,7 @@ class SeamPieces:
         return SeamPieces(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SeamFrames:
     """The frames along a seam (DESIGN §3): x travel, z out of the joint, y = z × x."""
 
@@ -106,6 +106,9 @@ class SeamFrames:
 
     def __len__(self) -> int:
         return len(self.s_mm)
+
+    def __repr__(self) -> str:
+        return f"SeamFrames({len(self)} in {self.frame}, {float(np.ptp(self.s_mm)) if len(self) else 0.0:.1f} mm)"
 
     @property
     def matrices(self) -> FloatArray:
@@ -197,7 +200,7 @@ class NamedSolids(str):
         return NamedSolids(self.words, tuple(names[solid] for solid in self.solids))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Seam:
     """One seam: a curve with a direction, which a torch can follow in one run."""
 
@@ -241,6 +244,10 @@ class Seam:
     #: The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
     #: other seam.
     wrap_of: str | None = None
+
+    def __repr__(self) -> str:
+        what = "accepted" if self.accepted else "not accepted"
+        return f"Seam({self.name}: {self.joint.value}, {' + '.join(self.solids)}, {self.length_mm:.1f} mm, {what})"
 
     @property
     def against(self) -> tuple[str, ...]:

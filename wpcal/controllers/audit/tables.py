@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from wpcal.controllers.audit.fault import Fault
-from wpcal.core.errors import WpcalError
+from wpcal.core.errors import FormatError, WpcalError
 from wpcal.core.tables import parse_table, read_table
 from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, read_base_points
 from wpcal.taught.columns import TAUGHT_COLUMNS
@@ -37,8 +38,25 @@ def read_numbers(path: Path) -> None:
             table.numbers_where_given([name])
 
 
+def read_job_files(path: Path, folder: Path | None = None) -> None:
+    """Read a list of jobs: its numbers, and whether the files that its rows name are there.
+
+    `folder`: From which files are named; that of the list if None.
+    Raises `FormatError` with the line of the first one that is not.
+    """
+    read_numbers(path)
+    table = read_table(path)
+    for row, line in enumerate(table.lines):
+        for column in ("part", "taught"):
+            name = table.columns[column][row]
+            if not name or not ((folder or path.parent) / name).exists():
+                what = f"{name}: no such file or directory" if name else "names no file"
+                raise FormatError(what, path=str(path), line=line, column=column)
+
+
 TAUGHT = TableKind("taught points", ("name", *TAUGHT_COLUMNS), read_taught)
 TABLES = (
+    TableKind("jobs of a batch", ("job", "part", "taught"), read_job_files),
     TableKind("point pairs", REAL_COLUMNS, read_pairs),
     TableKind("points touched by two robots", (*BASE1_COLUMNS, *BASE2_COLUMNS), read_base_points),
     TableKind("frames of seams", ("seam", "point", "s_mm"), read_numbers, may_have_no_rows=True),
@@ -55,7 +73,10 @@ def audit_table(raw: bytes, path: Path, *, is_named: bool) -> tuple[str, list[Fa
         return found.kind, []
     if found is TAUGHT and _is_form(raw, path):
         return f"{found.kind}, to be filled in", faults_by_line(raw, path, read_numbers)
-    return None if found is None else (found.kind, faults_by_line(raw, path, found.read))
+    if found is None:
+        return None
+    read = partial(read_job_files, folder=path.parent) if found.read is read_job_files else found.read
+    return found.kind, faults_by_line(raw, path, read)
 
 
 def _is_form(raw: bytes, path: Path) -> bool:

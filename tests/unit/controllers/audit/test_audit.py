@@ -14,6 +14,7 @@ import pytest
 from tests.running import run_here
 from tests.shown_programs import shown_programs
 from wpcal.controllers.audit import audit_path
+from wpcal.controllers.audit.tables import audit_table
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.seam.record import SEAMS_CSV_COLUMNS
@@ -127,6 +128,18 @@ def test_a_missing_or_misspelt_column_is_found(tmp_path: Path) -> None:
     path.write_text("point;x;y;z\nV1;1;2;3\n", encoding="utf-8")
     (found,) = audit_path(path).files
     assert "x_mm" in found.faults[0].message
+
+
+def test_a_list_of_jobs_names_files_that_are_there(tmp_path: Path) -> None:
+    jobs = tmp_path / "jobs.csv"
+    jobs.write_text("job,part,taught\na,a.step,a.csv\nb,gone.step,a.csv\n")
+    (tmp_path / "a.step").touch()
+    (tmp_path / "a.csv").touch()
+    [(kind, faults)] = [audit_table(jobs.read_bytes(), jobs, is_named=True) or ("", [])]
+    assert (kind, len(faults)) == ("jobs of a batch", 1)
+    assert (faults[0].line, faults[0].message) == (3, "gone.step: no such file or directory")
+    jobs.write_text("job,part,taught\na,a.step,a.csv\n")
+    assert audit_table(jobs.read_bytes(), jobs, is_named=True) == ("jobs of a batch", [])
 
 
 def test_a_part_without_seams_has_a_clean_table_of_them(tmp_path: Path) -> None:
