@@ -127,6 +127,15 @@ def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:
     return np.asarray(np.minimum.reduceat(margins, starts, axis=0), dtype=np.float64)
 
 
+def stacked(frames: tuple[Frames, ...]) -> FloatArray:
+    """Return axes and origins of c frames at n states as one array, shape (4, 3, c, n)."""
+    together = np.empty((4, 3, len(frames), max(frame.p.shape[1] for frame in frames)))
+    for row, frame in enumerate(frames):
+        for own, axis in zip(together, frame, strict=True):
+            own[:, row] = axis
+    return together
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _CapsuleTable:
     """Pairs of capsules: rows of both, the body pair of each, and radii plus safety distance; the axes of all."""
@@ -162,11 +171,7 @@ class _CapsuleTable:
 
     def axes(self, frames: tuple[Frames, ...]) -> Segments:
         """Return the axes of all capsules of all bodies, in order, in `world`: arrays of shape (3, k, n)."""
-        together = np.empty((4, 3, len(frames), max(frame.p.shape[1] for frame in frames)))
-        for row, frame in enumerate(frames):
-            for own, axis in zip(together, frame, strict=True):
-                own[:, row] = axis
-        x, y, z, origin = together[:, :, self.carrier]
+        x, y, z, origin = stacked(frames)[:, :, self.carrier]
         u = self.ends[1]
         start = Frames(x, y, z, origin).point(self.ends[0])
         return Segments(start, np.asarray(u[0] * x + u[1] * y + u[2] * z, dtype=np.float64))

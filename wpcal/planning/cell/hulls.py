@@ -20,15 +20,14 @@ from scipy.spatial import ConvexHull, QhullError
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import length, product
-from wpcal.planning.cell.bodies import Body, BodyPairs, Owner, body_pairs
+from wpcal.planning.cell.bodies import Body, BodyPairs, body_pairs
 from wpcal.planning.cell.cell import Cell, CellState
-from wpcal.planning.cell.clearance import Clearance, pair_margins
+from wpcal.planning.cell.clearance import Clearance, pair_margins, stacked
+from wpcal.planning.cell.segments import dot
 from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.forward import Frames
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
-PLANE_DIGITS = 9
-"""Planes of triangles of one face are equal to this many decimals (mm for what is off by a kilometre)."""
 FCL_MM = 1e-4
 """Subtracted from every distance by FCL: ten times the largest error of its iteration seen for capsules (1e-5 mm)."""
 
@@ -47,14 +46,14 @@ def hull_clearance(cell: Cell, state: CellState) -> Clearance:
 class HullMeasure:
     """The pairs of a cell, the same pairs with a capsule around every hull, and FCL's objects of bodies with hulls.
 
-    `walls` has the planes of the second body of a pair if it is a hull in `world`: a flat one is far from its capsule.
+    `faces` tell at once of most pairs that they are apart: a flat hull is far from its capsule.
     """
 
     pairs: BodyPairs
     bounded: BodyPairs
     has_hull: BoolArray
     objects: dict[int, list[tuple[Any, FloatArray, FloatArray]]]
-    walls: dict[int, FloatArray]
+    faces: _Faces
 
     @classmethod
     def of_pairs(cls, pairs: BodyPairs) -> HullMeasure:
@@ -67,7 +66,7 @@ class HullMeasure:
             replace(body, shape=_bounded(body.shape)) if hull else body
             for body, hull in zip(pairs.bodies, hulled, strict=True)
         )
-        return cls(pairs, replace(pairs, bodies=bounded), has_hull, objects, _walls(pairs, bounded))
+        return cls(pairs, replace(pairs, bodies=bounded), has_hull, objects, _Faces.of(bounded))
 
     def least_margins(self, frames: tuple[Frames, ...]) -> tuple[FloatArray, IntArray]:
         """Return the least margin of every state and the row of its pair."""
@@ -93,14 +92,14 @@ class HullMeasure:
 
         `bounds`: shape (m, n). `pair_margins` of `bounded`, mm.
         """
-        for k, planes in self.walls.items():
-            rows = np.flatnonzero(bounds[k] <= 0.0)
-            if len(rows):
-                shape = self.bounded.bodies[self.pairs.first[k]].shape
-                frame = frames[self.pairs.bodies[self.pairs.first[k]].carrier].at(rows)
-                off = np.minimum(*(product(planes[:, :3], frame.point(end)) for end in (shape.p[0], shape.q[0]))).T
-                out = (off + planes[:, 3]).max(axis=1) - shape.radius_mm[0] - self.pairs.safety_mm[k]
-                bounds[k, rows] = np.maximum(bounds[k, rows], out)
+        pair, state = np.nonzero((bounds <= 0.0) & self.has_hull[:, None])
+        if len(pair):
+            every, safety = stacked(frames), self.pairs.safety_mm[pair]
+            carriers = np.array([body.carrier for body in self.pairs.bodies])
+            one, two = self.pairs.first[pair], self.pairs.second[pair]
+            for hull, other in ((one, two), (two, one)):
+                at = every[:, :, carriers[hull], state], every[:, :, carriers[other], state]
+                bounds[pair, state] = np.maximum(bounds[pair, state], self.faces.apart(hull, other, at) - safety)
         close = (bounds <= 0.0) & self.has_hull[:, None]
         states = np.flatnonzero(close.any(axis=0)).tolist()
         places = [(frame.rotations(), frame.p.T) for frame in frames] if states else []
@@ -130,18 +129,63 @@ class HullMeasure:
         return [shape for shape, _, _ in objects]
 
 
-def _walls(pairs: BodyPairs, bounded: tuple[Body, ...]) -> dict[int, FloatArray]:
-    """Return the planes of the second body of each pair where it is a hull of the bench, and the first one capsule."""
-    planes = {
-        row: np.unique(np.round(ConvexHull(body.shape.hull).equations, PLANE_DIGITS), axis=0)
-        for row, body in enumerate(pairs.bodies)
-        if body.owner is Owner.BENCH and len(body.shape.hull)
-    }
-    return {
-        k: planes[int(second)]
-        for k, (first, second) in enumerate(zip(pairs.first, pairs.second, strict=True))
-        if int(second) in planes and len(bounded[first].shape.radius_mm) == 1
-    }
+@dataclass(frozen=True, slots=True, eq=False)
+class _Faces:
+    """Planes of hulls and capsules around bodies, in tables of equal rows: one call compares many pairs."""
+
+    normal: FloatArray  #: shape (b, f, 3). In the frames of b bodies.
+    offset_mm: FloatArray  #: shape (b, f). Minus infinity where a body has fewer planes.
+    ends: FloatArray  #: shape (b, c, 2, 3). Of the axes of the capsules; the first again where a body has fewer.
+    radius_mm: FloatArray  #: shape (b, c).
+
+    @classmethod
+    def of(cls, bodies: tuple[Body, ...]) -> _Faces:
+        """Make the tables; of planes that are nearly parallel one is kept."""
+        planes = [some_planes(body.shape) for body in bodies]
+        f = max((len(each) for each in planes), default=0)
+        c = max((len(body.shape.radius_mm) for body in bodies), default=0)
+        normal, offset = np.zeros((len(bodies), f, 3)), np.full((len(bodies), f), -np.inf)
+        ends, radius = np.zeros((len(bodies), c, 2, 3)), np.zeros((len(bodies), c))
+        for row, (body, each) in enumerate(zip(bodies, planes, strict=True)):
+            normal[row, : len(each)], offset[row, : len(each)] = each[:, :3], each[:, 3]
+            own = np.minimum(np.arange(c), len(body.shape.radius_mm) - 1)
+            ends[row], radius[row] = np.stack([body.shape.p, body.shape.q], axis=1)[own], body.shape.radius_mm[own]
+        return cls(normal, offset, ends, radius)
+
+    def apart(self, hull: IntArray, other: IntArray, at: tuple[FloatArray, FloatArray]) -> FloatArray:
+        """Return lower bounds of the distances of hulls from other bodies, shape (e,), mm: beyond one of their faces.
+
+        `at`: shapes (4, 3, e). Axes and origins of both.
+        """
+        own, far = at
+        e, best = len(hull), np.full(len(hull), np.inf)
+        for c in range(self.radius_mm.shape[1]):
+            local = []
+            for end in self.ends[:, c].transpose(1, 2, 0):  # (3, b)
+                p = far[3] - own[3]
+                for axis, part in zip(far[:3], end[:, other], strict=True):
+                    p = p + axis * part
+                local.append([dot(axis, p) for axis in own[:3]])
+            top = np.full(e, -np.inf)
+            for (nx, ny, nz), off in zip(self.normal.transpose(1, 2, 0), self.offset_mm.T, strict=True):
+                x, y, z, d = nx[hull], ny[hull], nz[hull], off[hull]
+                heights = [x * p[0] + y * p[1] + z * p[2] for p in local]
+                np.maximum(top, np.minimum(*heights) + d, out=top)
+            np.minimum(best, top - self.radius_mm[other, c], out=best)
+        return best
+
+
+APART = 1.0  #: Of planes whose normals are in one part of a grid of this size, one is compared: 26 at most.
+
+
+@lru_cache(maxsize=256)
+def some_planes(shape: Shape) -> FloatArray:
+    """Return planes of a hull with outward normals, shape (f, 4); none of a body without."""
+    if not len(shape.hull):
+        return np.zeros((0, 4))
+    planes = ConvexHull(shape.hull).equations
+    _, some = np.unique(np.round(planes[:, :3] / APART), axis=0, return_index=True)
+    return np.asarray(planes[np.sort(some)], dtype=np.float64)
 
 
 @lru_cache(maxsize=256)

@@ -29,7 +29,7 @@ from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import Candidate, SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
-from wpcal.planning.sequence.smooth import smoothed
+from wpcal.planning.sequence.smooth import spun, tilted
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
     AIR_SHARE,
@@ -235,6 +235,7 @@ class _Smoother:
 
     def __init__(self) -> None:
         self.found: dict[tuple[int, bool], tuple[Candidate, Candidate]] = {}
+        self.spun: dict[int, Candidate] = {}
 
     def of(self, prefer: SequencePreference) -> Smooth:
         """Return what smooths ways; with the preference for the position the torch stays at its targets."""
@@ -244,7 +245,10 @@ class _Smoother:
         way = ways.candidates[number]
         key = id(way), may_tilt
         if key not in self.found:
-            found = smoothed(ways.search, way, may_tilt=may_tilt)
+            if id(way) not in self.spun:
+                self.spun[id(way)] = spun(ways.search, way)
+            base = self.spun[id(way)]
+            found = tilted(ways.search, way, base) if may_tilt else base
             self.found[key] = way, next(iter(ways.search.leaving([found])), way)  # the way is kept with its id
         return self.found[key][1]
 

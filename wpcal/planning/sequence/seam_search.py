@@ -263,6 +263,19 @@ class SeamSearch:
         `branch`: Its number, and joints at the first point.
         Returns `q`: ndarray, shape (n, k). rad and mm; up to the point before the returned one.
         """
+        q, end = self.reached(task, angles, values, branch)
+        if end == 0:
+            return q, 0
+        margins = self.clearance.margins(q)
+        end = _leading(margins.is_clear)
+        if end > 1 and not (moves := self.checker.check(q[:end], known=margins)).is_free:
+            end = math.ceil(moves.at[np.argmax(moves.margin_mm <= 0.0)])
+        return q[:end], None if end == len(angles) else end
+
+    def reached(
+        self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: tuple[int, FloatArray]
+    ) -> tuple[FloatArray, int]:
+        """Return what `checked` does without a look at bodies: all axes up to the first bad point, and that point."""
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
         external = values_along(values[None], task, np.arange(n))
@@ -275,13 +288,8 @@ class SeamSearch:
             if end == 0:
                 return np.zeros((0, JOINTS + values.shape[1])), 0
             path = continue_branch(self.cell.arm, joints[:end], self.cell.home[:JOINTS])
-        q = np.concatenate([path, external[0, :end]], axis=1)
         end = _leading(is_regular(self.cell.arm, path))
-        margins = self.clearance.margins(q[:end])
-        end = _leading(margins.is_clear)
-        if end > 1 and not (moves := self.checker.check(q[:end], known=margins)).is_free:
-            end = math.ceil(moves.at[np.argmax(moves.margin_mm <= 0.0)])
-        return q[:end], None if end == n else end
+        return np.concatenate([path[:end], external[0, :end]], axis=1), end
 
     def candidate(self, task: SeamTask, angles: FloatArray, q: FloatArray, branch: int) -> Candidate:
         """Return a way with what is said about it.

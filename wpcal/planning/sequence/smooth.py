@@ -122,29 +122,37 @@ def _knots(way: Candidate) -> IntArray:
     return way.task.rungs()
 
 
-def smoothed(search: SeamSearch, way: Candidate, *, may_tilt: bool = True) -> Candidate:
-    """Return a way whose joints move less, with the same branch and external axes."""
-    spun = _refined(search, way, is_tilted=False)
-    if not may_tilt or search.targets.torch_range_rad == 0.0:
-        return spun
-    tilted = _refined(search, way, is_tilted=True)
-    most = min(CLEARLY_LESS * spun.motion_rad_mm, spun.motion_rad_mm - LEAST_GAIN_RAD_MM)
-    return tilted if tilted.motion_rad_mm < most else spun
+def spun(search: SeamSearch, way: Candidate) -> Candidate:
+    """Return a way whose joints move less with other spins, with the same branch and external axes."""
+    return _refined(search, way, math.inf, is_tilted=False)
 
 
-def _refined(search: SeamSearch, way: Candidate, *, is_tilted: bool) -> Candidate:
+def tilted(search: SeamSearch, way: Candidate, spun_way: Candidate) -> Candidate:
+    """Return the way of `spun`, or one whose torch leaves its targets, if its joints then move clearly less."""
+    most = min(CLEARLY_LESS * spun_way.motion_rad_mm, spun_way.motion_rad_mm - LEAST_GAIN_RAD_MM)
+    if search.targets.torch_range_rad == 0.0 or most <= 0.0:
+        return spun_way
+    found = _refined(search, way, most, is_tilted=True)
+    return found if found.motion_rad_mm < most else spun_way
+
+
+def _refined(search: SeamSearch, way: Candidate, most_rad_mm: float, *, is_tilted: bool) -> Candidate:
+    """Return a way of less cost and of less motion than a limit, if one is clear; else the given one."""
     problem = _Problem(search, way, is_tilted=is_tilted)
     found = descend(problem.start, problem.linearise, problem.moved)
     s, rungs = way.task.s_mm, way.task.s_mm[problem.rows]
     start = way.angles if len(rungs) > 2 else _along(s, rungs, problem.start.angles)
     change = _along(s, rungs, found.angles - problem.start.angles)
+    asked = way.q[[0, -1], JOINTS:], (way.branch, way.q[0, :JOINTS])
     for share in SHARES:
         angles = start + share * change
-        q, bad = search.checked(way.task, angles, way.q[[0, -1], JOINTS:], (way.branch, way.q[0, :JOINTS]))
-        if bad is None:
-            better = replace(search.candidate(way.task, angles, q, way.branch), is_reversed=way.is_reversed)
-            if _cost(better) < _cost(way):
-                return better
+        q, end = search.reached(way.task, angles, *asked)
+        if end < len(angles):
+            continue
+        better = replace(search.candidate(way.task, angles, q, way.branch), is_reversed=way.is_reversed)
+        is_less = _cost(better) < _cost(way) and better.motion_rad_mm < most_rad_mm
+        if is_less and search.checked(way.task, angles, *asked)[1] is None:
+            return better
     return way
 
 
