@@ -43,9 +43,12 @@ class StatingAsked:
         None, f"{XMCF_HELP}: size, thickness, gap, angle and stitches are taken.", metavar="WELDS.xml"
     )
 
-    def read(self, output: Path | None, table: RuleTable, finished: FinishedCalibration) -> Stated:
+    def read(
+        self, output: Path | None, table: RuleTable, finished: FinishedCalibration, chosen: FinishedCalibration
+    ) -> Stated:
         """Return what is stated: by the file that is written again, by FILE, by options, by an xMCF file.
 
+        `chosen`: The seams that are welded.
         Raises `InputError` when a file or an option cannot be used.
         """
         from wpcal.weld.find import seam_places
@@ -58,16 +61,17 @@ class StatingAsked:
         sources = [str(path) for path in (self.values, output) if path is not None and path.exists()]
         stated = read_stated_welds(output, table) if output is not None and output.exists() else ()
         notes: tuple[str, ...] = ()
+        dropped: tuple[str, ...] = ()
         if self.values is not None:
             new = read_stated_welds(self.values, table)
             stated, notes = merge_stated(stated, new, seam_places(finished.seams, finished.T_base_part))
         stated = set_values(stated, self.settings, [seam.name for seam in finished.seams])
         if self.xmcf is not None:
             T_part_base = finished.T_base_part.inverse()
-            taken = match_xmcf(finished.seams, read_xmcf(self.xmcf), T_part_base, file=self.xmcf.name)
+            taken = match_xmcf(chosen.seams, read_xmcf(self.xmcf), T_part_base, file=self.xmcf.name)
             stated = with_files(stated, taken.stated)
-            notes = (*notes, *taken.notes)
-        return Stated(tuple(stated), notes, sources[0] if sources else "--set")
+            notes, dropped = (*notes, *taken.notes), taken.dropped
+        return Stated(tuple(stated), notes, sources[0] if sources else "--set", dropped)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +81,7 @@ class Stated:
     welds: tuple[StatedWeld, ...]
     notes: tuple[str, ...]
     source: str
+    dropped: tuple[str, ...]  #: Welds of a file at which nothing is welded.
 
 
 @command()
@@ -129,7 +134,7 @@ def welds(
 
     Values come from rules by joint, thickness and position. Change them in the page (--html) or in WELDS.json and run
     the command again: what you changed is kept, and what follows from it (passes, speed) is computed anew.
-    `wpcal export --welds` uses it.
+    `wpcal export --welds` uses it. Ends with code 1 if a weld of --xmcf is at no seam that is welded.
     """
     from wpcal.cli.outputs import require_new, say_note
     from wpcal.core.records import to_json, write_file
@@ -149,8 +154,8 @@ def welds(
     space = RobotSpace.parse(read_record(folder, SEAMS_FILE)["robot_space"])  # no pose is computed here
     finished = read_finished(folder, space=space)
     say_note(finished.note)
-    stated = stating.read(output, table, finished)
     chosen = selection.select(finished)
+    stated = stating.read(output, table, finished, chosen)
     found = _find(finished, chosen, table, stated.welds, source=stated.source)
     record = welds_record(found.welds, (*found.left, *found.not_chosen), table)
     page = None
@@ -177,7 +182,7 @@ def welds(
         _show(found)
     for note in notes:
         click.echo(f"wpcal: {note}", err=True)
-    return 0
+    return int(bool(stated.dropped))
 
 
 def _find(

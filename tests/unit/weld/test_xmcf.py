@@ -107,7 +107,17 @@ def test_seams_take_what_the_file_states_at_their_side(make_seam):
     }
     assert found.notes == ("W1: x.xml: X: is a laser weld there",)
     far = match_xmcf([seam], parse_xmcf(xmcf(points="0 9 0;100 9 0"), path="x"), IDENTITY, file="x.xml")
-    assert (far.stated, far.notes) == ((), ("x.xml: no seam is at X",))
+    assert (far.stated, far.dropped) == ((), ("X",))
+    assert far.notes == ("x.xml: no seam that is welded is at X: dropped",)
+
+
+def test_a_weld_on_a_part_of_a_seam_is_said_with_both_lengths(make_seam):
+    x = np.linspace(0.0, 100.0, 11)
+    seam = make_seam("W1", np.stack([x, 0 * x, 0 * x], axis=1), np.broadcast_to(np.eye(3), (11, 3, 3)))
+    found = match_xmcf([seam], parse_xmcf(xmcf(points="20 0 0;80 0 0"), path="x"), IDENTITY, file="x.xml")
+    assert [weld.name for weld in found.stated] == ["W1"]
+    assert found.dropped == ()
+    assert found.notes[0].startswith("W1: x.xml: X (60 mm) of 100 mm; the whole seam is welded")
 
 
 @pytest.mark.parametrize(

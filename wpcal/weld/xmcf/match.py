@@ -45,29 +45,41 @@ class XmcfMatch:
 
     stated: tuple[StatedWeld, ...]  #: Of the seams that it names.
     notes: tuple[str, ...]  #: What is not obvious, one line each.
+    dropped: tuple[str, ...] = ()  #: Labels of welds at which there is no seam.
 
 
 def match_xmcf(
     seams: Sequence[Seam], welds: Sequence[XmcfSeam], T_part_frame: RigidTransform, *, file: str
 ) -> XmcfMatch:
-    """Find the weld of a file at every seam, and take its values."""
+    """Find the weld of a file at every seam that is welded, and take its values.
+
+    A weld that covers a part of a seam counts for the whole seam, and that is said. Others are dropped by name.
+    """
     stated, notes, used = [], list[str](), set[int]()
     for seam in seams:
         points = T_part_frame.apply(seam.frames.p)
-        off = [_distance(points, weld) for weld in welds]
-        row = int(np.argmin(off)) if off else -1
-        if row < 0 or off[row] > max(NEAR_MM, *welds[row].thicknesses_mm, NEAR_MM):
+        off = [_distance(points, weld.lines_mm) for weld in welds]
+        near = [row for row, weld in enumerate(welds) if off[row] <= _near_mm(weld)]
+        within = [] if near else [row for row, weld in enumerate(welds) if _is_along(weld, points)]
+        if not near and not within:
             continue
-        used.add(row)
+        row = min(near or within, key=lambda one: (one in used, off[one]))
+        used.update([row], within)
         weld = welds[row]
+        if within:
+            covered = ", ".join(f"{welds[one].label} ({welds[one].length_mm:.0f} mm)" for one in within)
+            notes.append(
+                f"{seam.name}: {file}: {covered} of {seam.length_mm:.0f} mm; the whole seam is welded with its values "
+                "unless it is shortened: range_mm in seams.json"
+            )
         values, odd = _values(weld, T_part_frame.R @ seam.frames.R[len(seam.frames) // 2][:, 2])
         notes += [f"{seam.name}: {file}: {weld.label}: {what}" for what in odd]
         own = {name: (value, file) for name, value in values.items()}
         stated.append(StatedWeld(seam.name, place_of(seam, T_part_frame), {}, own))
-    lost = [weld.label for row, weld in enumerate(welds) if row not in used]
+    lost = tuple(weld.label for row, weld in enumerate(welds) if row not in used)
     if lost:
-        notes.append(f"{file}: no seam is at {listed(lost)}")
-    return XmcfMatch(tuple(stated), tuple(notes))
+        notes.append(f"{file}: no seam that is welded is at {listed(lost)}: dropped")
+    return XmcfMatch(tuple(stated), tuple(notes), lost)
 
 
 def with_files(stated: Sequence[StatedWeld], more: Sequence[StatedWeld]) -> tuple[StatedWeld, ...]:
@@ -79,10 +91,19 @@ def with_files(stated: Sequence[StatedWeld], more: Sequence[StatedWeld]) -> tupl
     return tuple(own.values())
 
 
-def _distance(points: FloatArray, weld: XmcfSeam) -> float:
-    """Return the largest distance of points to the line of a weld."""
-    starts = np.concatenate([line[:-1] for line in weld.lines_mm])
-    ends = np.concatenate([line[1:] for line in weld.lines_mm])
+def _near_mm(weld: XmcfSeam) -> float:
+    return max(NEAR_MM, *weld.thicknesses_mm, NEAR_MM)
+
+
+def _is_along(weld: XmcfSeam, points: FloatArray) -> bool:
+    """Whether all of a weld is on the line through points."""
+    return len(points) > 1 and _distance(np.concatenate(weld.lines_mm), [points]) <= _near_mm(weld)
+
+
+def _distance(points: FloatArray, lines: Sequence[FloatArray]) -> float:
+    """Return the largest distance of points to polylines."""
+    starts = np.concatenate([line[:-1] for line in lines])
+    ends = np.concatenate([line[1:] for line in lines])
     k, m = len(points), len(starts)
     off = distance_to_segments(np.repeat(points, m, axis=0), np.tile(starts, (k, 1)), np.tile(ends, (k, 1)))
     return float(off.reshape(k, m).min(axis=1).max())

@@ -69,6 +69,11 @@ class XmcfSeam:
     gaps_mm: tuple[float, ...]
     angles_deg: tuple[float, ...]
 
+    @property
+    def length_mm(self) -> float:
+        """Length of its stretches together, mm."""
+        return float(sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in self.lines_mm))
+
 
 def read_xmcf(path: Path) -> tuple[XmcfSeam, ...]:
     """Read the weld seams of a file.
