@@ -123,6 +123,19 @@ def test_a_changed_plan_is_refused(kept: Path, tmp_path: Path, change: Callable[
     assert not (tmp_path / "again").exists()
 
 
+def test_the_audit_sweeps_the_text_of_a_plan_in_its_cell(kept: Path) -> None:
+    done = run_here("audit", kept)
+    assert (done.returncode, "executed: every move of YASKAWA MOTOMAN MH6 in its cell" in done.stdout) == (0, True)
+    path = kept / "rapid" / "WPCAL.mod"
+    text, count = re.subn(r"    MoveL W2_retr,[^\n]*\n", "", path.read_bytes().decode())
+    assert count == 1
+    path.write_bytes(text.encode())
+    done = run_here("audit", kept / "rapid")
+    assert done.returncode == 1
+    assert "robot wire and part miss their safety distance" in done.stdout
+    assert done.stdout.count("  line ") == 2  # after the weld in the program, and in the routine of the seam
+
+
 @pytest.mark.parametrize("words", [("--only", "W3"), ("--speed-mm-s", "5"), ("--tacks", "off"), ("--robot", "mh6")])
 def test_what_a_plan_settles_is_refused(kept: Path, words: tuple[str, ...]) -> None:
     done = run_here("export", kept, "-f", "rapid", *words)

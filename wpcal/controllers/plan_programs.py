@@ -17,7 +17,6 @@ from wpcal.controllers.program.planned_program import PlanOutput, build_planned_
 from wpcal.controllers.registry import Controller
 from wpcal.core.errors import FormatError, InputError
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
@@ -74,12 +73,10 @@ def write_plan(
 
 
 def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial | None) -> CellSweep | None:
-    """Return what sweeps the programs of a plan; None if external axes move: interpreters do not follow them."""
+    """Return what sweeps the programs of a plan."""
     ways = [q for way in plan.ways for q in (way.from_home, way.to_home)]
-    q = np.concatenate([*plan.air, *ways, *(piece.states for piece in plan.pieces)])[:, JOINTS:]
-    if np.ptp(q, axis=0).any():
-        return None
-    return CellSweep(plan.cell, part, q[0], max((each.seam.more_wire_mm for each in seams), default=0.0))
+    q = np.concatenate([*plan.air, *ways, *(piece.states for piece in plan.pieces)])
+    return CellSweep.of(plan.cell, part, q, max((each.seam.more_wire_mm for each in seams), default=0.0))
 
 
 def refusals(

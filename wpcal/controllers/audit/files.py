@@ -25,12 +25,15 @@ from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
 from wpcal.controllers.audit.touches import is_touch_program, touch_faults
 from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
+from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.registry import controller_of_program, grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.records import parse_json
 from wpcal.core.robot_space import RobotSpace
+from wpcal.planning.sequence.kept_plan import PLAN_FILE, PLAN_SCHEMA, read_kept_plan, shown_units
 from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, PART_FILE, SEAMS_FILE, changed_files
 from wpcal.results.folder import FinishedCalibration, read_finished, read_record
 from wpcal.robot.kinematics.urdf import read_urdf
@@ -84,8 +87,10 @@ def _files_in(folder: Path, levels: int) -> Iterator[Path]:
 
 
 def _result_folder_of(folder: Path) -> Path | None:
-    """Return the result folder in which a folder is, or that it is itself."""
-    return next((one for one in (folder, *folder.absolute().parents[:2]) if (one / CALIBRATION_FILE).is_file()), None)
+    """Return the folder of the result or the plan in which a folder is, or that it is itself."""
+    marks = (CALIBRATION_FILE, PLAN_FILE)
+    found = (one for one in (folder, *folder.absolute().parents[:2]) if any((one / mark).is_file() for mark in marks))
+    return next(found, None)
 
 
 class _Audit:
@@ -176,6 +181,8 @@ class _Audit:
         return self.of_folder[result]
 
     def _of(self, result: Path) -> Surroundings:
+        if not (result / CALIBRATION_FILE).is_file():
+            return self._of_plan(result)
         finished = _finished(result)
         start = max((start_mm(seam) for seam in finished.seams), default=self.around.start_mm)
         part = None
@@ -184,6 +191,22 @@ class _Audit:
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
         seams = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in finished.seams)])
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start, seams=seams)
+
+    def _of_plan(self, folder: Path) -> Surroundings:
+        """Add the cell of a plan with one robot whose external axes stand still."""
+        if parse_json(read_bytes(folder / PLAN_FILE), path=str(folder / PLAN_FILE)).get("schema") != PLAN_SCHEMA:
+            return self.around
+        kept = read_kept_plan(folder)
+        cell, given = kept.cell, kept.given
+        rows = [*kept.record["kept"]["air"], *(piece["states"] for piece in kept.record["kept"]["pieces"])]
+        q = np.concatenate([np.array(each).reshape(-1, len(cell.home)) for each in rows]) / shown_units(cell)
+        more_mm = max((each.seam.more_wire_mm for each in given.seams), default=0.0)
+        in_cell = CellSweep.of(cell, given.part, q, more_mm)
+        if in_cell is None:
+            return self.around
+        T_base_part, seams = given.in_base(cell)
+        p = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in seams)])
+        return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
 
 
 def _add(found: dict[str, list[Fault]], faults: Iterable[tuple[str, Fault]]) -> None:

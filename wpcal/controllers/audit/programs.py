@@ -14,6 +14,7 @@ from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.read_back import ReadPose, read_poses_back
 from wpcal.controllers.judge.arc import arc_faults
 from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, execute, programs_of
+from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import meetings
 from wpcal.controllers.program.reachable_spin import ArmAtTool
 from wpcal.controllers.run.trace import Motion, Trace
@@ -42,6 +43,7 @@ class Surroundings:
     tool_axis: ToolAxis = ToolAxis.Z
     standoff_mm: float = 0.0
     start_mm: float = START_MM  #: From where on the wire is felt: farther on seams that are modelled as beads.
+    in_cell: CellSweep | None = None  #: The cell of the plan that a program is of.
     #: Points of the seams in `base`, shape (n, 3), mm; None without a result.
     seams: FloatArray | None = None
     #: Digital output that switches the arc; None for that which the header of a program states.
@@ -54,6 +56,9 @@ class Surroundings:
             done.append(f"inside the reach of {self.arm.name}")
         if self.part is not None:
             done.append(f"executed: out of material with {self.torch}, also between poses")
+        if self.in_cell is not None:
+            done.append(f"executed: every move of {self.in_cell.cell.arm.name} in its cell, wire and torch included")
+            return ", ".join(done)
         left = (
             ["joint moves", "the arm"] if self.part is not None else ["what its instructions do: no result beside it"]
         )
@@ -71,6 +76,7 @@ def audit_poses(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
 def executed(files: Mapping[str, bytes], around: Surroundings) -> tuple[Trace, dict[str, list[Fault]]]:
     """Execute the files of programs that lie together; faults of files that cannot be loaded, by name."""
     left, faults = programs_of(files), dict[str, list[Fault]]()
+    arm = around.arm if around.in_cell is None else around.in_cell.cell.arm
     while left:
         try:
             trace = execute(
@@ -78,6 +84,7 @@ def executed(files: Mapping[str, bytes], around: Surroundings) -> tuple[Trace, d
                 tools=(UNDECLARED, *NUMBERS),
                 T_base_frame=np.eye(4) if around.T_base_part is None else around.T_base_part.matrix,
                 arc_output=around.arc_output,
+                from_pulses=None if arm is None else lambda pulses: np.degrees(arm.angles_from_pulses(pulses)),
             )
         except FormatError as error:
             name = error.path if error.path in left else next(iter(left))
@@ -95,6 +102,8 @@ def executed_faults(trace: Trace, around: Surroundings) -> Iterator[tuple[str, F
     motions = [motion for motion in trace.motions if motion.goal is not None]
     for motion, what, code in _motion_faults(motions, around):
         yield motion.place.file, Fault(what, motion.place.line, code=code)
+    for meeting in () if around.in_cell is None else around.in_cell.meetings(trace.motions):
+        yield meeting.motion.place.file, Fault(meeting.what, meeting.motion.place.line, code=ErrorCode.POSE_IN_MATERIAL)
 
 
 def arc_faults_of(trace: Trace) -> Iterator[tuple[str, Fault]]:

@@ -39,6 +39,14 @@ class CellSweep:
     external: FloatArray  #: shape (k - 6,). Where the external axes stand, rad and mm.
     more_wire_mm: float = 0.0  #: How far the longest wire of a seam sticks out beyond the tool centre point.
 
+    @classmethod
+    def of(
+        cls, cell: Cell, part: TriangleMaterial | None, q: FloatArray, more_wire_mm: float = 0.0
+    ) -> CellSweep | None:
+        """Return what sweeps a plan with these states, shape (n, k); None if external axes move."""
+        external = q[:, JOINTS:]
+        return None if np.ptp(external, axis=0).any() else cls(cell, part, external[0], more_wire_mm)
+
     @cached_property
     def _near(self) -> MotionChecker:
         """What checks lines and arcs: the torch may come as near as it does at seams."""
