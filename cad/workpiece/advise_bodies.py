@@ -21,6 +21,7 @@ from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.moved import moved_seams
 from wpcal.seam.seam import Seam
 from wpcal.taught.features import Ease, ReferenceFeature, Touchable
+from wpcal.taught.match.places import HARD_TO_FIND
 from wpcal.touch.advice import fills_a_plane, require_seams, where_it_is
 from wpcal.touch.design import farthest_rows
 from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved
@@ -115,10 +116,17 @@ def _of_features(
     features: Sequence[ReferenceFeature],
     sigma_mm: float,
 ) -> FloatArray:
-    """Return the rows of features, each taught as a point with an error per axis, shape (n, 3, m)."""
+    """Return the rows of features, each taught as a point with an error per axis, shape (n, 3, m).
+
+    A tip that slides along an edge feels nothing: a place on an edge counts across its edge only.
+    """
     p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
     body = bodies_at(workpiece.graph, p, tacked.face_body)
-    return model.rows(p, np.tile(np.eye(3) / sigma_mm, (len(p), 1, 1)), body)
+    felt = np.tile(np.eye(3), (len(p), 1, 1))
+    for k, feature in enumerate(features):
+        if feature.kind in HARD_TO_FIND and feature.direction is not None:
+            felt[k] -= np.outer(feature.direction, feature.direction)
+    return model.rows(p, felt / sigma_mm, body)
 
 
 def _choices(

@@ -95,7 +95,12 @@ def _fit(result: CalibrationResult) -> Table:
     table.add_row("criterion", result.criterion.value)
     if result.touches is not None:
         table.add_row("starts that agree", _evidence(result.touches.starts))
-    table.add_row("95 % errors rest on", result.sigma.describe())
+    table.add_row("95 % errors rest on", result.budget.describe())
+    for name, points in result.seams:
+        if name == result.judgement.seam and len(points):
+            shares = result.budget.shares(result.T_base_part.apply(points))
+            told = ", ".join(f"{word} {100.0 * share:.0f} %" for word, share in shares.items() if share >= 0.005)
+            table.add_row(f"of the variance at {name}" if name else "of the variance", told)
     table.add_row("RMS", f"{result.rms_mm:.6f} mm")
     return table
 

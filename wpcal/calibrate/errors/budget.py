@@ -47,6 +47,7 @@ class ErrorBudget:
     model: FloatArray  #: shape (6, 6). Covariance of η that does not depend on the size of the errors.
     belief: Belief
     sigma: Sigma  #: The teaching error, for words.
+    fields: FloatArray  #: shape (L, 6, 6). Covariance of η by the unit field, for each length of the belief.
     tool_mm: float = 0.0  #: Standard deviation per axis of the tool's error in another posture.
     scale: float = USUAL_SCALE  #: Standard deviation of the scale.
 
@@ -71,11 +72,13 @@ class ErrorBudget:
         places = places_base - centre
         if len(places) > MOST_PLACES:
             places, gain = _coarse(places, gain)
+        further = nothing if excess is None else excess
+        fields = np.stack([_of_field(places, gain, further, length) for length in belief.lengths_mm.tolist()])
         tool = math.sqrt(2.0 / 3.0) * tcp_bias_mm
-        return cls(centre, places, gain, touching, nothing if excess is None else excess, nothing, belief, sigma, tool)
+        return cls(centre, places, gain, touching, further, nothing, belief, sigma, fields, tool)
 
     def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
-        """Add a covariance of the pose, shape (6, 6), about the origin of the base, that no error of a touch explains."""
+        """Add a covariance of the pose, shape (6, 6), about the base's origin, that no error of a touch explains."""
         shift = translation_adjoint(-self.centre)
         return replace(self, model=self.model + shift @ covariance_base @ shift.T)
 
@@ -91,21 +94,9 @@ class ErrorBudget:
     def covariance(self) -> FloatArray:
         """Of the motion ξ of the pose about the origin of the base, without the robot's error at the seams."""
         own = self.belief.s2 * (self.touching + self.excess) + self.model
-        own = own + sum(self._of_field(length) * a2 for length, a2 in self._lengths)
+        own = own + np.tensordot(self.belief.a2, self.fields, axes=1)
         back = translation_adjoint(self.centre)
         return frozen(back @ own @ back.T)
-
-    @property
-    def _lengths(self) -> list[tuple[float, float]]:
-        return [(x, a2) for x, a2 in zip(self.belief.lengths_mm.tolist(), self.belief.a2.tolist(), strict=True) if a2]
-
-    def _of_field(self, length_mm: float) -> FloatArray:
-        """Covariance of η by the unit field, shape (6, 6)."""
-        summed = np.tensordot(correlation(self.places, self.places, length_mm), self.gain, axes=1)
-        own = np.asarray(np.einsum("nij,nkj->ik", self.gain, summed))
-        if self.excess.any():
-            own = own + rigid_rest(self.places, length_mm) * self.excess
-        return own
 
     def _scale_effect(self, x: FloatArray) -> FloatArray:
         """Return the error of points by a unit scale, shape (k, 3)."""
@@ -114,23 +105,28 @@ class ErrorBudget:
 
     def contributions(self, points_base: ArrayLike) -> dict[str, FloatArray]:
         """Covariance of the error of points by contribution, each of shape (k, 3, 3), mm²."""
-        x = as_points(points_base, name="points") - self.centre
-        J, robot = point_jacobian(x), np.zeros((len(x), 3, 3))
-        for length, a2 in self._lengths:
-            robot += a2 * self._field_at(x, J, length)
+        return self._shared_out(as_points(points_base, name="points") - self.centre)[0]
+
+    def _shared_out(self, x: FloatArray) -> tuple[dict[str, FloatArray], FloatArray]:
+        """Return the contributions to points about the centre, and the degrees of freedom behind their sum."""
+        J, belief = point_jacobian(x), self.belief
+        unit = _along(J, self.touching + self.excess)
+        fields = np.zeros((len(self.fields), *unit.shape))
+        for k in np.flatnonzero(belief.a4):
+            crossed = J @ np.tensordot(correlation(x, self.places, belief.lengths_mm[k]), self.gain, axes=1)
+            fields[k] = _along(J, self.fields[k]) - crossed - crossed.transpose(0, 2, 1) + np.eye(3)
         scaled = self.scale * self._scale_effect(x)
-        return {
-            "touching": self.belief.s2 * _along(J, self.touching + self.excess),
-            "tool": np.broadcast_to(self.tool_mm**2 * np.eye(3), robot.shape),
-            "robot": robot,
+        found = {
+            "touching": belief.s2 * unit,
+            "tool": np.broadcast_to(self.tool_mm**2 * np.eye(3), unit.shape),
+            "robot": np.tensordot(belief.a2, fields, axes=1),
             "part": scaled[:, :, None] * scaled[:, None, :],
             "model": _along(J, self.model),
         }
-
-    def _field_at(self, x: FloatArray, J: FloatArray, length_mm: float) -> FloatArray:
-        own = self._of_field(length_mm)
-        crossed = J @ np.tensordot(correlation(x, self.places, length_mm), self.gain, axes=1)
-        return np.asarray(_along(J, own) - crossed - crossed.transpose(0, 2, 1) + np.eye(3))
+        touched, F = np.trace(unit, axis1=1, axis2=2), np.trace(fields, axis1=2, axis2=3)
+        scatter = (belief.s4 - belief.s2**2) * touched**2 + belief.a4 @ F**2 - (belief.a2 @ F) ** 2
+        scatter += 2.0 * touched * ((belief.s2a2 - belief.s2 * belief.a2) @ F)
+        return found, believed_freedom(np.trace(sum(found.values()), axis1=1, axis2=2), scatter)
 
     def covariances(self, points_base: ArrayLike) -> FloatArray:
         """Covariance of the error of the wire against the real seam, shape (k, 3, 3), mm²."""
@@ -138,16 +134,7 @@ class ErrorBudget:
 
     def freedom(self, points_base: ArrayLike) -> FloatArray:
         """Degrees of freedom behind the variance of points, shape (k,); see `believed_freedom`."""
-        x, belief = as_points(points_base, name="points") - self.centre, self.belief
-        J = point_jacobian(x)
-        touched = np.trace(_along(J, self.touching + self.excess), axis1=1, axis2=2)
-        scatter = (belief.s4 - belief.s2**2) * touched**2
-        field = [np.trace(self._field_at(x, J, length), axis1=1, axis2=2) for length in belief.lengths_mm.tolist()]
-        F = np.stack(field)
-        mean = belief.a2 @ F
-        scatter = scatter + belief.a4 @ F**2 - mean**2 + 2.0 * touched * ((belief.s2a2 - belief.s2 * belief.a2) @ F)
-        total = np.trace(self.covariances(points_base), axis1=1, axis2=2)
-        return believed_freedom(total, scatter)
+        return self._shared_out(as_points(points_base, name="points") - self.centre)[1]
 
     def error_95_mm(self, points_base: ArrayLike) -> FloatArray:
         """Length that the error of a point stays below with 95 % probability, shape (k,), mm."""
@@ -155,8 +142,8 @@ class ErrorBudget:
 
     def limits_mm(self, points_base: ArrayLike, own: FloatArray | float, level: float) -> FloatArray:
         """Length that the error of a point, with a further covariance `own`, stays below, shape (k,), mm."""
-        freedom = self.freedom(points_base)
-        C = self.covariances(points_base) * scale_of(freedom)[:, None, None] + own
+        found, freedom = self._shared_out(as_points(points_base, name="points") - self.centre)
+        C = np.asarray(sum(found.values())) * scale_of(freedom)[:, None, None] + own
         return length_quantile(C, level, degrees_of_freedom=freedom)
 
     def largest_error_95(self, points_base: ArrayLike) -> tuple[int, float]:
@@ -197,12 +184,22 @@ class ErrorBudget:
         total = J @ own @ J.T + self.tool_mm**2 * np.tile(np.eye(3), (k, k))
         scaled = self.scale * self._scale_effect(x).ravel()
         total += np.outer(scaled, scaled)
-        for length, a2 in self._lengths:
+        for length, a2, own in zip(self.belief.lengths_mm, self.belief.a2, self.fields, strict=True):
             G = np.tensordot(correlation(x, self.places, length), self.gain, axes=1)
             crossed = J @ G.transpose(1, 0, 2).reshape(6, 3 * k)
-            field = J @ self._of_field(length) @ J.T - crossed - crossed.T
+            field = J @ own @ J.T - crossed - crossed.T
             total += a2 * (field + np.kron(correlation(x, x, length), np.eye(3)))
         return np.asarray(total)
+
+    def shares(self, points_base: ArrayLike) -> dict[str, float]:
+        """Share of each contribution in the variance at the point with the largest error.
+
+        `points_base`: shape (k, 3). Base frame, mm.
+        """
+        row, _ = self.largest_error_95(points_base)
+        found = self.contributions(as_points(points_base, name="points")[[row]])
+        total = sum(float(np.trace(each[0])) for each in found.values())
+        return {name: float(np.trace(each[0])) / total if total else 0.0 for name, each in found.items()}
 
     def describe(self) -> str:
         """Return a phrase for a person: what the predicted errors rest on."""
@@ -223,8 +220,7 @@ class ErrorBudget:
 
     def _of_seam(self, name: str, points: FloatArray) -> dict[str, Any]:
         row, error = self.largest_error_95(points)
-        parts = {k: float(np.trace(v[0])) for k, v in self.contributions(points[[row]]).items()}
-        total, of_point = sum(parts.values()), self.freedom(points[[row]])
+        total, of_point = float(np.trace(self.covariances(points[[row]])[0])), self.freedom(points[[row]])
         freedom, combined = float(of_point[0]), math.sqrt(total * float(scale_of(of_point)[0]))
         return {
             "seam": name,
@@ -232,7 +228,7 @@ class ErrorBudget:
             "standard_uncertainty_mm": combined,
             "coverage_factor": error / combined if combined else None,
             "degrees_of_freedom": None if math.isinf(freedom) else freedom,
-            "shares": {k: v / total if total else 0.0 for k, v in parts.items()},
+            "shares": self.shares(points),
         }
 
     def _described(self, name: str) -> dict[str, Any]:
@@ -251,6 +247,13 @@ class ErrorBudget:
             "model": "tails of the residuals and what a fit of this kind does with them",
         }
         return {"name": name, "type": "A" if is_a else "B", "source": told[name]}
+
+
+def _of_field(places: FloatArray, gain: FloatArray, excess: FloatArray, length_mm: float) -> FloatArray:
+    """Covariance of η by the unit field, shape (6, 6)."""
+    summed = np.tensordot(correlation(places, places, length_mm), gain, axes=1)
+    own = np.asarray(np.einsum("nij,nkj->ik", gain, summed))
+    return own + rigid_rest(places, length_mm) * excess if excess.any() else own
 
 
 def _along(J: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -116,9 +116,9 @@ def rigid_rest(places: FloatArray, length_mm: float) -> float:
     n = len(places)
     if n < 3:
         return 0.0
-    K = np.kron(correlation(places, places, length_mm), np.eye(3))
-    Q = np.linalg.qr(point_jacobian(places).reshape(-1, 6))[0]
-    return max(float(np.trace(K) - np.trace(Q.T @ K @ Q)) / (3 * n - 6), 0.0)
+    Q = np.linalg.qr(point_jacobian(places).reshape(-1, 6))[0].reshape(n, 18)
+    left = 3 * n - float(np.sum(Q * (correlation(places, places, length_mm) @ Q)))
+    return max(left / (3 * n - 6), 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ Rousseeuw, Leroy (1987), Robust Regression and Outlier Detection, ch. 5 (least t
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import combinations
 from math import comb, inf
 
@@ -25,9 +26,11 @@ from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.pairs import PointPairs
 from wpcal.core.tangent import point_jacobian
 
-MOST_TRIPLES = 600
-"""Up to 16 points every triple is tried (560). Beyond, 600 random ones meet three good points with a probability
-above 1 - 1e-12 when a third of the points is wrong."""
+MOST_TRIPLES = 100
+"""So many random triples meet three good points with a probability above 1 - 1e-12 when a third of the points is
+wrong."""
+FIRST_STEPS, MOST_FINALISTS = 2, 10
+"""After so many steps only so many fits are refined further (Rousseeuw, Van Driessen 1999, FAST-LTS)."""
 MOST_COMPARED = 40
 """Up to this many points, sets of points are left out in turn: 780 pairs. Beyond, a third of wrong points is found by
 three-point fits."""
@@ -36,6 +39,7 @@ CONCENTRATION_STEPS = 20
 """Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
 
 
+@lru_cache(maxsize=4)
 def contradicted_points(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> Contradiction:
     """Find the points that the others contradict. Without sets for three points.
 
@@ -121,12 +125,15 @@ def _trimmed_set(rows: ErrorRows, seed: int) -> IntArray:
     R, t = rows.select(_triples(n, seed)).fit()
     kept = np.empty((len(R), size), dtype=np.int64)
     before = np.full(len(R), np.inf)
-    for _ in range(CONCENTRATION_STEPS):
+    for step in range(CONCENTRATION_STEPS):
         squares = rows.squares(R, t)
         kept = np.argpartition(squares, size - 1, axis=1)[:, :size]
         sums = np.sum(np.take_along_axis(squares, kept, axis=1), axis=1)
         if np.array_equal(sums, before):
             break
+        if step == FIRST_STEPS:
+            best = np.argsort(sums, kind="stable")[:MOST_FINALISTS]
+            kept, sums = kept[best], sums[best]
         R, t = rows.select(kept).fit()
         before = sums
     return np.asarray(kept[int(np.argmin(before))])

@@ -22,7 +22,7 @@ from wpcal.calibrate.errors.prediction import (
     SigmaSource,
     TeachingError,
 )
-from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM
+from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, FieldOrigin
 from wpcal.calibrate.trust.criteria import (
     BLUNDER,
     NEIGHBOUR,
@@ -298,9 +298,15 @@ class VerdictEvidence:
             return True
         return self.distrusted.shift_mm > self.tolerance_mm
 
+    @property
+    def _is_stated(self) -> bool:
+        """Whether the errors of the touches and of the robot are known without these touches."""
+        unknown = (FieldOrigin.ASSUMED, FieldOrigin.ESTIMATED)
+        return self.sigma.source is SigmaSource.STATED and self.fit.budget.belief.origin not in unknown
+
     def doubts(self, shown: Predicted) -> Iterator[Ground]:
         """Name what nothing tests, what the others contradict, and residuals that are larger than usual."""
-        if self.residuals.unchecked:
+        if self.residuals.unchecked and not self._is_stated:
             what = f"nothing tests {named(self.residuals.unchecked)}; if one is wrong, no residual shows it"
             yield Ground(VerdictReason.UNCHECKED, what)
         found = self.distrusted
@@ -338,9 +344,11 @@ class VerdictEvidence:
         what = f"the {seams} accepted seams are" if shown.seam else f"the fitted {plural(self.word)} are"
         if seams == 1:
             what = f"seam {shown.seam} is"
+        unchecked = self.residuals.unchecked
+        open_ = f"; nothing tests {named(unchecked)}: one check {self.word} ends this doubt" if unchecked else ""
         return (
             f"{what} within {shown.error_mm:.3g} mm with 95 % confidence ({shown.told}); the tolerance is "
-            f"{self.tolerance_mm:g} mm"
+            f"{self.tolerance_mm:g} mm{open_}"
         )
 
 

@@ -14,6 +14,8 @@ ROUND_OFF = 1e-9  #: Scatter below this (mm, degrees) is round-off.
 LIMIT_SIGMAS = 3.0
 CUSUM_K, CUSUM_H = 0.5, 5.0
 """In sigmas: slack per job and limit. It is the usual choice for changes of the mean by one sigma."""
+EVENT_SIGMAS, NEIGHBOURS = 6.0, 7
+"""The median of seven jobs is within 1.4 sigma of their mean in 99.9 %: of 10 000 sound jobs none is an event."""
 FIRST_JOBS = 25  #: Jobs of which the centre is the mean.
 
 
@@ -22,7 +24,7 @@ class Charts:
     """Charts of c channels over n jobs."""
 
     values: FloatArray
-    #: `centre`, `sigma`: Mean of the first jobs, and the scatter from job to job.
+    #: `centre`, `sigma`: Mean of the first jobs without events, and the scatter from job to job.
     centre: FloatArray
     sigma: FloatArray
     outside: BoolArray  #: More than 3 sigma from the centre.
@@ -47,15 +49,33 @@ def moving_range_sigma(values: FloatArray) -> FloatArray:
     return np.where(sigma > ROUND_OFF, sigma, 0.0)
 
 
+def without_events(values: FloatArray) -> FloatArray:
+    """Return channels in which single jobs far from their neighbours have the value of these.
+
+    A mistyped touch is an event of its own, not a shift, and it must not move the centre of a chart. A job is one if it
+    is more than `EVENT_SIGMAS` from the median of `NEIGHBOURS` jobs around it (Hampel 1974); a shift moves these, too.
+
+    `values`: shape (n, c). Row by row the jobs in their order.
+    """
+    half = NEIGHBOURS // 2
+    if len(values) < NEIGHBOURS + 1:
+        return values
+    wide = np.pad(values, ((half, half), (0, 0)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(wide, NEIGHBOURS, axis=0)
+    middle = np.median(around, axis=-1)
+    return np.asarray(np.where(np.abs(values - middle) > EVENT_SIGMAS * moving_range_sigma(values), middle, values))
+
+
 def control_charts(values: FloatArray, *, first: int = FIRST_JOBS) -> Charts:
     """Return the charts of channels.
 
     `values`: shape (n, c). Row by row the jobs in their order.
     """
-    centre = values[:first].mean(axis=0)
+    kept = without_events(values)
+    centre = kept[:first].mean(axis=0)
     sigma = moving_range_sigma(values)
     off = values - centre
-    scaled = np.divide(off, sigma, out=np.zeros_like(off), where=sigma > 0)
+    scaled = np.divide(kept - centre, sigma, out=np.zeros_like(off), where=sigma > 0)
     up, down, alarms = _cusum(scaled)
     return Charts(
         values=values,

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from wpcal.core.arrays import FloatArray
-from wpcal.study.drift.control import moving_range_sigma
+from wpcal.study.drift.control import moving_range_sigma, without_events
 
 FALSE_ALARM = 0.01  #: Probability that a page without any change shows a shift.
 LEAST_STRETCH = 3  #: Jobs between two shifts. One job that is off is not a shift; the chart shows it.
@@ -26,7 +26,8 @@ def find_shifts(values: FloatArray) -> list[int]:
         return []
     places = n - 2 * LEAST_STRETCH + 1
     limit = -float(stdtrit(max(2.0, SIGMA_DEGREES * (n - 1)), FALSE_ALARM / (2 * places * channels)))
-    scaled = (values[:, keep] - np.median(values[:, keep], axis=0)) / sigma[keep]
+    kept = without_events(values)[:, keep]
+    scaled = (kept - np.median(kept, axis=0)) / sigma[keep]
     sums = np.concatenate([np.zeros((1, channels)), np.cumsum(scaled, axis=0)])
     found: list[int] = []
     stretches = [(0, n)]
