@@ -71,6 +71,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     from wpcal.core.records import to_json
     from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
+    from wpcal.planning.sequence.cuts import out_of_reach
     from wpcal.planning.sequence.kept_plan import INPUT, input_files, plan_from_record, with_digest
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
     from wpcal.planning.sequence.sequence_input import read_sequence_input
@@ -91,8 +92,8 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     refused = refusals(cell, given.seams, made, writers)
     if flags.formats:
         refuse_languages(refused, writers)
-    if other := given.other_torch(cell):
-        click.echo(f"wpcal: {other}", err=True)
+    for odd in filter(None, (given.other_torch(cell), *out_of_reach(cell, given.seams, targets))):
+        click.echo(f"wpcal: {odd}", err=True)
     with shown_progress("starting") as progress:
         choice = plan_sequence(
             cell, given.part, given.seams, targets, prefer=SequencePreference(asked.prefer), progress=progress
@@ -123,7 +124,11 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
             click.echo(f"no program in {', '.join(found.refused)}: plan.json says why (no_program)")
         listed = [*files, *(f"{name}/ ({len(texts)})" for name, texts in folders.items())]
         click.echo(f"wrote {', '.join(listed)} to {output}\n{said_of_arc(made)}")
-    notes = (*describe_woven_data(each.run for each in given.seams), *found.notes(why=bool(flags.formats)))
+    notes = (
+        *choice.sequence.open_points(has_part=given.part is not None),
+        *describe_woven_data(each.run for each in given.seams),
+        *found.notes(why=bool(flags.formats)),
+    )
     for note in (*notes, *(gap.describe() for gap in choice.sequence.unwelded)):
         click.echo(f"wpcal: {note}", err=True)
     is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not found.not_checked

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.sequence.cuts import Span, best_cuts, find_reason
+from wpcal.planning.sequence.cuts import Span, best_cuts, find_reason, out_of_reach
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.remedies import Help, RemedySearch, changed_cell
 from wpcal.planning.sequence.seam_search import SeamSearch
@@ -109,6 +110,18 @@ def test_a_body_in_the_way_is_named_with_its_place_and_a_change_that_was_tried(g
     why = find_reason(search, task)
     assert "lid" in why
     assert " mm at best, at " in why
+
+
+def test_what_is_out_of_reach_is_told_before_the_search_and_nothing_else(given):
+    far, near = fixed_cell((1750.0, -100.0, 200.0)), fixed_cell()
+    told = out_of_reach(far, given.seams, SequenceTargets())
+    assert told
+    assert all(re.fullmatch(r"seam W\d+ cannot be welded whole: .+, at \d+ mm", line) for line in told)
+    search = SeamSearch(far, CellClearance(far, None), SequenceTargets())
+    lost = {line.split()[1] for line in told}
+    for seam in given.seams:
+        assert bool(search.whole(seam_task(seam.seam))) <= (seam.name not in lost)
+    assert out_of_reach(given.placed(near), given.seams, SequenceTargets()) == ()
 
 
 def test_where_nothing_helps_it_is_said(given):

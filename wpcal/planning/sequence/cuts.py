@@ -17,15 +17,47 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.workplace import reach_shortage
 from wpcal.planning.sequence.external import external_axes, values_along
 from wpcal.planning.sequence.remedies import Help, RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
-from wpcal.planning.sequence.seam_task import Candidate, SeamTask
+from wpcal.planning.sequence.seam_task import Candidate, SeamTask, seam_task
+from wpcal.planning.sequence.sequence_input import PlannedSeam
+from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import TorchPoses, torch_poses
 
 TRIED_AXES = 16  #: Positions of the external axes that a reason is looked for at: the most promising ones.
 TESTED = 64  #: Joints whose clearance is measured for a reason.
+
+
+def out_of_reach(cell: Cell, seams: Sequence[PlannedSeam], targets: SequenceTargets) -> tuple[str, ...]:
+    """Return one line per seam that the arm does not reach whole, whatever the bodies: a look before the search."""
+    cell = cell.with_joint_margin(targets.joint_margin_rad)
+    search, found = SeamSearch(cell, CellClearance(cell, None), targets), []
+    for seam in seams:
+        task, why = seam_task(seam.seam), None
+        for tilted in (False, True):
+            poses = torch_poses(task, targets, search.clearance, tilted=tilted)
+            why = _out_of_reach(search, task, poses)[0]
+            if why is None:
+                break
+        if why is not None:
+            found.append(f"seam {task.name} cannot be welded whole: {why}")
+    return tuple(found)
+
+
+def _out_of_reach(
+    search: SeamSearch, stretch: SeamTask, poses: TorchPoses
+) -> tuple[str | None, tuple[FloatArray, FloatArray, BoolArray]]:
+    """Return why and where no branch reaches a stretch; and external axes along it, joints, and what is usable."""
+    values = external_axes(search.cell, stretch, search.targets).values[:TRIED_AXES]
+    joints, usable = search.states(stretch, poses, values)
+    along = values_along(values, stretch, poses.rungs)
+    reached = usable.any(axis=(2, 3)).any(axis=0)
+    rung = int(np.argmin(reached))
+    why = None if reached.all() else f"{_unreached(search, poses, along, joints, rung)}{_at(stretch, poses, rung)}"
+    return why, (along, joints, usable)
 
 
 def find_reason(search: SeamSearch, stretch: SeamTask) -> str:
@@ -35,14 +67,8 @@ def find_reason(search: SeamSearch, stretch: SeamTask) -> str:
     if not free.all():
         where = _at(stretch, poses, int(np.argmin(free)))
         return f"the torch meets the part at every angle within its range{where}"
-    values = external_axes(search.cell, stretch, search.targets).values[:TRIED_AXES]
-    joints, usable = search.states(stretch, poses, values)
-    along = values_along(values, stretch, poses.rungs)
-    reached = usable.any(axis=(2, 3)).any(axis=0)
-    if not reached.all():
-        rung = int(np.argmin(reached))
-        return f"{_unreached(search, poses, along, joints, rung)}{_at(stretch, poses, rung)}"
-    return _body_in_the_way(search, stretch, poses, along, joints, usable)
+    why, states = _out_of_reach(search, stretch, poses)
+    return why or _body_in_the_way(search, stretch, poses, *states)
 
 
 def _at(stretch: SeamTask, poses: TorchPoses, rung: int) -> str:

@@ -275,7 +275,10 @@ class SeamSearch:
     def reached(
         self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: tuple[int, FloatArray]
     ) -> tuple[FloatArray, int]:
-        """Return what `checked` does without a look at bodies: all axes up to the first bad point, and that point."""
+        """Return what `checked` does without a look at bodies: all axes up to the first bad point, and that point.
+
+        `angles`, `values`: shapes (n, 3) and (2, k - 6). As for `checked`, and so is `branch`.
+        """
         n = len(angles)
         T = tool_on_seam(task, np.arange(n), angles)
         external = values_along(values[None], task, np.arange(n))
