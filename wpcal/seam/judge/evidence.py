@@ -321,9 +321,11 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
     for row in inner:
         pieces, name = seams[row].pieces, seams[row].solids[0]
         members = members_of(graph, trimmed, number[name])
-        rolled = [members.rolled(pair) for pair in zip(pieces.wall.tolist(), pieces.base.tolist(), strict=True)]
-        if rolled and rolled[0] is not None and None not in rolled:
-            words = f"a corner inside one {rolled[0].in_words} of {name}, as if rolled"
+        pairs = zip(pieces.wall.tolist(), pieces.base.tolist(), strict=True)
+        way, length_mm = seams[row].frames.R[0, :, 0], seams[row].length_mm
+        around = [members.around(pair, way, length_mm) for pair in pairs]
+        if around and around[0] is not None and None not in around:
+            words = f"a corner inside one {around[0].in_words} of {name}, as if rolled"
             found[row].append(Rule.ROLLED.found(words))
     rows = [row for row in inner if seams[row].source is SeamSource.CONCAVE]
     if not rows:

@@ -39,7 +39,7 @@ from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import find_strips
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2, THIN_MM
-from wpcal.seam.member.stretches import Stretch, find_stretches
+from wpcal.seam.member.stretches import Contour, Stretch, find_stretches
 
 POINTS = 600  #: Random points on the surface that are to be explained.
 LEAST_EXPLAINED = 0.95
@@ -58,6 +58,8 @@ DETAIL = 0.3  #: A solid is small if its box has less than this share of the dia
 DRAWN_APART, MOST_ASKED = 4, 40
 """So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
 MOST_TOLD = 3  #: Most solids that are told of.
+MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
+SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
 SMALLEST_PROFILE_MM = 10.0  #: The smallest angle that is sold is so high.
 SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
@@ -113,10 +115,20 @@ class Members:
     share: float  #: Of the surface that they explain.
     straight_share: float  #: That is explained without formed sheets.
 
-    def rolled(self, faces: tuple[int, int]) -> Member | None:
-        """Return the rolled profile or tube of which two faces are sides of one root."""
+    def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float) -> Member | None:
+        """Return the member inside which a straight corner between two faces is.
+
+        `way`: shape (3,). Along the corner, a unit vector; a member holds corners along its axis, not longer than it.
+        """
         pair = (min(faces), max(faces))
-        return next((one for one in self.members if pair in one.roots), None)
+        return next(
+            (
+                one
+                for one in self.members
+                if pair in one.roots and abs(one.axis @ way) > ON_COS and length_mm <= one.length_mm + 1.0
+            ),
+            None,
+        )
 
 
 def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Members:
@@ -171,8 +183,9 @@ def _hypotheses(
         if not stretch.contour.is_bore:
             member = _of_stretch(graph, stretch, stretches)
             if member is not None:
-                cover = _on_stretch(surface, stretch, member)
+                cover = _on_stretch(surface, stretch, member) | _in_holes(graph, solid, surface, member)
                 is_stub = stretch.contour.sharp > 0 and member.length_mm < SLENDER * member.section[1]
+                is_stub |= len(member.faces) > len(stretch.faces)  # a hollow extrusion
                 if member.kind is not MemberKind.PROFILE or not is_stub or cover.mean() >= WHOLE:
                     yield member, cover
     yield from _rounds(graph, trimmed, solid, surface)
@@ -231,24 +244,32 @@ def _of_stretch(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...])
     roots = frozenset().union(stretch.roots, *(bore.roots for bore in bores))
     step = np.roll(contour.corners, -1, axis=0) - contour.corners
     around = float(np.linalg.norm(step, axis=1).sum())
-    if bores:
-        inner = max(bore.contour.area_mm2 for bore in bores)
-        thick = (contour.area_mm2 - inner) / around
-        is_tube = thick <= THIN_SECTION * sides[0]
-        kind = MemberKind.TUBE if is_tube else MemberKind.PLATE
-        if contour.roots or (not is_tube and stretch.length_mm > FLATTEST * np.sqrt(contour.area_mm2 - inner)):
-            return None
+    inner = sum(bore.contour.area_mm2 for bore in bores)
+    radius_mm = _radius(graph, contour)
+    area = contour.area_mm2 if radius_mm is None else np.pi * radius_mm**2
+    kind, thick = None, 2.0 * contour.area_mm2 / max(around, ON_MM)
+    if stretch.length_mm <= FLATTEST * np.sqrt(max(area - inner, 0.0)):  # flame-cut, with whatever outline
+        kind, thick = MemberKind.PLATE, stretch.length_mm
+    elif radius_mm is not None:
+        sides, thick = np.array([2.0 * radius_mm, 2.0 * radius_mm]), 2.0 * radius_mm
+        kind = MemberKind.ROUND if stretch.length_mm > radius_mm and not bores else None
+    elif bores and not contour.roots:
+        thick = (area - inner) / around
+        kind = MemberKind.TUBE if thick <= THIN_SECTION * sides[0] else None
     elif not contour.roots:
         thick = float(sides[0])
-        if thick > FLATTEST * np.sqrt(stretch.length_mm * sides[1]):
-            return None
-        kind = MemberKind.BAR
-    else:
-        thick = 2.0 * contour.area_mm2 / around
-        if not SMALLEST_PROFILE_MM <= sides[1] >= thick / THIN_SECTION or not _is_rolled(graph, stretch, others):
-            return None
+        kind = MemberKind.BAR if thick <= FLATTEST * np.sqrt(stretch.length_mm * sides[1]) else None
+    elif SMALLEST_PROFILE_MM <= sides[1] >= thick / THIN_SECTION and _is_rolled(graph, stretch, others):
         kind = MemberKind.PROFILE
-    return Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots)
+    return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots)
+
+
+def _radius(graph: BrepGraph, contour: Contour) -> float | None:
+    """Return the radius of a section that is round, mm; None for another one."""
+    faces = list(contour.faces)
+    radii = graph.face_param[faces, 0]
+    is_round = (graph.face_kind[faces] == SurfaceKind.CYLINDER).all() and np.ptp(radii) <= ON_MM
+    return float(radii[0]) if is_round else None
 
 
 def _is_within(inner: FloatArray, outer: FloatArray) -> bool:
@@ -262,7 +283,7 @@ def _is_rolled(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...]) 
     """
     contour = stretch.contour
     pairs = np.array(sorted(contour.roots))
-    shared = len(pairs) == 1 or np.bincount(pairs.ravel()).max() > 1
+    shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or np.bincount(pairs.ravel()).max() > 1
     if contour.sharp == 0:  # a T section is rolled if its toes are round, too
         faces = list(contour.faces)
         toes = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
@@ -293,7 +314,20 @@ def _on_stretch(surface: Surface, stretch: Stretch, member: Member) -> BoolArray
     sides = np.isin(surface.face, list(member.faces)) & along
     ends = np.abs(surface.normal @ stretch.way) > ON_COS
     ends &= (np.abs(height - stretch.low) <= 0.05) | (np.abs(height - stretch.high) <= 0.05)
-    return sides | (ends & _is_inside(surface, stretch))
+    ends &= _is_inside(surface, stretch)
+    if member.kind is MemberKind.PLATE:  # what is hollow, or goes on, is no plate
+        solid = ends & (np.abs(surface.thick - member.thickness_mm) <= SAME_THICKNESS * member.thickness_mm)
+        return sides | solid if solid.sum() >= SOLID_SHARE * ends.sum() else np.zeros_like(sides)
+    return sides | ends
+
+
+def _in_holes(graph: BrepGraph, solid: int, surface: Surface, member: Member) -> BoolArray:
+    """Tell which points are on walls of holes through a member: hollow cylinders that only it and its ends touch."""
+    own = graph.face_solid == solid
+    ends = own & (graph.face_kind == SurfaceKind.PLANE) & (np.abs(graph.face_frame[:, 3] @ member.axis) > ON_COS)
+    hollow = own & (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0)
+    known = member.faces | set(np.flatnonzero(ends | hollow).tolist())
+    return np.isin(surface.face, [face for face in np.flatnonzero(hollow) if _beside(graph, {int(face)}) <= known])
 
 
 def _is_inside(surface: Surface, stretch: Stretch) -> BoolArray:
@@ -348,7 +382,7 @@ def _sheets(graph: BrepGraph, smooth: IntArray, surface: Surface) -> Iterator[tu
         same = surface.flat & (np.abs(surface.thick - t) <= SAME_THICKNESS * t)
         for faces in _linked(graph, smooth, set(surface.face[same].tolist())):
             on = same & np.isin(surface.face, list(faces))
-            if (on & curved).any():
+            if (on & curved).any() and t <= FLATTEST * np.sqrt(on.sum() * surface.mm2):
                 rims = np.isin(surface.face, list(_beside(graph, faces))) & ~surface.flat
                 member = Member(MemberKind.SHEET, faces, np.zeros(3), np.array([t, t]), t, 0.0)
                 yield member, on | rims

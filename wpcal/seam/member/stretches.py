@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wpcal.brep.concavity import are_concave
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -103,6 +104,7 @@ class _Across:
     low: FloatArray  #: Of each edge, mm.
     high: FloatArray
     corner: FloatArray  #: shape (n, 2).
+    concave: BoolArray  #: shape (n,).
     other_face: IntArray  #: Faces crossed by edges that do not run along it, and from where to where each does.
     other_low: FloatArray
     other_high: FloatArray
@@ -128,7 +130,16 @@ def _seen_along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatA
     low, high = np.full(pairs.shape[1], np.inf), np.full(pairs.shape[1], -np.inf)
     np.minimum.at(low, of.ravel(), both.min(axis=0))
     np.maximum.at(high, of.ravel(), both.max(axis=0))
-    seen = (graph, way, plane, edges, height.min(axis=1), height.max(axis=1), ends[:, 0] @ plane.T)
+    seen = (
+        graph,
+        way,
+        plane,
+        edges,
+        height.min(axis=1),
+        height.max(axis=1),
+        ends[:, 0] @ plane.T,
+        are_concave(graph, edges),
+    )
     return _Across(*seen, pairs[0], low, high, lateral)
 
 
@@ -238,22 +249,17 @@ def _contour(seen: _Across, corners: list[int], sides: list[int]) -> Contour:
         out = (q[longest] - seen.plane @ graph.face_frame[face, 0]) * graph.face_outward[face]
     right = np.array([step[longest, 1], -step[longest, 0]])
     is_bore = bool((float(right @ out) > 0) != (area > 0))
-    roots, sharp = _roots(graph, sides, step, (area > 0) != is_bore)
+    roots, sharp = _roots(seen, corners, sides)
     return Contour(tuple(sides), q, is_bore, abs(area), roots, sharp)
 
 
-def _roots(
-    graph: BrepGraph, sides: list[int], step: FloatArray, turns_left: bool
-) -> tuple[frozenset[tuple[int, int]], int]:
+def _roots(seen: _Across, corners: list[int], sides: list[int]) -> tuple[frozenset[tuple[int, int]], int]:
     """Return the pairs of sides at hollow corners, and how many of these corners are sharp."""
-    is_round = graph.face_kind[sides] == SurfaceKind.CYLINDER
-    before = np.roll(step, 1, axis=0)
-    turn = before[:, 0] * step[:, 1] - before[:, 1] * step[:, 0]
-    pairs, sharp = set(), 0
+    graph, is_sharp = seen.graph, seen.concave[corners]
+    pairs = {(sides[k - 1], sides[k]) for k in np.flatnonzero(is_sharp).tolist()}
     for k, face in enumerate(sides):
-        if is_round[k] and graph.face_outward[face] < 0:
-            pairs.add((sides[k - 1], sides[(k + 1) % len(sides)]))
-        elif not is_round[k] and not is_round[k - 1] and (turn[k] > 0) != turns_left:
-            pairs.add((sides[k - 1], face))
-            sharp += 1
-    return frozenset((min(pair), max(pair)) for pair in pairs), sharp
+        after = (k + 1) % len(sides)
+        is_hollow = graph.face_kind[face] == SurfaceKind.CYLINDER and graph.face_outward[face] < 0
+        if is_hollow and not (is_sharp[k] or is_sharp[after]):
+            pairs.add((sides[k - 1], sides[after]))
+    return frozenset((min(pair), max(pair)) for pair in pairs), int(is_sharp.sum())
