@@ -16,6 +16,7 @@ export { BEYOND, colourOf, ramp } from "./colours.js";
 export { readBlob, readData, readJsonBlob } from "./embedded.js";
 export { distanceOf, edgeAt, snapped } from "./measure.js";
 export { decodePart } from "./part.js";
+export { clearDirection, seenFrom } from "./sight.js";
 
 const AXIS_COLOURS = ["#d63c3c", "#2f9e44", "#2f6fde"]; // x red, y green, z blue, as in most CAD programs
 const MARGIN = 1.15; // some air at the rim, and room for labels

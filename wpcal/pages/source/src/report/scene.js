@@ -5,7 +5,7 @@ import { el } from "../dom.js";
 import { arrow, FACTORS, fittingFactor } from "../residuals.js";
 import { buildStage, seeThroughBox } from "../stage.js";
 import { cutControl, measureTool } from "../view_tools.js";
-import { colourOf } from "../viewer.js";
+import { clearDirection, colourOf, seenFrom } from "../viewer.js";
 import { bodyTip, legend, pointTip, seamTip } from "./explain.js";
 
 const FITTED = "#1d3f94";
@@ -53,11 +53,20 @@ export function buildScene(host, { calibration, seams, frames, part }) {
   );
   stage.append(sides(viewer), ...Object.values(legends));
   host.append(panel);
-  viewer.view("iso");
+  viewer.view(bestSide(viewer, seams, frames));
   return viewer;
 }
 
-/** Shows one seam with its surroundings, from the side on which the torch is. */
+/** The oblique side from which most of the seams are seen that are welded. */
+function bestSide(viewer, seams, frames) {
+  const middles = frames.filter((_, row) => seams[row].accepted).map(({ p }) => p[Math.floor(p.length / 2)]);
+  const [x, y, z] = OBLIQUE;
+  const sides = [OBLIQUE, [-x, y, z], [x, -y, z], [-x, -y, z]];
+  const seen = sides.map((side) => seenFrom(viewer, middles, side));
+  return sides[seen.indexOf(Math.max(...seen))];
+}
+
+/** Shows one seam with its surroundings, from a side near that of the torch on which nothing is in front of it. */
 export function lookAtSeam(viewer, { p, R }) {
   const outward = [0, 1, 2].map((row) => R.reduce((sum, axes) => sum + axes[row][2], 0) / R.length);
   const isRound = Math.hypot(...outward) < 0.3; // around a pipe the directions cancel each other
@@ -69,7 +78,8 @@ export function lookAtSeam(viewer, { p, R }) {
   ]);
   const around = p.flatMap((place) => steps.map((step) => place.map((v, i) => v + step[i])));
   const aside = [0, 1, 2].map((row) => R[0][row][0]); // seen from straight ahead, edges hide each other
-  viewer.lookAt(around, isRound ? OBLIQUE : outward.map((v, i) => v + 0.35 * aside[i]));
+  const wanted = isRound ? OBLIQUE : outward.map((v, i) => v + 0.35 * aside[i]);
+  viewer.lookAt(around, clearDirection(viewer, p, wanted));
 }
 
 /** Shows one taught point with its surroundings. */
