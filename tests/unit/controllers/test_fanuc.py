@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from wpcal.controllers.fanuc.write import write_fanuc
+from wpcal.controllers.judge.asked import asked_of, compare
+from wpcal.controllers.judge.execute import execute
 from wpcal.controllers.program import ControllerSettings, MotionSettings
 from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
@@ -36,6 +38,18 @@ def test_remarks_fit_the_pendant_and_cannot_end_an_instruction(make_program):
 def test_speeds_are_written_exactly(make_program, speed, written):
     files = write_fanuc(make_program(motion=MotionSettings(speed_mm_s=speed)))
     assert f"L P[3] {written} CNT100" in files["W1.ls"]
+
+
+def test_the_program_sets_the_user_frame_to_the_part(make_program):
+    program = make_program(controller=ControllerSettings(frame_number=4, configurations={"fanuc": "N U T, 0, 0, 0"}))
+    remark = re.compile(r"(?m)^ *\d+: *!.*\n")
+    files = {name: remark.sub("", text.replace("\r", "")) for name, text in write_fanuc(program).items()}
+    main = next(iter(files.values()))
+    assert main.index("UFRAME[4]=PR[51]") < main.index("UFRAME_NUM=4") < main.index("CALL ")
+    found = compare(execute(files, tools=(program.controller.tool_number,)), asked_of(program))
+    assert (found.missing, found.others) == ((), ())
+    moved = {name: text.replace("PR[51,1]=", "PR[51,1]=1+") for name, text in files.items()}
+    assert compare(execute(moved, tools=(program.controller.tool_number,)), asked_of(program)).others
 
 
 def test_what_tp_cannot_hold_is_refused(make_program):

@@ -29,6 +29,7 @@ from wpcal.controllers.fanuc.write import (
     joint_bodies,
     numbered,
     pose_bodies,
+    set_frame,
     tp_file,
     tp_speed,
 )
@@ -98,8 +99,7 @@ class _TpTouches(TouchWriter):
             first=setup.first_register,
             place=setup.first_position_register,
             schedule=setup.schedule,
-            # TP wants brackets round a negative number
-            frame=tuple(f"({v:.{DECIMALS}f})" if v < 0.0 else f"{v:.{DECIMALS}f}" for v in frame),
+            frame=set_frame(self.setup.frame_number, setup.first_position_register, frame),
             registers=(*halves, self.setup.frame_number, tool, count, *[NOT_RUN] * count),
             search_speed=lambda: tp_speed(self.setup.search_speed_mm_s),
             axis=self._axis,

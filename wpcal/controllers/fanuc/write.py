@@ -57,6 +57,7 @@ LANGUAGE = JobLanguage(
     rotation="R = Rz(R) Ry(P) Rx(W)",
     configuration=CONFIGURATION,
     coordinated="COORD: set up coordinated motion, group 2 leads",
+    sets_frame="sets",
 )
 Body = tuple[str, ...]  #: The lines of a position of group 1.
 
@@ -152,6 +153,19 @@ def joint_bodies(head: str, joints: FloatArray) -> list[Body]:
     return [(head, f"{','.join(row[:3])},", ",".join(row[3:])) for row in rows]
 
 
+FRAME_REGISTER = 51  #: The position register by which a program sets its user frame, as touch programs do by default.
+
+
+def set_frame(number: int, register: int, values: Sequence[float]) -> list[str]:
+    """Return what sets a user frame: X Y Z W P R, mm and deg. LPOS makes the register one of six numbers."""
+    texts = [f"({v:.{DECIMALS}f})" if v < 0.0 else f"{v:.{DECIMALS}f}" for v in values]  # TP wants brackets
+    return [
+        f"  PR[{register}]=LPOS",
+        *(f"  PR[{register},{row}]={text}" for row, text in enumerate(texts, 1)),
+        f"  UFRAME[{number}]=PR[{register}]",
+    ]
+
+
 class _Tp(JobWriter):
     format, names, longest_comment, zone_mm, language = "fanuc", NAMES, LONGEST_REMARK, ZONE_MM, LANGUAGE
     first = f"{JOINT_PERCENT}%"
@@ -161,7 +175,14 @@ class _Tp(JobWriter):
         controller = program.controller
         self.head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},"
         self.frame = [f"  UFRAME_NUM={controller.frame_number}", f"  UTOOL_NUM={controller.tool_number}"]
+        values = [*self.T_base_frame.t_mm.tolist(), *zyx_degrees(self.T_base_frame.R, decimals=DECIMALS).tolist()]
+        own = set_frame(controller.frame_number, FRAME_REGISTER, values) if controller.frame_number else []
+        self.start = [self.frame[1], *own, self.frame[0]]
         self.groups = TWO_GROUPS if self.planned is not None and self.planned.turning else ONE_GROUP
+
+    def _frame_in_words(self) -> list[str]:
+        by = [f"by PR[{FRAME_REGISTER}], which it overwrites"] if self.program.controller.frame_number else []
+        return [*super()._frame_in_words(), *by]
 
     @property
     def air(self) -> str:
@@ -176,11 +197,13 @@ class _Tp(JobWriter):
         lines, positions, safe = [f"  CALL {called}" for called in calls], list[str](), self.program.safe_point
         if air is not None:
             lines, moves = self.planned_calls(air, lines)
-            lines = [*self.frame, *lines]
+            lines = [*self.start, *lines]
             positions = numbered(self._with_axes(joint_bodies(self.head, moves.joints), moves.external))
+        elif safe is None:
+            lines = [*self.start, *lines]
         if safe is not None:
             first = self.post.air_move("P[1]", speed=self.first, joint=True)
-            lines = [*self.frame, *first, *lines, *self.frame, *self.air_moves(["P[1]"])]
+            lines = [*self.start, *first, *lines, *self.frame, *self.air_moves(["P[1]"])]
             positions = numbered(self._bodies(safe))
         return tp_file(name, [*header, *self.run(lines), *self.post.footer()], positions, groups=self.groups)
 

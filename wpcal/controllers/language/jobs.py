@@ -127,6 +127,7 @@ class JobLanguage:
     coordinated: str  #: What the controller needs where the positioner turns along a seam, for the comment.
     #: Whether the positions of a plan are joints, which need neither a user frame nor a configuration.
     plans_in_joints: bool = False
+    sets_frame: str = "set"  #: What is said of the user frame: that a person sets it, or what sets it.
 
     def frame_as_written(self, T: RigidTransform) -> RigidTransform:
         """Return the frame with the written digits: its rounding then does not move the points in the base."""
@@ -231,7 +232,7 @@ def frame_in_words(language: JobLanguage, number: int, T_base_frame: RigidTransf
     numbers = [f"{v:.{mm}f}" for v in T_base_frame.t_mm]
     numbers += [f"{v:.{deg}f}" for v in zyx_degrees(T_base_frame.R, decimals=deg)]
     return [
-        f"set {language.frame_word} {number} to the part:",
+        f"{language.sets_frame} {language.frame_word} {number} to the part:",
         *(f" {key} {value}" for key, value in zip(language.frame_keys, numbers, strict=True)),
         "points are relative to it, mm",
         f"{language.rotation}, deg",

@@ -11,7 +11,7 @@ CONTROL_CODE = 00000000 00000000;
 /MN
    1:  !W1 ;
    2:  !tee fillet, 8.0 mm, 1 line, 95 % ;
-   3:  !  error up to 0.224 mm ;
+   3:  !  error up to 0.225 mm ;
    4:  UFRAME_NUM=4 ;
    5:  UTOOL_NUM=2 ;
    6:L P[1] 100mm/sec FINE ;
@@ -26,7 +26,7 @@ CONTROL_CODE = 00000000 00000000;
 P[1]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    -6.380  mm,	Y =    58.149  mm,	Z =   157.587  mm,
+	X =    -6.386  mm,	Y =    58.145  mm,	Z =   157.576  mm,
 	W =   135.000 deg,	P =     0.000 deg,	R =    90.000 deg
 };
 P[2]{
@@ -38,25 +38,25 @@ P[2]{
 P[3]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    25.000  mm,	Y =    56.000  mm,	Z =    10.000  mm,
+	X =    25.001  mm,	Y =    56.000  mm,	Z =    10.000  mm,
 	W =   135.000 deg,	P =     0.000 deg,	R =    90.000 deg
 };
 P[4]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    25.000  mm,	Y =    64.000  mm,	Z =    10.000  mm,
+	X =    25.001  mm,	Y =    64.000  mm,	Z =    10.000  mm,
 	W =   135.000 deg,	P =     0.000 deg,	R =    90.000 deg
 };
 P[5]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =   -10.355  mm,	Y =    64.000  mm,	Z =    45.356  mm,
+	X =   -10.354  mm,	Y =    64.000  mm,	Z =    45.356  mm,
 	W =   135.000 deg,	P =     0.000 deg,	R =    90.000 deg
 };
 P[6]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    -6.386  mm,	Y =    66.146  mm,	Z =   157.434  mm,
+	X =    -6.391  mm,	Y =    66.142  mm,	Z =   157.423  mm,
 	W =   135.000 deg,	P =     0.000 deg,	R =    90.000 deg
 };
 /END

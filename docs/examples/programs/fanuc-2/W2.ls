@@ -14,7 +14,7 @@ CONTROL_CODE = 00000000 00000000;
    3:  !  PB, 290 A, 30.5 V, 7.4 m/min ;
    4:  !  wire, 6.3 mm/s, tee fillet, ;
    5:  !  150.0 mm, 1 line, 95 % error ;
-   6:  !  up to 0.248 mm ;
+   6:  !  up to 0.262 mm ;
    7:  UFRAME_NUM=4 ;
    8:  UTOOL_NUM=2 ;
    9:L P[1] 100mm/sec FINE ;
@@ -31,37 +31,37 @@ CONTROL_CODE = 00000000 00000000;
 P[1]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    28.954  mm,	Y =    22.782  mm,	Z =   157.012  mm,
+	X =    28.949  mm,	Y =    22.778  mm,	Z =   157.002  mm,
 	W =  -135.000 deg,	P =     0.000 deg,	R =     0.000 deg
 };
 P[2]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    25.000  mm,	Y =    20.644  mm,	Z =    45.356  mm,
+	X =    25.001  mm,	Y =    20.644  mm,	Z =    45.355  mm,
 	W =  -135.000 deg,	P =     0.000 deg,	R =     0.000 deg
 };
 P[3]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =    25.000  mm,	Y =    56.000  mm,	Z =    10.000  mm,
+	X =    25.001  mm,	Y =    56.000  mm,	Z =    10.000  mm,
 	W =  -135.000 deg,	P =     0.000 deg,	R =     0.000 deg
 };
 P[4]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =   175.000  mm,	Y =    55.998  mm,	Z =    10.001  mm,
+	X =   175.001  mm,	Y =    55.999  mm,	Z =    10.000  mm,
 	W =  -135.000 deg,	P =     0.000 deg,	R =     0.000 deg
 };
 P[5]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =   175.000  mm,	Y =    20.643  mm,	Z =    45.357  mm,
+	X =   175.001  mm,	Y =    20.643  mm,	Z =    45.355  mm,
 	W =  -135.000 deg,	P =     0.000 deg,	R =     0.000 deg
 };
 P[6]{
    GP1:
 	UF : 4, UT : 2,		CONFIG : 'N U T, 0, 0, 0',
-	X =   178.767  mm,	Y =    22.680  mm,	Z =   151.709  mm,
+	X =   178.762  mm,	Y =    22.676  mm,	Z =   151.706  mm,
 	W =  -135.000 deg,	P =     0.000 deg,	R =     0.000 deg
 };
 /END
