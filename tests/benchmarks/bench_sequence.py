@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from rich.table import Table
 
-from tests.running import run_wpcal
+from tests.running import run_here
 from tests.samples.bench_bracket import write_bench_bracket
 from wpcal.cli.part_option import read_part_option
 from wpcal.core.records import to_json
@@ -44,7 +44,7 @@ def main() -> Table | None:
         folder = Path(name)
         step = write_bench_bracket(folder)
         seams = folder / "seams.json"
-        seams.write_text(run_wpcal("seams", step, "--torch", "robot-22", "--json").stdout, encoding="utf-8")
+        seams.write_text(run_here("seams", step, "--torch", "robot-22", "--json").stdout, encoding="utf-8")
         glb = read_part_option(step)
         for arm in ARMS:
             box = [(np.array([700.0, -350.0, 0.0]), np.array([1500.0, 550.0, 480.0]))]

@@ -18,7 +18,7 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.seam.judge.material import NEAR_ROOT_MM
 from wpcal.seam.judge.stations import start_mm
-from wpcal.seam.seam import Seam
+from wpcal.seam.seam import Seam, SeamFrames
 
 STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
 """Between two points a seam is this short and turns this little: a joint then moves by some tenths of a degree."""
@@ -104,12 +104,31 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> Sea
     at = np.concatenate([*(row + np.arange(count) / count for row, count in enumerate(parts)), [len(parts)]])
     number = np.arange(len(frames))
     lean = np.zeros((len(frames), 2)) if seam.lean_rad is None else np.nan_to_num(seam.lean_rad)
-    s, p = np.interp(at, number, frames.s_mm), np.stack([np.interp(at, number, x) for x in frames.p.T], axis=1)
+    s, p = np.interp(at, number, frames.s_mm), _on_curve(frames, at)
     lean = np.stack([np.interp(at, number, column) for column in lean.T], axis=1)
     R = Slerp(number, rotations)(at).as_matrix()
     from_mm = max(NEAR_ROOT_MM, start_mm(seam))
     what = f"{seam.joint.value} {seam.weld.value}"
     return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm, from_mm)
+
+
+def _on_curve(frames: SeamFrames, at: FloatArray) -> FloatArray:
+    """Return places between the frames of a seam, shape (n, 3), mm: on a cubic with their tangents, not on its chord.
+
+    `at`: shape (n,). In numbers of frames. Where the tangents are not those of a smooth curve, the chord is taken.
+    """
+    row = np.minimum(at.astype(int), len(frames) - 2)
+    t = (at - row)[:, None]
+    start, chord = frames.p[row], frames.p[row + 1] - frames.p[row]
+    way = np.linalg.norm(chord, axis=1, keepdims=True)
+    off = [way * frames.R[row + k, :, 0] - chord for k in (0, 1)]
+    bend = t * (1.0 - t) * ((1.0 - t) * off[0] - t * off[1])
+    size = np.linalg.norm(np.stack([off[0], off[1], off[0] + off[1]]), axis=2)
+    smooth = (size[:2].max(axis=0) < SMOOTH * way[:, 0]) & (size[2] <= 0.5 * size[:2].max(axis=0))
+    return np.asarray(start + t * chord + np.where(smooth[:, None], bend, 0.0), dtype=np.float64)
+
+
+SMOOTH = 0.2  #: Sine of the angle between a tangent and a chord, up to which both are of one smooth curve.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

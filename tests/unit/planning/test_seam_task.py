@@ -1,0 +1,44 @@
+"""Points of a planned seam between those of its file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.one_robot_cells import TEE, fixed_cell
+from wpcal.planning.sequence.seam_task import seam_task
+from wpcal.planning.sequence.sequence_input import read_sequence_input
+from wpcal.seam.seam import SeamFrames
+
+RADIUS_MM, SAID_MM = 25.0, 0.005
+"""A chord of 10 mm of this circle is 0.5 mm off it."""
+
+
+def seam_of(p, x):
+    z = np.broadcast_to([0.0, 0.0, 1.0], x.shape)
+    R = np.stack([x, np.cross(z, x), z], axis=2)
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    given = read_sequence_input(TEE, fixed_cell()).seams[0].seam
+    return replace(given, frames=SeamFrames(s, p, R, 0.0 * s), lean_rad=None)
+
+
+def test_points_between_those_of_a_circle_are_on_it():
+    turn = np.linspace(0.0, 2.0, 6)
+    p = RADIUS_MM * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    task = seam_task(seam_of(p, np.stack([-np.sin(turn), np.cos(turn), 0.0 * turn], axis=1)))
+    assert len(task) > 2 * len(p)
+    assert np.abs(np.linalg.norm(task.p, axis=1) - RADIUS_MM).max() < SAID_MM
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 40.0])
+def test_points_of_a_line_and_beside_a_corner_are_on_the_chord(turn_deg):
+    corner = np.radians([0.0, 0.0, turn_deg, turn_deg])
+    x = np.stack([np.cos(corner), np.sin(corner), 0.0 * corner], axis=1)
+    p = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, 0.0, 0.0]])
+    p[2] += 0.5 * (x[1] + x[2])
+    p[3] = p[2] + 20.0 * x[3]
+    task = seam_task(seam_of(p, x))
+    first = task.p[task.s_mm <= 20.0]
+    assert np.abs(first[:, 1:]).max() < 1e-9
+    last = task.p[task.s_mm >= task.s_mm[-1] - 20.0] - p[3]
+    assert np.abs(np.cross(last, x[3])).max() < 1e-9
