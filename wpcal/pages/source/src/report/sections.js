@@ -49,9 +49,6 @@ export function seamsSection(seams, frames, tolerance, focus) {
     { title: "frames", number: true, cell: ({ s }) => String(s.length) },
     { title: "position", cell: ({ position }) => [...new Set(position ?? [])].filter(Boolean).join(", ") || "–" },
   ];
-  if (seams.some(({ accepted }) => !accepted)) {
-    columns.push({ title: "not accepted because", cell: whyNot });
-  }
   const rowOf = ({ row, accepted }) => ({
     class: accepted ? "link" : "link dim",
     title: accepted ? "show in the view" : "a candidate that was not accepted as a seam",
@@ -59,7 +56,19 @@ export function seamsSection(seams, frames, tolerance, focus) {
   });
   const plot = errorPlot(seams, frames, tolerance);
   const none = "The part has no seam that wpcal recognises.";
-  return section("seams", "Seams", rows.length ? table(columns, rows, { rowOf }) : el("p", {}, none), plot);
+  const [taken, refused] = [rows.filter(({ accepted }) => accepted), rows.filter(({ accepted }) => !accepted)];
+  const because = { title: "not accepted because", cell: whyNot };
+  const folded = refused.length > 0 && [
+    el("summary", {}, `${refused.length} candidates that are not accepted`),
+    table([...columns, because], refused, { rowOf }),
+  ];
+  return section(
+    "seams",
+    "Seams",
+    rows.length ? table(columns, taken, { rowOf }) : el("p", {}, none),
+    folded && el("details", { "data-test": "refused" }, ...folded),
+    plot,
+  );
 }
 
 export function pointsSection({ points, tolerance_mm, criterion }, focus = null) {
