@@ -13,6 +13,7 @@ import pytest
 from tests.running import run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.unit.controllers.judging import judged
+from wpcal.controllers.audit import audit_path
 from wpcal.controllers.audit.touches import is_touch_program, touch_faults
 from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
@@ -300,3 +301,18 @@ def test_what_a_person_types_wrong_is_one_line(tmp_path):
     assert "exists" in said(folder / "touches.json", "-f", "abb")
     again = run_here("export", folder / "touches.json", "-f", "abb", "--force", "--program-name", "NEW")
     assert "do not load them by mistake" in again.stderr
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_audit_executes_touch_programs_beside_their_plan(language, tmp_path):
+    plan = fewer()
+    (tmp_path / "touches.json").write_text(to_json(touches_record(plan)), encoding="utf-8")
+    files, _ = written(language, plan)
+    moved = {name: text.replace("115.000", "114.000").replace("0.115000000", "0.114") for name, text in files.items()}
+    told = []
+    for each in (files, moved):
+        for name, text in each.items():
+            (tmp_path / name).write_bytes(text.encode())
+        found = [fault for file in audit_path(tmp_path).files for fault in file.faults]
+        told.append(sorted({fault.message for fault in found}))
+    assert told == [[], ["leads where the plan of touches has no pose"]]

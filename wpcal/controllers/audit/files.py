@@ -23,10 +23,10 @@ from wpcal.controllers.audit.read_back import is_weld_program
 from wpcal.controllers.audit.records import audit_record
 from wpcal.controllers.audit.tables import audit_table
 from wpcal.controllers.audit.touches import CHECKED as TOUCHES_CHECKED
-from wpcal.controllers.audit.touches import is_touch_program, touch_faults
+from wpcal.controllers.audit.touches import executed_touch_faults, is_touch_program, touch_faults
 from wpcal.controllers.audit.two_robots import CHECKED, is_of_two_robots, two_robot_faults
 from wpcal.controllers.judge.in_cell import CellSweep
-from wpcal.controllers.registry import controller_of_program, grammar_of_file
+from wpcal.controllers.registry import Controller, controller_of_program, grammar_of_file
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError, WpcalError
 from wpcal.core.input_file import read_bytes
@@ -136,7 +136,8 @@ class _Audit:
             faults = two_robot_faults(raw, path, output)
             return FileAudit(str(path), f"program of two robots ({suffix})", tuple(faults), CHECKED)
         if is_touch_program(raw, path):
-            return FileAudit(str(path), f"touch program ({suffix})", tuple(touch_faults(raw, path)), TOUCHES_CHECKED)
+            faults = touch_faults(raw, path) or self._touches_of(path).get(path.name, [])
+            return FileAudit(str(path), f"touch program ({suffix})", tuple(faults), TOUCHES_CHECKED)
         result = _result_folder_of(path.parent)
         around = self._with_part(result)
         stated = around if around.seams is None else replace(around, part=None)  # poses are executed
@@ -154,12 +155,8 @@ class _Audit:
             return {}
         key = path.parent, controller.name
         if key not in self.of_programs:
-            files = {
-                each.name: data
-                for each in sorted(path.parent.iterdir())
-                if each.suffix.lower() in controller.program_suffixes and each.is_file()
-                if not is_of_two_robots(data := read_bytes(each), each) and not is_touch_program(data, each)
-            }
+            files = _files_beside(path, controller)
+            files = {name: data for name, data in files.items() if not is_touch_program(data, path.parent / name)}
             trace, found = executed(files, around)
             if around.seams is None:  # of others: they may be right for a controller that has more than is known here
                 found.clear()
@@ -168,6 +165,18 @@ class _Audit:
             _add(found, arc_faults_of(trace))
             self.of_programs[key] = found
         return self.of_programs[key]
+
+    def _touches_of(self, path: Path) -> dict[str, list[Fault]]:
+        """Return the faults that show when the touch programs beside a file are executed."""
+        controller, found = controller_of_program(path), dict[str, list[Fault]]()
+        if controller is not None and controller.run is not None:
+            files = _files_beside(path, controller)
+            stems = [Path(name).stem for name, data in files.items() if is_touch_program(data, path.parent / name)]
+            own = {
+                name: data for name, data in files.items() if any(Path(name).stem.startswith(stem) for stem in stems)
+            }
+            _add(found, executed_touch_faults(own, path))
+        return found
 
     def _with_part(self, result: Path | None) -> Surroundings:
         """Add the part as calibrated; without it if the files of the result folder have faults."""
@@ -207,6 +216,16 @@ class _Audit:
         T_base_part, seams = given.in_base(cell)
         p = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in seams)])
         return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
+
+
+def _files_beside(path: Path, controller: Controller) -> dict[str, bytes]:
+    """Return the programs of one language in the folder of a file, without those of two robots."""
+    return {
+        each.name: data
+        for each in sorted(path.parent.iterdir())
+        if each.suffix.lower() in controller.program_suffixes and each.is_file()
+        if not is_of_two_robots(data := read_bytes(each), each)
+    }
 
 
 def _add(found: dict[str, list[Fault]], faults: Iterable[tuple[str, Fault]]) -> None:

@@ -1,4 +1,4 @@
-"""Read programs back with the grammars of their languages: the poses, the moves between them, and where these lead."""
+"""Read the poses that a program states, with the grammar of its language."""
 
 from __future__ import annotations
 
@@ -14,10 +14,6 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import BASE
-
-STEP_MM = 1.0  #: Places along a move: as fine as weld poses are compared with the part before they are written.
-STEP_RAD = np.radians(2.0)  #: Turns of a tool of 300 mm move its end by 10 mm in a step.
-LARGEST_MOVE_MM = 20_000.0  #: No robot makes longer moves; they are not followed.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

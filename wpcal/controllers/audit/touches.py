@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from wpcal.controllers.audit.fault import Fault
-from wpcal.controllers.audit.programs import Surroundings, pose_faults
+from wpcal.controllers.audit.programs import Surroundings, executed, pose_faults
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
+from wpcal.controllers.judge.asked import asked_of_touches, compare
 from wpcal.controllers.language.grammar import ENCODING
+from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import grammar_of_file
 from wpcal.core.errors import WpcalError
 from wpcal.core.transform import RigidTransform
@@ -17,7 +20,7 @@ from wpcal.touch.searches.record import TOUCHES_FILE
 
 _FINGERPRINT = re.compile(r"touches\.json,\s*(?:;\s*)?(?:\d+:)?[\s!;'#]*fingerprint[\s!;'#:\d]*?\b([0-9a-f]{8})\b")
 """In the header, which may be wrapped into remarks."""
-CHECKED = "finite, rotations, the plan of touches beside it"
+CHECKED = "finite, rotations, executed: the poses of the plan of touches beside it in their order; NOT CHECKED: the arm"
 
 
 def is_touch_program(raw: bytes, path: Path) -> bool:
@@ -42,6 +45,23 @@ def touch_faults(raw: bytes, path: Path) -> list[Fault]:
     except WpcalError as error:
         return [Fault.of(error, str(path))]
     return list(pose_faults(poses, Surroundings(T_base_part)))
+
+
+def executed_touch_faults(files: Mapping[str, bytes], path: Path) -> Iterator[tuple[str, Fault]]:
+    """Yield the names of files and where touch programs that lie together lead otherwise than the plan beside them."""
+    plan = _plan_near(path)
+    if plan is None or not plan.searches:
+        return
+    trace, refused = executed(files, Surroundings(plan.T_base_part))
+    yield from ((name, fault) for name, faults in refused.items() for fault in faults)
+    found = compare(trace, asked_of_touches(TouchProgram(plan)))
+    yield from ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)
+    if trace.unknowns or refused:
+        return
+    for motion in found.others:
+        yield motion.place.file, Fault("leads where the plan of touches has no pose", motion.place.line)
+    if found.missing and not found.others:
+        yield next(iter(files)), Fault(f"does not lead to {len(found.missing)} poses of the plan of touches")
 
 
 def _plan_near(path: Path) -> TouchPlan | None:

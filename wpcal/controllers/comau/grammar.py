@@ -5,7 +5,6 @@ from __future__ import annotations
 from wpcal.controllers.comau.read import read_pdl2
 from wpcal.controllers.language.grammar import Grammar
 
-_TO = r"^[ \t]*+MOVE(?:FLY)?[ \t]++{}[ \t]++TO[ \t]++"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+--",
     harmless=r"DELAY \d+|\$DOUT\[\d+\] := (?:TRUE|FALSE|ON|OFF)|WAIT FOR \$DIN\[\d+\]|PAUSE|"

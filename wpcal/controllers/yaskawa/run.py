@@ -299,9 +299,6 @@ class Interpreter(Base):
         kind = {"UF#": "USER", "BF": "BASE", "RF": "ROBOT"}.get(frame or "", point.kind)
         return self._T_frame(_Point(kind, user or point.user, point.tool, ()))[:3, :3] @ d, False
 
-    def _not_followed(self, what: str) -> None:
-        raise ProgramError(f"not followed: {what!r}")
-
     # -- variables -------------------------------------------------------------------------------------------------
 
     def _gets(self, name: str, system: str) -> None:
