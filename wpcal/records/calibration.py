@@ -156,6 +156,7 @@ class Scale(Record):
 class RobotField(Record):
     amplitude_mm: NotNegative = D("Standard deviation per axis of the robot's own error.")
     length_mm: Positive = D("Distance over which this error changes.")
+    rest_mm: NotNegative = D("Standard deviation per axis of its part that is independent from place to place.")
     origin: Literal["stated", "identified", "pooled", "estimated", "assumed"] = D(
         "Stated (--robot-mm), from held-out poses of the identification, from earlier jobs, from the residuals with "
         "the prior of the class, or the class of uncalibrated six-axis arms."

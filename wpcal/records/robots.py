@@ -249,6 +249,22 @@ class Outlier(Record):
     held_back: bool = D("Whether the pose was kept back for the test.")
 
 
+class ErrorField(Record):
+    amplitude_mm: NotNegative = D("Standard deviation per axis of the smooth errors.")
+    length_mm: Positive = D("Distance over which they change.")
+    rest_mm: NotNegative = D("Standard deviation per axis of what is independent from pose to pose.")
+
+
+class ErrorFields(Record):
+    nominal: ErrorField | None
+    identified: ErrorField | None
+
+
+class JointRange(Record):
+    least: list[float]
+    most: list[float]
+
+
 class Identification(Record):
     """wpcal identification, version 1
 
@@ -261,6 +277,10 @@ class Identification(Record):
         "Robot model behind the positions: the controller's own, or an identified one."
     )
     solver: Literal["least-squares", "ga-tabu"]
+    error_field: Maybe[ErrorFields] = D(
+        "Smooth position errors of the test poses; null for few poses. For wpcal calibrate --robot-mm."
+    )
+    joints_deg: Maybe[JointRange] = D("Range of each joint among the fitted poses. Outside it nothing is shown.")
     seed: int
     folds: Annotated[int, Meta(ge=2)] | None = D(
         "Number of parts of the measurements in cross-validation: each part is tested once. Null: one part is tested."

@@ -47,6 +47,7 @@ class ErrorBudget:
     model: FloatArray  #: shape (6, 6). Covariance of η that does not depend on the size of the errors.
     belief: Belief
     sigma: Sigma  #: The teaching error, for words.
+    white: FloatArray  #: shape (6, 6). Covariance of η by errors of 1 mm that are independent from place to place.
     fields: FloatArray  #: shape (L, 6, 6). Covariance of η by the unit field, for each length of the belief.
     tool_mm: float = 0.0  #: Standard deviation per axis of the tool's error in another posture.
     scale: float = USUAL_SCALE  #: Standard deviation of the scale.
@@ -70,12 +71,13 @@ class ErrorBudget:
         """
         centre, nothing = places_base.mean(axis=0), np.zeros((6, 6))
         places = places_base - centre
+        white = np.asarray(np.einsum("nij,nkj->ik", gain, gain))
+        further = nothing if excess is None else excess
         if len(places) > MOST_PLACES:
             places, gain = _coarse(places, gain)
-        further = nothing if excess is None else excess
         fields = np.stack([_of_field(places, gain, further, length) for length in belief.lengths_mm.tolist()])
         tool = math.sqrt(2.0 / 3.0) * tcp_bias_mm
-        return cls(centre, places, gain, touching, further, nothing, belief, sigma, fields, tool)
+        return cls(centre, places, gain, touching, further, nothing, belief, sigma, white, fields, tool)
 
     def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
         """Add a covariance of the pose, shape (6, 6), about the base's origin, that no error of a touch explains."""
@@ -94,7 +96,7 @@ class ErrorBudget:
     def covariance(self) -> FloatArray:
         """Of the motion ξ of the pose about the origin of the base, without the robot's error at the seams."""
         own = self.belief.s2 * (self.touching + self.excess) + self.model
-        own = own + np.tensordot(self.belief.a2, self.fields, axes=1)
+        own = own + np.tensordot(self.belief.a2, self.fields, axes=1) + self.belief.rest_mm**2 * self.white
         back = translation_adjoint(self.centre)
         return frozen(back @ own @ back.T)
 
@@ -119,7 +121,7 @@ class ErrorBudget:
         found = {
             "touching": belief.s2 * unit,
             "tool": np.broadcast_to(self.tool_mm**2 * np.eye(3), unit.shape),
-            "robot": np.tensordot(belief.a2, fields, axes=1),
+            "robot": np.tensordot(belief.a2, fields, axes=1) + belief.rest_mm**2 * (_along(J, self.white) + np.eye(3)),
             "part": scaled[:, :, None] * scaled[:, None, :],
             "model": _along(J, self.model),
         }
@@ -180,8 +182,9 @@ class ErrorBudget:
     def _joint(self, x: FloatArray) -> FloatArray:
         """Covariance of the errors of k points together, shape (3 k, 3 k)."""
         k, J = len(x), point_jacobian(x).reshape(-1, 6)
-        own = self.belief.s2 * (self.touching + self.excess) + self.model
-        total = J @ own @ J.T + self.tool_mm**2 * np.tile(np.eye(3), (k, k))
+        rest2 = self.belief.rest_mm**2
+        own = self.belief.s2 * (self.touching + self.excess) + self.model + rest2 * self.white
+        total = J @ own @ J.T + rest2 * np.eye(3 * k) + self.tool_mm**2 * np.tile(np.eye(3), (k, k))
         scaled = self.scale * self._scale_effect(x).ravel()
         total += np.outer(scaled, scaled)
         for length, a2, own in zip(self.belief.lengths_mm, self.belief.a2, self.fields, strict=True):
@@ -204,7 +207,7 @@ class ErrorBudget:
     def describe(self) -> str:
         """Return a phrase for a person: what the predicted errors rest on."""
         field = self.belief.field
-        return self.sigma.describe() + (f"; {field.describe()}" if field.amplitude_mm > 0 else "")
+        return self.sigma.describe() + (f"; {field.describe()}" if field.amplitude_mm + field.rest_mm > 0 else "")
 
     def to_record(self, seams: Sequence[tuple[str, FloatArray]]) -> dict[str, Any]:
         """Return plain values for a JSON file.

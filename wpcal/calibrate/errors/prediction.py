@@ -21,6 +21,7 @@ from scipy.special import chdtri, fdtri
 from wpcal.calibrate.errors.robot_field import (
     RESOLUTION_MM,
     RESOLUTION_SIGMA_MM,
+    TYPICAL_AMPLITUDE_MM,
     USUAL_SIGMA_MM,
     Belief,
     ResidualRows,
@@ -70,9 +71,9 @@ class TeachingError:
     robot: RobotField | None = opt(
         None,
         "The robot's own smooth error: standard deviation per axis, and the distance over which it changes (0.3,500). "
-        "Without it, the prior of an uncalibrated six-axis arm and the residuals tell.",
+        "Or an identification.json. Without it, the prior of an uncalibrated six-axis arm and the residuals tell.",
         "--robot-mm",
-        metavar="AMPLITUDE,LENGTH",
+        metavar="AMPLITUDE,LENGTH|FILE",
         read=RobotField.read,
     )
 
@@ -122,8 +123,9 @@ class TeachingError:
     def robot_residual_mm(self, places: FloatArray) -> float:
         """Standard deviation per axis that the robot's own error leaves in the residuals of places, shape (n, 3)."""
         prior, about = believe(None, 1.0, self.robot), places - places.mean(axis=0)
-        pairs = zip(prior.lengths_mm.tolist(), prior.a2.tolist(), strict=True)
-        return math.sqrt(sum(a2 * rigid_rest(about, length) for length, a2 in pairs if a2))
+        a2s = prior.a2 if self.robot is not None else TYPICAL_AMPLITUDE_MM**2 * prior.a2 / prior.a2.sum()
+        pairs = zip(prior.lengths_mm.tolist(), a2s.tolist(), strict=True)
+        return math.sqrt(prior.rest_mm**2 + sum(a2 * rigid_rest(about, length) for length, a2 in pairs if a2))
 
     @property
     def is_bounded(self) -> bool:

@@ -16,9 +16,11 @@ an arm of 1.45 m reach, as delivered, is off by up to 0.65 mm along lines of its
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,10 +36,12 @@ RESOLUTION_SIGMA_MM = RESOLUTION_MM / math.sqrt(12.0)
 """Least teaching error per axis: that of rounding to the last digit. Exact residuals do not show a smaller one."""
 SIGMA_FACTOR = 2.5  #: Prior of a teaching error that nobody states: within this factor of the usual one (68 %).
 SIGMA_NODES = 48
-CLASS_AMPLITUDES_MM = np.array([0.0, 0.1, 0.2, 0.3, 0.5])
-CLASS_WEIGHTS = np.array([0.2, 0.25, 0.25, 0.2, 0.1])
-"""Prior of the amplitude of an uncalibrated six-axis arm, root mean square 0.26 mm per axis: the sum of two such errors
-at the ends of a line stays below 0.65 mm in 92 % (Slamani, Nubiola, Bonev 2012)."""
+CLASS_AMPLITUDES_MM = np.array([0.0, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0])
+CLASS_WEIGHTS = np.array([0.2, 0.24, 0.24, 0.2, 0.09, 0.02, 0.01])
+"""Prior of the amplitude of an uncalibrated six-axis arm. Most are within 0.3 mm per axis, as one that was measured to
+be off by up to 0.65 mm along lines (Slamani, Nubiola, Bonev 2012); one in thirty is far worse."""
+TYPICAL_AMPLITUDE_MM = 0.26
+"""Against this amplitude a wrong touch must stand out. The tail of the prior would hide it."""
 CLASS_LENGTHS_MM = np.array([250.0, 500.0, 1000.0])
 """Prior of the length, equally likely: errors of joints and links change over a good part of the arm's reach."""
 MOST_EVIDENCE = 60  #: Observations of which the residuals are weighed; more hardly say more about a smooth field.
@@ -70,21 +74,37 @@ class RobotField:
     amplitude_mm: float
     length_mm: float
     origin: FieldOrigin = FieldOrigin.STATED
+    rest_mm: float = 0.0  #: Standard deviation per axis of what is independent from place to place, as of the posture.
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.amplitude_mm) and self.amplitude_mm >= 0):
-            raise InputError(f"robot error: the amplitude is a length that is not negative, got {self.amplitude_mm}")
+        for value in (self.amplitude_mm, self.rest_mm):
+            if not (math.isfinite(value) and value >= 0):
+                raise InputError(f"robot error: an amplitude is a length that is not negative, got {value}")
         if not (math.isfinite(self.length_mm) and self.length_mm > 0):
             raise InputError(f"robot error: the length is positive, got {self.length_mm}")
 
     @classmethod
     def read(cls, text: str) -> RobotField:
-        """Read ``amplitude,length`` in mm."""
+        """Read ``amplitude,length`` in mm, or the errors in an ``identification.json`` (``FILE``, ``FILE:identified``).
+
+        Without a word after the colon, the errors are those of the nominal arm, by which the controller computes.
+        """
+        name, _, arm = text.rpartition(":") if text.endswith((":nominal", ":identified")) else (text, "", "nominal")
+        if name.endswith(".json"):
+            return cls._of_file(name, arm)
         try:
             amplitude, length = (float(word) for word in text.split(","))
         except ValueError:
             raise InputError(f"robot error: expected amplitude and length in mm, as 0.3,500; got {text!r}") from None
         return cls(amplitude, length)
+
+    @classmethod
+    def _of_file(cls, name: str, arm: str) -> RobotField:
+        try:
+            found = json.loads(Path(name).read_text(encoding="utf-8"))["error_field"][arm]
+            return cls(found["amplitude_mm"], found["length_mm"], FieldOrigin.IDENTIFIED, found["rest_mm"])
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(f"robot error: {name} holds no errors of the {arm} arm (wpcal identify)") from None
 
     @classmethod
     def none(cls) -> RobotField:
@@ -98,11 +118,18 @@ class RobotField:
             how = "assumed: uncalibrated six-axis arm"
         elif self.origin is FieldOrigin.ESTIMATED:
             how = "estimated from the residuals"
+        if self.rest_mm:
+            how = f"{self.rest_mm:.2g} mm from place to place, {how}"
         return f"robot {self.amplitude_mm:.2g} mm per axis over {self.length_mm:.0f} mm, {how}"
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
-        return {"amplitude_mm": self.amplitude_mm, "length_mm": self.length_mm, "origin": self.origin.value}
+        return {
+            "amplitude_mm": self.amplitude_mm,
+            "length_mm": self.length_mm,
+            "rest_mm": self.rest_mm,
+            "origin": self.origin.value,
+        }
 
 
 def correlation(a: FloatArray, b: FloatArray, length_mm: float) -> FloatArray:
@@ -130,6 +157,7 @@ class ResidualRows:
     root: FloatArray  #: shape (m, 3). What a row sees of an error of its observation, in units of its own error.
     rest: FloatArray  #: shape (m, m - 6). Basis of what the pose does not explain.
     y: FloatArray  #: shape (m - 6,). The residuals there.
+    unit2: float  #: Square of 1 mm in the unit of the rows, on average.
 
     @classmethod
     def of(cls, places: FloatArray, J: FloatArray, d: FloatArray, information: FloatArray) -> ResidualRows:
@@ -147,7 +175,8 @@ class ResidualRows:
         rest = np.linalg.qr(by_motion / np.maximum(np.linalg.norm(by_motion, axis=0), 1e-300), mode="complete")[0][
             :, 6:
         ]
-        return cls(places, owner, root, rest, rest.T @ np.einsum("mi,mi->m", root, d[owner]))
+        y, unit2 = rest.T @ np.einsum("mi,mi->m", root, d[owner]), float(np.mean(np.sum(root**2, axis=1)))
+        return cls(places, owner, root, rest, y, unit2)
 
     def field(self, length_mm: float) -> FloatArray:
         """Covariance of `y` by the unit field."""
@@ -169,13 +198,14 @@ class Belief:
     chance: float = 1.0  #: Probability of residuals as large as these, if the stated errors are true.
     origin: FieldOrigin = FieldOrigin.STATED
     rows: ResidualRows | None = None  #: The residuals that were weighed.
+    rest_mm: float = 0.0  #: The robot's error that is independent from place to place.
 
     @property
     def field(self) -> RobotField:
         """The field in two numbers."""
         total = float(self.a2.sum())
         length = float(self.lengths_mm @ self.a2 / total) if total > 0 else float(self.lengths_mm.mean())
-        return RobotField(math.sqrt(total), length, self.origin)
+        return RobotField(math.sqrt(total), length, self.origin, self.rest_mm)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,6 +216,7 @@ class Nodes:
     sigmas: FloatArray
     amplitudes_mm: FloatArray
     prior: FloatArray
+    rest_mm: float
 
     @classmethod
     def of(cls, rows: ResidualRows | None, s: float | None, field: RobotField | None) -> Nodes:
@@ -195,7 +226,7 @@ class Nodes:
         if field is not None:
             amplitudes, weights, lengths = np.array([field.amplitude_mm]), np.ones(1), np.array([field.length_mm])
         prior = np.broadcast_to(np.exp(log_s)[:, None] * weights, (len(lengths), len(sigmas), len(amplitudes)))
-        return cls(lengths, sigmas, amplitudes, prior / prior.sum())
+        return cls(lengths, sigmas, amplitudes, prior / prior.sum(), 0.0 if field is None else field.rest_mm)
 
     def weighed(self, log: FloatArray) -> FloatArray:
         """Return the weights after residuals with this log likelihood, of the shape of the prior."""
@@ -211,7 +242,8 @@ class Nodes:
         found: list[tuple[FloatArray, ...]] = []
         for length in self.lengths_mm.tolist():
             seen, vectors = np.linalg.eigh(rows.field(length))
-            variance = self.sigmas[:, None, None] ** 2 + (self.amplitudes_mm[:, None] ** 2) * np.maximum(seen, 0.0)
+            smooth = (self.amplitudes_mm[:, None] ** 2) * np.maximum(seen, 0.0)
+            variance = self.sigmas[:, None, None] ** 2 + self.rest_mm**2 * rows.unit2 + smooth
             y = vectors.T @ rows.y
             square = np.sum(y**2 / variance, axis=-1)
             log = -0.5 * (np.log(variance).sum(axis=-1) + square)
@@ -235,14 +267,15 @@ def believe(rows: ResidualRows | None, s: float | None, field: RobotField | None
     weight, chance, origin = nodes.prior, 1.0, FieldOrigin.ASSUMED if field is None else field.origin
     if rows is not None and len(rows.y):
         log, tail = nodes.likelihood(rows)
-        chance = 1.0 if s is None else float(np.sum(weight * tail))
+        usual = nodes.prior * (nodes.amplitudes_mm <= max(2.0 * TYPICAL_AMPLITUDE_MM, nodes.amplitudes_mm.min()))
+        chance = 1.0 if s is None else float(np.sum(usual * tail) / np.sum(usual))
         weight = nodes.weighed(log)
         if field is None and len(rows.y) >= LEAST_ESTIMATED:
             origin = FieldOrigin.ESTIMATED
     s2, a2 = nodes.sigmas[None, :, None] ** 2, nodes.amplitudes_mm[None, None, :] ** 2
     of_field, square, both = (np.sum(weight * value, axis=(1, 2)) for value in (a2, a2**2, s2 * a2))
     known = float(np.sum(weight * s2)), float(np.sum(weight * s2**2))
-    return Belief(*known, nodes.lengths_mm, of_field, square, both, chance, origin, rows)
+    return Belief(*known, nodes.lengths_mm, of_field, square, both, chance, origin, rows, nodes.rest_mm)
 
 
 def believed_freedom(mean: FloatArray, scatter: FloatArray) -> FloatArray:

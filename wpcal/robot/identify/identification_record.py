@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.identify.error_field import error_field
 from wpcal.robot.identify.error_summary import distances_mm, turns_deg
 from wpcal.robot.identify.genetic_tabu import GeneticTabuFit
 from wpcal.robot.identify.identification import Identification
@@ -41,6 +42,8 @@ def identification_record(result: Identification) -> dict[str, Any]:
             "reasons": list(result.verdict.reasons),
         },
         "test_poses": {"before": result.before.to_record(), "after": result.after.to_record()},
+        "error_field": _error_fields(result),
+        "joints_deg": _joint_range(result),
         "rows": {"train": _rows(observations, result.train), "test": _rows(observations, result.test)},
         "errors": _errors(result, observations),
         "rank": fit.rank,
@@ -76,6 +79,20 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "search": _search(result),
         "issues": [issue.to_record() for issue in result.issues],
     }
+
+
+def _error_fields(result: Identification) -> dict[str, Any]:
+    """Return the smooth errors of the nominal and of the identified arm at the test poses."""
+    places = result.observations.p_base[result.test]
+    by_arm = {"nominal": result.errors_before, "identified": result.errors_after}
+    fields = {arm: error_field(places, errors[:, -3:]) for arm, errors in by_arm.items()}
+    return {arm: None if field is None else field.to_record() for arm, field in fields.items()}
+
+
+def _joint_range(result: Identification) -> dict[str, list[float]]:
+    """Return the least and the greatest angle of each joint among the fitted poses: outside, nothing is shown."""
+    joints = np.rad2deg(result.observations.joints[result.train])
+    return {"least": joints.min(axis=0).tolist(), "most": joints.max(axis=0).tolist()}
 
 
 def parameter_rows(result: Identification) -> list[dict[str, Any]]:
