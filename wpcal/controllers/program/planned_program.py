@@ -30,6 +30,7 @@ from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
 
+EXTERNAL = "NOT CHECKED: external axes as they are written here"
 WITHOUT_FRAME = 0  #: The number of the user frame that is the base of the robot.
 
 
@@ -73,6 +74,8 @@ def build_planned_program(
     planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, share, about, ways, follows, output.is_carried)
     motion = MotionSettings(plan.approach_mm, plan.approach_mm, plan.speed_mm_s, plan.air_speed_mm_s)
     checked = [f"checked against collision: all moves between home and home: {plan.checked}"]
+    if any(np.ptp(q[:, JOINTS:], axis=0).any() for q in (np.concatenate(plan.air), *(each.q for each in plan.pieces))):
+        checked.append(f"{EXTERNAL}: the plan was, and the arm in this text is compared with it")
     checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
     return WeldProgram(
         paths,
