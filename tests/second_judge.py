@@ -325,8 +325,16 @@ class Row(NamedTuple):
     refused: str = ""
 
 
-def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[str, ...]) -> Iterator[Row]:
-    """Plan as a user does, and judge the text of every language."""
+class Planned(NamedTuple):
+    """A plan as a user makes it: the judge, the routines of each language, and why others have none."""
+
+    judge: SecondJudge | None
+    routines: dict[str, list[list[Step]]]
+    refused: dict[str, str]
+
+
+def planned(arm: str, result: Path, folder: Path, languages: tuple[str, ...]) -> Planned:
+    """Plan all accepted seams of a result."""
     from tests.cluttered_cells import TOOL, urdf
     from tests.real_cells import of_record
     from tests.running import run_here
@@ -335,20 +343,24 @@ def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[st
     cell, out = folder / "cell.json", folder / "plan"
     made = run_here("cell", "new", "--torch-robot", urdf(arm), "--tool", ",".join(map(str, TOOL)), "-o", cell)
     assert made.returncode == 0, made.stderr
-    formats = [word for name in languages for word in ("-f", name)]
-    done = run_here("plan", cell, result, *formats, "-o", out)
+    done = run_here("plan", cell, result, *(word for name in languages for word in ("-f", name)), "-o", out)
     if not (out / "plan.json").exists():
-        yield from (Row(part, arm, name, 0, (), done.stderr.strip()[-160:]) for name in languages)
-        return
+        return Planned(None, {}, dict.fromkeys(languages, done.stderr.strip()[-160:]))
     plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
     judge = SecondJudge(cell, urdf(arm), triangles_of(result), of_record(plan["T_carrier_part"]))
-    for name in languages:
-        if not (out / name).is_dir():
-            yield Row(part, arm, name, 0, (), str(plan["no_program"].get(name, "no program"))[:160])
-            continue
-        routines = list(READERS[name](texts_of(out / name)))
-        found = tuple(contact for steps in routines for contact in judge.contacts(steps))
-        yield Row(part, arm, name, sum(map(len, routines)), found)
+    routines = {name: list(READERS[name](texts_of(out / name))) for name in languages if (out / name).is_dir()}
+    refused = {name: str(plan["no_program"].get(name, "?"))[:160] for name in languages if name not in routines}
+    return Planned(judge, routines, refused)
+
+
+def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[str, ...]) -> Iterator[Row]:
+    """Yield what the second judge says of the text of every language."""
+    found = planned(arm, result, folder, languages)
+    yield from (Row(part, arm, name, 0, (), why) for name, why in found.refused.items())
+    for name, routines in found.routines.items():
+        assert found.judge is not None
+        contacts = tuple(contact for steps in routines for contact in found.judge.contacts(steps))
+        yield Row(part, arm, name, sum(map(len, routines)), contacts)
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cluttered_cells import ROBOTS
-from tests.second_judge import ARMS, FIXED, READERS, SecondJudge, Step, rows_of
+from tests.second_judge import ARMS, FIXED, READERS, Planned, planned, rows_of
 from tests.whole_table import result_of
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -17,25 +17,27 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def test_no_program_of_a_plan_touches_the_part_with_wire_torch_or_links(tmp_path: Path) -> None:
-    for row in rows_of("tee", "irb1600_6_12", result_of("tee", tmp_path), tmp_path, ("krl", "urscript")):
-        assert (row.refused, row.contacts) == ("", ())
-        assert row.moves >= 16
+@pytest.fixture(scope="module")
+def tee(tmp_path_factory: pytest.TempPathFactory) -> Planned:
+    folder = tmp_path_factory.mktemp("tee")
+    return planned("irb1600_6_12", result_of("tee", folder), folder, ("krl", "urscript"))
 
 
-def test_a_program_without_its_retracts_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = list[str]()
-    whole = SecondJudge.contacts
+@pytest.mark.parametrize("language", ["krl", "urscript"])
+def test_no_program_of_a_plan_touches_the_part_with_wire_torch_or_links(tee: Planned, language: str) -> None:
+    assert tee.judge is not None
+    whole, *alone = tee.routines[language]
+    assert len(whole) >= 16
+    assert len(alone) == (4 if language == "krl" else 0)
+    assert tee.judge.contacts(whole) == []
 
-    def without(judge: SecondJudge, steps: list[Step]) -> list[object]:
-        lines = [row for row, step in enumerate(steps) if step.kind != "J"]
-        last = {row for row in lines if row + 1 < len(steps) and steps[row + 1].kind == "J"}
-        return list(whole(judge, [step for row, step in enumerate(steps) if row not in last]))
 
-    monkeypatch.setattr(SecondJudge, "contacts", without)
-    for row in rows_of("tee", "irb1600_6_12", result_of("tee", tmp_path), tmp_path, ("urscript",)):
-        found += [contact.body for contact in row.contacts]
-    assert "wire" in found
+def test_a_program_without_its_retracts_is_found(tee: Planned) -> None:
+    (steps,) = tee.routines["urscript"]
+    last = {row for row, step in enumerate(steps[:-1]) if step.kind != "J" and steps[row + 1].kind == "J"}
+    assert tee.judge is not None
+    found = tee.judge.contacts([step for row, step in enumerate(steps) if row not in last])
+    assert "wire" in [contact.body for contact in found]
 
 
 @pytest.mark.deep
