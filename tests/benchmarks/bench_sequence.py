@@ -24,6 +24,7 @@ from wpcal.planning.sequence.place import map_places
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.robot.torch.file import find_torch
 
 ROBOTS = Path(__file__).parents[2].parent / "shared" / "robots"  #: URDF files, beside the clone; see its SOURCES.md.
@@ -60,9 +61,10 @@ def main() -> Table | None:
 
 def _cell(folder: Path, arm: str, place: RigidTransform, **more: object) -> Cell:
     tool = RigidTransform(rotation_from_zyx(0, np.radians(40.0), 0), [60, 10, 370], "flange", "tool")
+    urdf = str(ROBOTS / arm / f"{arm}.urdf")
     new = NewCell(
-        robot=str(ROBOTS / arm / f"{arm}.urdf"),
-        T_world_base=RigidTransform(np.eye(3), [0, 0, 0], "world", "base"),
+        robot=urdf,
+        T_world_base=RigidTransform(np.eye(3), -find_arm(urdf).mount_mm, "world", "base"),
         T_flange_tool=tool,
         torch=find_torch("robot-22"),
         T_carrier_part=place,

@@ -23,7 +23,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
-from wpcal.planning.cell.clearance import pair_margins
+from wpcal.planning.cell.clearance import pair_margins, stacked
 from wpcal.planning.cell.distance_field import DistanceField, HullCover
 from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
 from wpcal.planning.cell.segments import part_distances
@@ -135,6 +135,14 @@ class CellClearance:
         self._bodies = self.pairs.bodies
         self._capsules = PartCapsules.of(cell, self._bodies) if part is not None else None
         self._floor = [row for row, body in enumerate(self._bodies) if _over_floor(body)]
+        shapes = [self._bodies[row].shape for row in self._floor]
+        count = [2 * len(shape.p) for shape in shapes]
+        self._floor_ends = (
+            np.concatenate([np.zeros((0, 3)), *(end for shape in shapes for end in (shape.p, shape.q))]),
+            np.repeat(np.array([self._bodies[row].carrier for row in self._floor], dtype=np.int64), count),
+            np.cumsum([0, *count])[:-1],
+            np.array([shape.radius_mm.max() for shape in shapes]).reshape(-1, 1),
+        )
         if like is None:
             self._field = None if part is None else DistanceField.of_triangles(part.corners)
             self._outline = np.zeros((0, 3)) if part is None else _outline(part)
@@ -307,16 +315,17 @@ class CellClearance:
     def _floor_margins(self, frames: tuple[Frames, ...], _known: FloatArray) -> tuple[FloatArray, IntArray]:
         first = len(self.pairs) + len(self._bodies)
         level = self.cell.floor_z_mm + self.cell.d1_mm
-        found, which = [], []
-        for row in self._floor:
+        found, which = [], [first + row for row in self._floor]
+        if self._floor:
+            ends, carrier, starts, radius = self._floor_ends
+            x, y, z, p = stacked(frames)[:, 2, carrier]
+            at_ends = x * ends[:, :1] + y * ends[:, 1:2] + z * ends[:, 2:] + p
+            found = list(np.minimum.reduceat(at_ends, starts, axis=0) - radius)
+        for row, height in zip(self._floor, found, strict=True):
             shape, frame = self._bodies[row].shape, frames[self._bodies[row].carrier]
-            ends = np.concatenate([shape.p, shape.q])
-            height = _lowest(frame, ends) - float(shape.radius_mm.max())
             low = np.flatnonzero(height <= level) if len(shape.hull) else np.zeros(0, dtype=np.int64)
             if len(low):  # the capsules are around the hull
                 height[low] = _lowest(frame.at(low), shape.hull)
-            found.append(height)
-            which.append(first + row)
         if self.part is not None and self.cell.carrier is not None:
             found.append(_lowest(frames[self.cell.part_row], _corners(self.part)))
             which.append(first + len(self._bodies))

@@ -26,6 +26,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import bodies_of
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance, Margins
+from wpcal.planning.cell.clearance import stacked
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames
@@ -164,7 +165,8 @@ class MotionChecker:
         """Tell which steps between states (n, k) may use up the free distances (n, c) of their ends, shape (n,)."""
         share = product(np.abs(b - a), self._per_axis.T) / free
         rows = np.flatnonzero((share > trust).any(axis=1))
-        share[rows] = self._chords_mm(a[rows], b[rows]) / free[rows]
+        if len(rows):
+            share[rows] = self._chords_mm(a[rows], b[rows]) / free[rows]
         return np.asarray((share > trust).any(axis=1))
 
     def _chords_mm(self, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -179,14 +181,10 @@ class MotionChecker:
         found = product(step, self._per_axis.T)
         bend = found * turns[:, None] / 2.0
         still = ~step[:, cell.first_turning :].any(axis=1)
-        frames = cell.frames(np.concatenate([a, b]))
-        chord: dict[int, FloatArray] = {}
-        for carrier, corners in self._boxes.items():
-            frame = frames[carrier]
-            moved = [np.broadcast_to(part, (3, 2 * n)) for part in (frame.x, frame.y, frame.z, frame.p)]
-            u, v, w, p = ((part[:, n:] - part[:, :n])[:, None] for part in moved)
-            x, y, z = corners.T[:, :, None]
-            chord[carrier] = np.linalg.norm(x * u + y * v + z * w + p, axis=0).max(axis=0)
+        frames = stacked(cell.frames(np.concatenate([a, b])))[:, :, list(self._boxes)]
+        u, v, w, p = (frames[..., n:] - frames[..., :n])[:, :, :, None]  # (3, carriers, 1, n)
+        x, y, z = np.moveaxis(np.array(list(self._boxes.values())).reshape(-1, 8, 3), 2, 0)[:, :, :, None]
+        chord = dict(zip(self._boxes, np.linalg.norm(x * u + y * v + z * w + p, axis=0).max(axis=1), strict=True))
         for row, (one, other) in enumerate(self.clearance.carriers.tolist()):
             if one in chord and other > TOOL:
                 nearer = np.minimum(found[:, row], chord[one] + bend[:, row])

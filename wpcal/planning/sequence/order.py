@@ -77,10 +77,9 @@ def find_order(
             rest = [other for other in best.stops if other != stop]
             ranks = [stops[other].rank for other in rest]
             first, last = bisect_left(ranks, stops[stop].rank), bisect_right(ranks, stops[stop].rank)
-            tries = (seconds.best_ways([*rest[:place], stop, *rest[place:]]) for place in range(first, last + 1))
-            found = min(tries, key=lambda order: order.seconds)
-            if found.seconds < best.seconds - LEAST_GAIN_S:
-                best = found
+            found = min(([*rest[:at], stop, *rest[at:]] for at in range(first, last + 1)), key=seconds.of)
+            if seconds.of(found) < best.seconds - LEAST_GAIN_S:
+                best = seconds.best_ways(found)
         if best is before:
             break
     return best
@@ -164,6 +163,15 @@ class _Seconds:
             way = int(first_least(reach[rows] + self.cost[rows]))
             reach = self.between[rows.start + way]
         return order
+
+    def of(self, stops: list[int]) -> float:
+        """Return the least time of an order, s."""
+        rows = self._rows(stops[0])
+        total = self.out[rows] + self.cost[rows]
+        for stop in stops[1:]:
+            before, rows = rows, self._rows(stop)
+            total = (total[:, None] + self.between[before, rows]).min(axis=0) + self.cost[rows]
+        return float((total + self.back[rows]).min())
 
     def best_ways(self, stops: list[int]) -> Order:
         """Return the way of each stop with which an order takes the least time."""
