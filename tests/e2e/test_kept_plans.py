@@ -79,6 +79,17 @@ def test_the_arc_is_switched_on_later(kept: Path, tmp_path: Path) -> None:
     assert "ArcL" not in (kept / "rapid" / "WPCAL.mod").read_text()
 
 
+def test_a_plan_with_lines_that_nobody_follows_is_not_called_checked(kept: Path, tmp_path: Path) -> None:
+    own = tmp_path / "shop" / "rapid"
+    own.mkdir(parents=True)
+    (own / "before_weld.txt").write_text("    CleanTorch;\n", encoding="utf-8")
+    words = ("--template", own.parent, "-o", tmp_path / "again", "--json")
+    done = run_here("export", kept, "-f", "rapid", *words)
+    assert (done.returncode, json.loads(done.stdout)["checked"]) == (1, [])
+    assert re.search(r"NOT CHECKED: rapid: WPCAL.mod, line \d+: 'CleanTorch;'", done.stderr)
+    assert "checked against" not in (tmp_path / "again" / "rapid" / "WPCAL.mod").read_text()
+
+
 def test_weld_data_with_other_runs_need_another_plan(kept: Path, tmp_path: Path) -> None:
     welds = welds_file(tmp_path, stitch={"length_mm": 40, "pitch_mm": 110, "offset_mm": 0})
     done = run_here("export", kept, "-f", "rapid", "--welds", welds, "-o", tmp_path / "again")

@@ -95,7 +95,7 @@ def _show(
             "seams": record["planned"],
             "files": written,
             "no_program": found.refused,
-            "checked": [record["checked"]],
+            "checked": [] if found.not_checked else [record["checked"]],
             "not_checked": "; ".join(found.not_checked),
         }
         click.echo(to_json(answer), nl=False)

@@ -114,6 +114,7 @@ class Export(Record):
     setup: Maybe[str] = D("The touch setup: its file, or that its defaults were used.")
     files: dict[str, list[str]] = D("Paths of the written files, by format.")
     moves: Maybe[dict[str, list[Move]]] = D("The moves along each seam, by format, in the order of the programs.")
+    no_program: Maybe[dict[str, str]] = D("Of a plan: why there is no program, by the language.")
     not_checked: str = D("What nobody compared with anything, in words.")
 
 
