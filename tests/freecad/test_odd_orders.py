@@ -27,4 +27,5 @@ def test_every_odd_order_has_a_clear_end(tmp_path: Path) -> None:
     assert facts["clicked"] == ["W2"]
     assert facts["changed"] == "The part has changed: what was decided about W2 does not fit any more."
     assert facts["start in the part"] == [25, 56, 10]
+    assert facts["no number"].endswith("expected a number, got abc")
     assert facts["corner"] == [200, 0, 10]

@@ -42,6 +42,12 @@ def steps(window):
     yield no_panel
     panel = panel_of("WpCal_FeaturesAndSeams", tee())
     yield lambda: panel.table.rowCount() == 4
+    window.say("an option that is no number")
+    field = panel.options.field("min_length_mm")
+    field.setText("abc")
+    field.editingFinished.emit()
+    yield panel.message.isVisible
+    window.facts["no number"] = panel.message.text()
     panel.reject()
 
 

@@ -111,7 +111,12 @@ class FeaturesAndSeamsPanel(TaskPanel):
 
     def _options_changed(self) -> None:
         kept = {name: value for name, value in self.model.options.items() if name == ADDED_EDGES}
-        self.model.choose_options({**kept, **self.options.values()})
+        try:
+            given = self.options.values()
+        except ValueError as error:  # the text is no number
+            self.say(str(error), is_error=True)
+            return
+        self.model.choose_options({**kept, **given})
         self._ask_seams(translate("Change the options of the search"))
 
     # -- the part ---------------------------------------------------------------------------------------------------
