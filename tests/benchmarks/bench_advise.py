@@ -9,9 +9,10 @@ from rich.table import Table
 
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
-from wpcal.calibrate import Criterion
-from wpcal.calibrate.errors.of_points import minimax_covariance
-from wpcal.calibrate.errors.prediction import COVERAGE, error_95
+from wpcal.calibrate import Criterion, TeachingError
+from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.prediction import COVERAGE
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import SeamOptions
 from wpcal.seam.limits import Level
@@ -84,7 +85,8 @@ def _nearest_corners(places: Places, seam_points: FloatArray) -> FloatArray:
 
 
 def _predicted(p: FloatArray, seam_points: FloatArray) -> float:
-    return float(error_95(seam_points, minimax_covariance(p, SIGMA_MM)).max())
+    exact_robot = TeachingError(sigma_mm=SIGMA_MM, robot=RobotField.none())
+    return budget_of_design(p, exact_robot, with_minimax=True).largest_error_95(seam_points)[1]
 
 
 def _simulated(p: FloatArray, seam_points: FloatArray) -> float:

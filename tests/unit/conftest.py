@@ -139,7 +139,6 @@ def write_finished_folder(
     record = seams_record(seams, T, [np.full(11, 0.2)] * len(seams))
     (folder / "seams.json").write_text(to_json(record), encoding="utf-8")
     kept = json.loads((TEE_GOLDEN / "calibration.json").read_text(encoding="utf-8"))
-    del kept["files"]  # of another mesh
     calibration = {**kept, "verdict": verdict, "tolerance_mm": 0.5, "T_base_part": T.matrix.tolist()}
     (folder / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
     (folder / "part.glb").write_bytes(write_part_glb(plate(sha256=kept["inputs"]["part"]["sha256"])))

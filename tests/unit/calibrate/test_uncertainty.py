@@ -6,7 +6,7 @@ import pytest
 from tests.coverage_study import run_coverage_study
 from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
 from wpcal.calibrate.errors.of_points import gained_covariance, isotropic_covariance, minimax_excess, point_gain
-from wpcal.calibrate.errors.prediction import error_95, joint_errors, largest_error_95
+from wpcal.calibrate.errors.prediction import error_95, joint_errors
 from wpcal.core import InputError, PointPairs
 from wpcal.core.tangent import log_rotation
 
@@ -66,18 +66,6 @@ def test_error_95_of_a_pure_translation_is_the_chi_quantile():
     covariance[3:, 3:] = np.eye(3)
     assert error_95([[5.0, 6, 7]], covariance)[0] == pytest.approx(2.7955, rel=0, abs=1e-4)  # χ with 3 degrees
     assert error_95([[5.0, 6, 7]], covariance, degrees_of_freedom=6)[0] > 2.7955
-
-
-@pytest.mark.parametrize("freedom", [math.inf, 3.0, 4.0, 12.0, 300.0])
-def test_the_largest_error_is_that_of_the_point_with_the_largest_error(freedom):
-    """To the bit: the points that are left out early are not those with the largest error."""
-    rng = np.random.default_rng(3)
-    for _ in range(40):
-        points = rng.uniform(-1000, 1000, (400, 3)) * rng.uniform(0.01, 1.0, 3)
-        factor = rng.normal(size=(6, 6)) * np.array([1e-4] * 3 + [rng.uniform(0.01, 1.0)] * 3)[:, None]
-        errors = error_95(points, factor @ factor.T, degrees_of_freedom=freedom)
-        found = largest_error_95(points, factor @ factor.T, degrees_of_freedom=freedom)
-        assert found == (int(np.argmax(errors)), errors.max())
 
 
 def test_the_error_of_one_point_alone_is_the_quantile_of_the_joint_errors():

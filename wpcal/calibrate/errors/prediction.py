@@ -44,8 +44,6 @@ JOINT_SAMPLES = 8192
 """Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
 DIRECTIONS = 128
 """A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
-ROUGH_NODES, ROUGH = 65, 1e-2
-"""Lines between so many nodes are far closer to the quantile than this share of it."""
 EXCESS_POINTS = 512
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
 EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the sampling error.
@@ -203,37 +201,6 @@ def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freed
     """
     J = point_jacobian(as_points(points_base, name="points"))
     return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
-
-
-def largest_error_95(
-    points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf
-) -> tuple[int, float]:
-    """Return the row of the point with the largest `error_95`, the first of equal ones, and that error, mm.
-
-    Only the points that may have the largest error take the slow quantile.
-
-    `points_base`: shape (k, 3). Base frame, mm.
-    `covariance`: shape (6, 6). Of ξ, about the base's origin.
-    `degrees_of_freedom`: Infinite if the teaching error is stated.
-    """
-    J = point_jacobian(as_points(points_base, name="points"))
-    nodes, quantiles = _rough_quantiles(degrees_of_freedom)
-    rows_of_J = J.reshape(-1, 6)
-    rough = ((rows_of_J @ covariance) * rows_of_J).sum(axis=1).reshape(-1, 3).sum(axis=1)
-    near = np.flatnonzero(~(rough * quantiles.max() < (1.0 - ROUGH) * rough.max() * quantiles.min()))
-    trace, m = _satterthwaite(J[near] @ covariance @ J[near].transpose(0, 2, 1))
-    rough = trace * np.interp(m, nodes, quantiles)
-    rows = np.flatnonzero(~(rough < (1.0 - ROUGH) * rough.max()))
-    errors = np.sqrt(np.maximum(trace[rows], 0.0) * _square_quantile(m[rows], COVERAGE, degrees_of_freedom))
-    worst = int(np.argmax(errors))
-    return int(near[rows[worst]]), float(errors[worst])
-
-
-@lru_cache(maxsize=64)
-def _rough_quantiles(degrees_of_freedom: float) -> tuple[FloatArray, FloatArray]:
-    """Return degrees of freedom m of a squared length, and its quantile there, between which lines are drawn."""
-    nodes = np.linspace(1.0, 3.0, ROUGH_NODES)
-    return frozen(nodes), frozen(_square_quantile(nodes, COVERAGE, degrees_of_freedom))
 
 
 def _satterthwaite(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
