@@ -143,6 +143,12 @@ class Rule(Enum):
         "It is a bolt hole, or a plug weld, which is filled and not followed.",
         "shape",
     )
+    ROLLED = RuleRow(
+        0.3,
+        "Concave edge or bead: it is a corner inside one member, as of a rolled profile.",
+        "The root of a rolled profile is not a weld.",
+        "shape: the members into which the solid is taken apart",
+    )
     BOLTED = RuleRow(
         0.4,
         "Fasteners go through both members where they touch.",
@@ -154,12 +160,6 @@ class Rule(Enum):
         "Concave edge: it is the inner corner of a bent sheet.",
         "A bend is not a joint.",
         "shape: the same thickness on both sides",
-    )
-    ROLLED = RuleRow(
-        0.4,
-        "Concave edge or bead: it is a corner inside one member, as of a rolled profile.",
-        "The root of a rolled profile is not a weld.",
-        "shape: the members into which the solid is taken apart",
     )
     ROLLING = RuleRow(
         0.4,

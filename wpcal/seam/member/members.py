@@ -54,6 +54,7 @@ THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height
 ENDS_TOGETHER = 0.2
 """The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
 are plates on which others stand."""
+LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
 DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
 DRAWN_APART, MOST_ASKED = 4, 40
 """So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
@@ -283,7 +284,8 @@ def _is_rolled(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...]) 
     """
     contour = stretch.contour
     pairs = np.array(sorted(contour.roots))
-    shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or np.bincount(pairs.ravel()).max() > 1
+    twice = int((np.bincount(pairs.ravel()) > 1).sum())  # the web of a channel is beside both roots
+    shared = len(pairs) == 1 or len(pairs) > MOST_WELDED or 2 * twice >= len(pairs)
     if contour.sharp == 0:  # a T section is rolled if its toes are round, too
         faces = list(contour.faces)
         toes = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
@@ -454,8 +456,9 @@ def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str |
 def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
     """Tell which solids may have been welded from several members, shape (n,).
 
-    Of the solids that others touch, those are left out that are one plate with steps, and those that are small beside
-    the part while its other members were drawn as bodies of their own: they are rather milled or forged.
+    Of the solids that others touch, those are left out that are one plate with steps or mostly free-form sheet, and
+    those that are small beside the part while its other members were drawn as bodies of their own: they are rather
+    milled, pressed or forged.
     """
     found = count_solids(graph, trimmed, solids)
     touched = _are_touched(graph, trimmed, gap_mm)
@@ -463,11 +466,15 @@ def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap
         solid = int(solids[row])
         found[row] = why_one_piece(graph, trimmed, solid) is None
         if found[row] and touched[solid]:
-            members = members_of(graph, trimmed, solid).members
+            apart = members_of(graph, trimmed, solid)
+            members = apart.members
             axes = np.array([one.axis for one in members]).reshape(-1, 3)
             is_stepped = {one.kind for one in members} == {MemberKind.PLATE}
             is_stepped &= bool((np.abs(axes @ axes[:1].T) > ON_COS).all())
-            found[row] = not is_stepped and not _is_detail(graph, trimmed, solid)
+            sheets = [face for one in members if one.kind is MemberKind.SHEET for face in one.faces]
+            is_formed = apart.straight_share < LEAST_STRAIGHT
+            is_formed &= bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
+            found[row] = not is_stepped and not is_formed and not _is_detail(graph, trimmed, solid)
     return found
 
 
