@@ -1,10 +1,10 @@
 .PROGRAM WPCAL()
 ; written by wpcal 0.1.1 from calibration.json and seams.json
 ; calibration PASS, tolerance 0.5 mm
-; the 4 accepted seams are within 0.28 mm with 95 % confidence (teaching error
-;   0.094 mm per axis, estimated from the residuals with 6 degrees of freedom;
-;   robot 0.23 mm per axis over 634 mm, assumed: uncalibrated six-axis arm);
-;   the tolerance is 0.5 mm
+; the 4 accepted seams are within 0.282 mm with 95 % confidence (teaching
+;   error 0.094 mm per axis, estimated from the residuals with 6 degrees of
+;   freedom; robot 0.25 mm per axis over 686 mm, assumed: uncalibrated six-
+;   axis arm); the tolerance is 0.5 mm
 ; wire leaves the tip along +z of the tool, z_sense inward
 ; work angle 0 deg, travel 0 deg (+ push)
 ; turn about the wire: as few moves need it, within 180 deg of the travel
@@ -26,10 +26,10 @@
 ; the transformation torch (the torch) must be on the controller
 ; the arc burns from ARC ON to ARC OFF
 ; seam -> name here
-;   W1 -> W1: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.225 mm
-;   W2 -> W2: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.262 mm
-;   W3 -> W3: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.256 mm
-;   W4 -> W4: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.262 mm
+;   W1 -> W1: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.226 mm
+;   W2 -> W2: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.263 mm
+;   W3 -> W3: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.257 mm
+;   W4 -> W4: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.263 mm
   BASE wp_part
   TOOL torch
   CP ON
@@ -49,7 +49,7 @@
 .END
 .PROGRAM weld_W1()
 ; W1
-; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.225 mm
+; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.226 mm
   BASE wp_part
   TOOL torch
   CP ON
@@ -71,7 +71,7 @@
 .END
 .PROGRAM weld_W2()
 ; W2
-; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.262 mm
+; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.263 mm
   BASE wp_part
   TOOL torch
   CP ON
@@ -95,7 +95,7 @@
 .END
 .PROGRAM weld_W3()
 ; W3
-; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.256 mm
+; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.257 mm
   BASE wp_part
   TOOL torch
   CP ON
@@ -119,7 +119,7 @@
 .END
 .PROGRAM weld_W4()
 ; W4
-; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.262 mm
+; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.263 mm
   BASE wp_part
   TOOL torch
   CP ON
