@@ -14,7 +14,7 @@ from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
-from wpcal.planning.sequence.smooth import _Problem, _Rungs, spun, tilted
+from wpcal.planning.sequence.smooth import _Problem, _Rungs, respun, tilted
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.torch_poses import tool_on_seam
 
@@ -37,7 +37,7 @@ def way_of(result, name):
 @pytest.fixture(scope="module")
 def saddle():
     search, way = way_of(SADDLE, "W1")
-    return search, way, tilted(search, way, spun(search, way))
+    return search, way, tilted(search, way, respun(search, way))
 
 
 def peaks(way):
@@ -87,7 +87,7 @@ def test_the_derivatives_are_those_of_the_joints(saddle):
 def test_a_straight_seam_is_still_one_line():
     """Its angles are even from start to end: what a controller does on a line."""
     search, way = way_of(TEE, "W2")
-    after = tilted(search, way, spun(search, way))
+    after = tilted(search, way, respun(search, way))
     assert after.motion_rad_mm <= way.motion_rad_mm
     even = np.linspace(0.0, 1.0, 2)
     s = (after.task.s_mm - after.task.s_mm[0]) / after.task.length_mm
@@ -104,5 +104,5 @@ def test_in_a_narrow_place_the_way_of_the_ladder_stays(saddle):
     search, way, _ = saddle
     narrow = SeamSearch(search.cell, search.clearance, TARGETS)
     narrow.checked = lambda *_: (way.q[:0], 0)  # no other way is clear
-    assert tilted(narrow, way, spun(narrow, way)) is way
+    assert tilted(narrow, way, respun(narrow, way)) is way
     assert math.isfinite(way.motion_rad_mm)

@@ -29,7 +29,7 @@ from wpcal.planning.sequence.remedies import RemedySearch
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import Candidate, SeamTask, seam_task
 from wpcal.planning.sequence.sequence_input import PlannedSeam
-from wpcal.planning.sequence.smooth import spun, tilted
+from wpcal.planning.sequence.smooth import respun, tilted
 from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.weld_sequence import (
     AIR_SHARE,
@@ -246,7 +246,7 @@ class _Smoother:
         key = id(way), may_tilt
         if key not in self.found:
             if id(way) not in self.spun:
-                self.spun[id(way)] = spun(ways.search, way)
+                self.spun[id(way)] = respun(ways.search, way)
             base = self.spun[id(way)]
             found = tilted(ways.search, way, base) if may_tilt else base
             self.found[key] = way, next(iter(ways.search.leaving([found])), way)  # the way is kept with its id

@@ -37,6 +37,7 @@ SLIMMER = (0.8, 0.6)
 FULL_TRIES = 2
 """Changes of one kind that are searched with all collisions: each takes as long as the search of a seam."""
 QUICK_AXES = 12  #: Positions of the external axes that are tried with a change: the most promising ones.
+MOST_TOLD = 2  #: Changes that helped before and are told again for another stretch: each takes the search of a seam.
 MOST_SEARCHED, MOST_WITH_POSITIONER = 6, 2
 """Stretches for which changes are looked for: a positioner multiplies what is tried. For the others only those are
 tried that helped before."""
@@ -65,7 +66,7 @@ class RemedySearch:
 
     def find(self, stretch: SeamTask) -> tuple[tuple[Help, ...], bool]:
         """Return changes that help, and whether all kinds of changes were looked for."""
-        found = [each for each in self._worked if self._welds(each, stretch)]
+        found = list(islice((each for each in self._worked if self._welds(each, stretch)), MOST_TOLD))
         if found:
             return tuple(found), True
         most = MOST_SEARCHED if self.search.cell.carrier is None else MOST_WITH_POSITIONER

@@ -204,7 +204,7 @@ class SeamSearch:
                 return best
             if int(poses.rungs[len(way) - 1]) <= best.last:
                 return best
-            filled, bad = self._filled(task, poses, values, branch, joints, way)
+            filled, bad = self._filled(task, poses, values, (branch, joints[0, way[0]]), way)
             if filled.last > best.last:
                 best = filled
             if bad is None:
@@ -236,8 +236,7 @@ class SeamSearch:
         task: SeamTask,
         poses: TorchPoses,
         values: FloatArray,
-        branch: int,
-        joints: FloatArray,
+        branch: tuple[int, FloatArray],
         way: list[int],
     ) -> tuple[Climb, int | None]:
         """Return the way with all points between the rungs as far as it is good, and the first point that is not."""
@@ -246,12 +245,12 @@ class SeamSearch:
         rungs = poses.rungs[: len(way)]
         rows = np.arange(int(rungs[-1]) + 1)
         angles = np.stack([np.interp(task.s_mm[rows], task.s_mm[rungs], column) for column in knots.T], axis=1)
-        found, bad = self.checked(task, angles, values, (branch, joints[0, way[0]]))
+        found, bad = self.checked(task, angles, values, branch)
         last = len(rows) - 1 if bad is None else bad - 1
         if last < 1:
             return Climb(-1, None), bad
         short = task.part_of(0, last)
-        return Climb(last, self.candidate(short, angles[: last + 1], found[: last + 1], branch)), bad
+        return Climb(last, self.candidate(short, angles[: last + 1], found[: last + 1], branch[0])), bad
 
     def checked(
         self, task: SeamTask, angles: FloatArray, values: FloatArray, branch: tuple[int, FloatArray]

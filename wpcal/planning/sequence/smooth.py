@@ -122,13 +122,13 @@ def _knots(way: Candidate) -> IntArray:
     return way.task.rungs()
 
 
-def spun(search: SeamSearch, way: Candidate) -> Candidate:
+def respun(search: SeamSearch, way: Candidate) -> Candidate:
     """Return a way whose joints move less with other spins, with the same branch and external axes."""
     return _refined(search, way, math.inf, is_tilted=False)
 
 
 def tilted(search: SeamSearch, way: Candidate, spun_way: Candidate) -> Candidate:
-    """Return the way of `spun`, or one whose torch leaves its targets, if its joints then move clearly less."""
+    """Return the way of `respun`, or one whose torch leaves its targets, if its joints then move clearly less."""
     most = min(CLEARLY_LESS * spun_way.motion_rad_mm, spun_way.motion_rad_mm - LEAST_GAIN_RAD_MM)
     if search.targets.torch_range_rad == 0.0 or most <= 0.0:
         return spun_way
