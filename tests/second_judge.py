@@ -302,7 +302,7 @@ def _along(a: Array, via: Array | None, b: Array) -> Iterator[Array]:
     if via is None:
         length, at = float(np.linalg.norm(b[:3, 3] - a[:3, 3])), lambda t: a[:3, 3] + t * (b[:3, 3] - a[:3, 3])
     else:
-        centre, normal, _, sweep = circle_through(a[:3, 3], via[:3, 3], b[:3, 3])
+        centre, normal, sweep, _ = circle_through(a[:3, 3], via[:3, 3], b[:3, 3])
         arm = a[:3, 3] - centre
         length = float(np.linalg.norm(arm)) * sweep
         at = lambda t: centre + Rotation.from_rotvec(t * sweep * normal).apply(arm)  # noqa: E731
