@@ -41,7 +41,7 @@ class CopiedSeams:
         alike = np.arange(len(graph.solid_names))
         for copy in copies:
             alike[copy.group.solids] = copy.first.solids
-        places = Places(graph.solid_names, alike, _middles(graph))
+        places = SolidPlaces(graph.solid_names, alike, _middles(graph))
         movers = tuple(Mover.of(places, copy) for copy in copies)
         face = np.array([max(int(seam.pieces.wall[0]), int(seam.pieces.base[0])) for seam in seams], dtype=np.int64)
         solid = np.where(face < 0, -1, graph.face_solid[face]) if len(seams) else face
@@ -81,7 +81,7 @@ class CopiedSeams:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class SolidPlaces:
     """Where the solids of a part are."""
 
     names: tuple[str, ...]  #: length S.
@@ -92,7 +92,7 @@ class Places:
 class MovedNames(dict[str, str]):
     """The name of each solid at a copy, by its name at the first group; that of a solid around it is looked up."""
 
-    def __init__(self, places: Places, copy: Copy) -> None:
+    def __init__(self, places: SolidPlaces, copy: Copy) -> None:
         pairs = zip(copy.first.solids.tolist(), copy.group.solids.tolist(), strict=True)
         super().__init__((places.names[one], places.names[other]) for one, other in pairs)
         self.places, self.shift_mm = places, copy.shift_mm
@@ -121,7 +121,7 @@ class Mover:
     names: Mapping[str, str]  #: The name of each solid in the copy, by its name in the first group.
 
     @classmethod
-    def of(cls, places: Places, copy: Copy) -> Mover:
+    def of(cls, places: SolidPlaces, copy: Copy) -> Mover:
         """Prepare for moving to a copy."""
         return cls(copy, MovedNames(places, copy))
 

@@ -39,7 +39,7 @@ from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import find_strips
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2, THIN_MM
-from wpcal.seam.member.stretches import Contour, Stretch, find_stretches
+from wpcal.seam.member.prisms import Contour, Prism, find_prisms
 
 POINTS = 600  #: Random points on the surface that are to be explained.
 LEAST_EXPLAINED = 0.95
@@ -109,7 +109,7 @@ class Member:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Members:
+class Decomposition:
     """The members of a solid."""
 
     members: tuple[Member, ...]
@@ -132,29 +132,29 @@ class Members:
         )
 
 
-def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Members:
+def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposition:
     """Take a solid apart; done once, and kept in `trimmed.known`."""
     key = ("members", solid)
     if key not in trimmed.known:
         trimmed.known[key] = _take_apart(graph, trimmed, solid)
-    found: Members = trimmed.known[key]
+    found: Decomposition = trimmed.known[key]
     return found
 
 
-def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Members:
+def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposition:
     if not (graph.face_solid == solid).any():
-        return Members((), 0.0, 0.0)
+        return Decomposition((), 0.0, 0.0)
     surface = sampled_surface(graph, trimmed, solid, POINTS)
     pairs = [*_hypotheses(graph, trimmed, solid, surface)]
     pairs = sorted((pair for pair in pairs if pair[1].any()), key=lambda pair: -int(pair[1].sum()))[:MOST_HYPOTHESES]
     if not pairs or not len(surface.p):
-        return Members((), 0.0, 0.0)
+        return Decomposition((), 0.0, 0.0)
     covers = np.array([cover for _, cover in pairs])
     chosen = _cheapest(np.array([COST[member.kind] for member, _ in pairs]), covers, surface.face)
     members = tuple(pairs[row][0] for row in np.flatnonzero(chosen))
     straight = [member.kind is not MemberKind.SHEET for member in members]
     share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))
-    return Members(members, *share)
+    return Decomposition(members, *share)
 
 
 def _cheapest(cost: FloatArray, covers: BoolArray, face: IntArray) -> BoolArray:
@@ -179,7 +179,7 @@ def _hypotheses(
 ) -> Iterator[tuple[Member, BoolArray]]:
     """Yield every hypothesis with the points of the surface that it explains."""
     yield from _plates(graph, solid, surface)
-    stretches = find_stretches(graph, trimmed, solid)
+    stretches = find_prisms(graph, trimmed, solid)
     for stretch in stretches:
         if not stretch.contour.is_bore:
             member = _of_stretch(graph, stretch, stretches)
@@ -230,7 +230,7 @@ def _plates(graph: BrepGraph, solid: int, surface: Surface) -> Iterator[tuple[Me
         yield Member(MemberKind.PLATE, both, way, np.array([t, wide]), t, wide), flat | rim
 
 
-def _of_stretch(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...]) -> Member | None:
+def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
     """Return what a stretch is bought or cut as; None if it is a block, or a section that nobody buys."""
     contour, sides = stretch.contour, stretch.sides_mm
     bores = [
@@ -277,7 +277,7 @@ def _is_within(inner: FloatArray, outer: FloatArray) -> bool:
     return bool((inner.min(axis=0) > outer.min(axis=0)).all() and (inner.max(axis=0) < outer.max(axis=0)).all())
 
 
-def _is_rolled(graph: BrepGraph, stretch: Stretch, others: tuple[Stretch, ...]) -> bool:
+def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> bool:
     """Tell whether a section with roots is that of an angle, a channel, a Z or an I section, or has round roots.
 
     A T section with sharp roots does not count, nor one whose sides go on beyond its ends.
@@ -309,7 +309,7 @@ def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
     return bool(in_one_plane.sum() == len(n))
 
 
-def _on_stretch(surface: Surface, stretch: Stretch, member: Member) -> BoolArray:
+def _on_stretch(surface: Surface, stretch: Prism, member: Member) -> BoolArray:
     """Tell which points a stretch explains: those on its sides, and on its ends."""
     height = surface.p @ stretch.way
     along = (height >= stretch.low - ON_MM) & (height <= stretch.high + ON_MM)
@@ -332,7 +332,7 @@ def _in_holes(graph: BrepGraph, solid: int, surface: Surface, member: Member) ->
     return np.isin(surface.face, [face for face in np.flatnonzero(hollow) if _beside(graph, {int(face)}) <= known])
 
 
-def _is_inside(surface: Surface, stretch: Stretch) -> BoolArray:
+def _is_inside(surface: Surface, stretch: Prism) -> BoolArray:
     """Tell which points lie inside the section of a stretch, seen along it (even-odd rule)."""
     u = np.cross(stretch.way, np.eye(3)[np.argmin(np.abs(stretch.way))])
     u /= np.linalg.norm(u)

@@ -38,7 +38,7 @@ class Contour:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class Prism:
     """A length of a solid along which a closed line of its section stays the same."""
 
     way: FloatArray  #: shape (3,). Unit vector.
@@ -63,14 +63,14 @@ class Stretch:
         return np.sort(np.ptp(q @ np.array([x, [-x[1], x[0]]]).T, axis=0))
 
 
-def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> tuple[Stretch, ...]:
+def find_prisms(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> tuple[Prism, ...]:
     """Find the prismatic stretches of a solid; found once, and kept in `trimmed.known`."""
     key = ("stretches", solid)
     if key not in trimmed.known:
         trimmed.known[key] = tuple(
             stretch for way in _ways(graph, solid) for stretch in _along(graph, trimmed, solid, way)
         )
-    found: tuple[Stretch, ...] = trimmed.known[key]
+    found: tuple[Prism, ...] = trimmed.known[key]
     return found
 
 
@@ -143,7 +143,7 @@ def _seen_along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatA
     return _Across(*seen, pairs[0], low, high, lateral)
 
 
-def _along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray) -> list[Stretch]:
+def _along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray) -> list[Prism]:
     """Return the stretches along one direction: equal contours of all cuts together."""
     seen = _seen_along(graph, trimmed, solid, way)
     heights = np.unique(np.round(np.concatenate([seen.low, seen.high, seen.other_low, seen.other_high]) / SAME_MM))
@@ -162,7 +162,7 @@ def _along(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, way: FloatArray)
         faces = frozenset(face for piece in pieces for face in piece[2].faces)
         roots = frozenset(root for piece in pieces for root in piece[2].roots)
         low, high = min(piece[0] for piece in pieces), max(piece[1] for piece in pieces)
-        stretches.append(Stretch(way, low, high, contour, faces, roots))
+        stretches.append(Prism(way, low, high, contour, faces, roots))
     return stretches
 
 
