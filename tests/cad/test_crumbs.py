@@ -25,5 +25,7 @@ def test_a_crumb_changes_nothing() -> None:
     assert inner_seams(Pos(60, 40, 10) * Box(0.5, 0.5, 3, align=LOW)) == pytest.approx(alone, rel=0, abs=1e-9)
 
 
-def test_beside_a_member_nothing_is_searched_inside() -> None:
-    assert inner_seams(Pos(60, 40, 10) * Box(20, 20, 40, align=LOW)) == []
+def test_a_body_that_touches_another_is_still_taken_apart() -> None:
+    alone = inner_seams()
+    beside = inner_seams(Pos(60, 40, 10) * Box(20, 20, 40, align=LOW))
+    assert sum(beside) == pytest.approx(sum(alone[-2:]), rel=0, abs=1e-6)

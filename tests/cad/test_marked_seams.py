@@ -130,7 +130,7 @@ def test_shapes_from_a_script_have_no_marks() -> None:
 
 
 def test_the_commands_take_marks() -> None:
-    done = run_here("seams", TEE / "tee.step", "--edge", "100,56,10", "--edge", "25,60,10")
+    done = run_here("seams", TEE / "tee.step", "--edge", "100,56,10", "--edge", "25,60,10", "--all")
     assert (done.returncode, done.stderr) == (0, "")
     assert "other edges are" in done.stdout
 

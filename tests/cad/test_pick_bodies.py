@@ -64,7 +64,7 @@ def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice
     for ours, theirs in zip(answer["bodies"]["bodies"], expected["bodies"], strict=True):
         for field in ("moved_mm", "turned_mrad", "tack_mm", "tack_mrad", "sigmas"):
             assert ours[field] == pytest.approx(theirs[field], abs=ROUND_OFF)
-    for ours, theirs in zip(answer["u95_mm"], found.u95_mm, strict=True):
+    for ours, theirs in zip(answer["u95_mm"], found.candidate_u95_mm, strict=True):
         assert ours == pytest.approx(theirs.tolist(), abs=SHOWN_MM)
     assert answer["judgement"]["sentence"] == found.result.judgement.sentence
     assert answer["moving"] == moving.to_record()

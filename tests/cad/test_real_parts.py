@@ -28,7 +28,7 @@ POSE_MM = 1e-6
 """Asked of exact points, at every feature of the part; round-off of coordinates of some metres is 1e-9 mm."""
 Command = Callable[..., Any]
 SEAMS = {
-    "as1-oc-214.stp": (130, 0),
+    "as1-oc-214.stp": (132, 0),
     "dm1-id-214.stp": (19, 0),
     "colored.step": (0, 0),
     "house_walls.stp": (130, 0),

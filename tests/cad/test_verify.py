@@ -19,7 +19,7 @@ from tests.record_checks import check_record
 from tests.running import kernel_work_here, run_here
 from wpcal.core.input_file import sha256_of
 from wpcal.pages.report import build_report
-from wpcal.results.differences import differences_of, walk
+from wpcal.results.differences import differences_of, walk_records
 from wpcal.seam.record import seams_csv
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
@@ -106,7 +106,7 @@ def test_every_number_of_every_record_and_table_is_named_by_its_field(folder: Pa
         for holder, key in numbers_in(record):
             value = holder[key]
             holder[key] = value + 1 if isinstance(value, int) else math.nextafter(value, math.inf)
-            (only,) = walk(record, expected, path.name)
+            (only,) = walk_records(record, expected, path.name)
             assert only.where.startswith(path.name)
             assert only.where.endswith(f" {key}")
             holder[key] = value
