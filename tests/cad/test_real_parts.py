@@ -29,7 +29,7 @@ POSE_MM = 1e-6
 Command = Callable[..., Any]
 SEAMS = {
     "as1-oc-214.stp": (132, 0),
-    "dm1-id-214.stp": (19, 0),
+    "dm1-id-214.stp": (20, 0),
     "colored.step": (0, 0),
     "house_walls.stp": (0, 0),
 }
