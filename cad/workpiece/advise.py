@@ -51,9 +51,9 @@ class AdviseOptions:
     sigma_mm: float = opt(USUAL_SIGMA_MM, "Teaching error: standard deviation per axis.")
     robot: RobotField | None = opt(
         None,
-        "The robot's own smooth error, as in `wpcal calibrate`.",
+        "The robot's own smooth error: as in `wpcal calibrate`.",
         "--robot-mm",
-        metavar="AMPLITUDE,LENGTH",
+        metavar="AMPLITUDE,LENGTH|FILE",
         read=RobotField.read,
     )
     criterion: Criterion = opt(

@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 111_800,
-    "lines of tests": 58_100,
+    "lines of wpcal and cad": 115_750,
+    "lines of tests": 60_250,
     "rooms": 20,
     "arrows between rooms": 101,
     "functions and classes of one name in several files": 8,

@@ -45,7 +45,7 @@ def _after(path: Path) -> list[str]:
         steps = next_steps(record)
         if record.get("verdict") != "PASS" and steps:
             return [f"{name}: {record.get('verdict')}", *(f"next: {step}" for step in steps)]
-    return [f"next: wpcal export {name} -f krl (or rapid, fanuc, …)", f"  or: open {name}/report.html"]
+    return [f"next: wpcal export {name} -f LANGUAGE (wpcal export --help lists them)", f"  or: open {name}/report.html"]
 
 
 def _is_taught(path: Path) -> bool:

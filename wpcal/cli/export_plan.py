@@ -44,7 +44,7 @@ def export_plan(
     from wpcal.cli.plan_sequence import calibration_of, plan_writers, refuse_languages, with_welds
     from wpcal.controllers.plan_programs import write_plan
     from wpcal.core.records import check_writable
-    from wpcal.planning.sequence.kept_plan import plan_from_record, read_kept_plan
+    from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
     refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan")
     writers = plan_writers(tuple(formats))
@@ -55,7 +55,7 @@ def export_plan(
     asked = replace(flags, arc=_arc(flags.arc, kept))
     calibration = calibration_of(kept.given, kept.folder)
     given, made = with_welds(kept.given, kept.cell, asked, calibration, kept.record["kept"]["speed_mm_s"])
-    plan = plan_from_record(kept.record, kept.cell, {each.name: each for each in given.seams})
+    plan = kept_plan_of(kept.record, kept.cell, {each.name: each for each in given.seams})
     found = write_plan(plan, given.seams, made, writers, kept.given.part)
     refuse_languages(found.refused, writers)
     write_programs(found.files, targets, overwrite=force)

@@ -59,13 +59,7 @@ def _run(arguments: list[str] | None) -> int:
         with stopped_like_interrupted() as raised:
             code = wpcal.main(args=arguments, prog_name="wpcal", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
-        from wpcal.cli.begin import next_here
-
-        click.echo(error.format_message())
-        if error.ctx is not None and error.ctx.parent is None:
-            for line in next_here(Path()):
-                click.echo(line)
-        return error.exit_code
+        return _say_help(error)
     except click.Abort as abort:
         return _fail(abort, *_told_of_end(abort.__cause__), arguments)
     except KeyboardInterrupt as interruption:  # before or after the command itself
@@ -74,6 +68,16 @@ def _run(arguments: list[str] | None) -> int:
         told = _told(error) or (_told_of_end(raised[-1]) if raised else _told_of_fault(error))
         return _fail(error, *told, arguments)
     return code if isinstance(code, int) else 0
+
+
+def _say_help(error: click.exceptions.NoArgsIsHelpError) -> int:
+    """Print the help of a command that was typed alone; of wpcal itself also what comes next in this folder."""
+    from wpcal.cli.begin import next_here
+
+    click.echo(error.format_message())
+    if error.ctx is not None and error.ctx.parent is None:
+        click.echo("\n".join(next_here(Path())))
+    return error.exit_code
 
 
 def _told_of_end(interruption: BaseException | None) -> tuple[str, int]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from wpcal.cli.export_options import WeldProgramAsked
+    from wpcal.controllers.plan_programs import WrittenPlan
     from wpcal.controllers.program.planned_program import PlanOutput
     from wpcal.controllers.program.weld_program import ControllerSettings
     from wpcal.controllers.registry import Controller
@@ -66,27 +67,17 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     """Plan, write the folder and print what was found; 1 if a stretch is not welded or a move is not free."""
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.plan_programs import refusals, write_plan
-    from wpcal.controllers.program.describe import describe_woven_data
-    from wpcal.core.errors import InputError
     from wpcal.core.records import to_json
     from wpcal.formats.trajectory import joint_trajectory, tesseract_states
     from wpcal.pages.sequence import build_sequence_page
     from wpcal.planning.sequence.cuts import out_of_reach
-    from wpcal.planning.sequence.kept_plan import INPUT, input_files, plan_from_record, with_digest
+    from wpcal.planning.sequence.kept_plan import INPUT, input_files, kept_plan_of, with_digest
     from wpcal.planning.sequence.plan_sequence import SequencePreference, plan_sequence
-    from wpcal.planning.sequence.sequence_input import read_sequence_input
     from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, sequence_record
-    from wpcal.seam.names import split_names
 
     flags, targets, output = asked.flags, asked.targets, asked.output
     writers = plan_writers(flags.formats)
-    names = None if flags.only is None else split_names(flags.only)
-    given = read_sequence_input(asked.result, asked.cell, names, part_glb=read_part_option(asked.part))
-    cell = given.placed(asked.cell)
-    if not cell.torch:
-        raise InputError(
-            "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
-        )
+    given, cell = _read(asked)
     planned = [each.name for each in given.seams]
     given, made = with_welds(given, cell, flags, calibration_of(given, asked.result), targets.speed_mm_s)
     refused = refusals(cell, given.seams, made, writers)
@@ -103,7 +94,7 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
         input_files(asked.cell_json, asked.result, given.part_glb, flags.arc.welds, flags.arc.rules.weld_rules)
     )
     record = sequence_record(choice, line, inputs=inputs, planned=planned, runs=flags.arc.choice)
-    kept = plan_from_record(record, cell, {each.name: each for each in given.seams})
+    kept = kept_plan_of(record, cell, {each.name: each for each in given.seams})
     found = write_plan(kept, given.seams, made, [each for each in writers if each.name not in refused], given.part)
     found.refused |= refused
     record = with_digest({**record, "no_program": found.refused})
@@ -124,6 +115,34 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
             click.echo(f"no program in {', '.join(found.refused)}: plan.json says why (no_program)")
         listed = [*files, *(f"{name}/ ({len(texts)})" for name, texts in folders.items())]
         click.echo(f"wrote {', '.join(listed)} to {output}\n{said_of_arc(made)}")
+    _say_notes(choice, given, found, flags)
+    is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not found.not_checked
+    return 0 if is_whole and not (flags.formats and found.refused) else 1
+
+
+def _read(asked: SequenceRequest) -> tuple[SequenceInput, Cell]:
+    """Return the seams and the cell with the part in its place.
+
+    Raises `InputError` when the torch has no bodies.
+    """
+    from wpcal.core.errors import InputError
+    from wpcal.planning.sequence.sequence_input import read_sequence_input
+    from wpcal.seam.names import split_names
+
+    names = None if asked.flags.only is None else split_names(asked.flags.only)
+    given = read_sequence_input(asked.result, asked.cell, names, part_glb=read_part_option(asked.part))
+    cell = given.placed(asked.cell)
+    if not cell.torch:
+        raise InputError(
+            "the torch has no bodies: no collision of the torch can be found; list them in torch_robot.torch"
+        )
+    return given, cell
+
+
+def _say_notes(choice: SequenceChoice, given: SequenceInput, found: WrittenPlan, flags: PlanPrograms) -> None:
+    """Say what is open, what weaves are, why there is no program, and what is not welded."""
+    from wpcal.controllers.program.describe import describe_woven_data
+
     notes = (
         *choice.sequence.open_points(has_part=given.part is not None),
         *describe_woven_data(each.run for each in given.seams),
@@ -131,8 +150,6 @@ def run_sequence(asked: SequenceRequest, *, force: bool, as_json: bool) -> int:
     )
     for note in (*notes, *(gap.describe() for gap in choice.sequence.unwelded)):
         click.echo(f"wpcal: {note}", err=True)
-    is_whole = choice.sequence.is_free and not choice.sequence.unwelded and not found.not_checked
-    return 0 if is_whole and not (flags.formats and found.refused) else 1
 
 
 def _write(

@@ -16,7 +16,7 @@ ASKED = (
     ("torch", "Torch: a name of `wpcal torches`, or a file", "straight"),
     ("robot", "Robot: the file of an arm", "kr16.json"),
     ("cell", "Cell: a file", "cell.json"),
-    ("format", "Language of the programs", "krl"),
+    ("format", "Language of the programs", "csv"),
 )
 """What `wpcal shop new` asks: key, question and example."""
 HEAD = """\

@@ -130,18 +130,24 @@ def _taken(option: click.Option, value: Any, error: type[Exception], where: str)
     """Return a value if the option takes it."""
     if option.multiple and not isinstance(value, list):
         value = [value]
-    values = value if option.multiple else [value]
-    is_flag_value = option.is_flag and isinstance(option.flag_value, bool)
     try:
-        if isinstance(value, list) and not option.multiple:
-            raise click.BadParameter("expected one value, got a list")
-        if is_flag_value != isinstance(value, bool) and not (is_flag_value and isinstance(value, str)):
-            raise click.BadParameter("expected true or false" if is_flag_value else f"expected a value, got {value}")
-        for each in values:
-            option.type.convert(each if is_flag_value else str(each), option, None)
+        for each in value if option.multiple else [value]:
+            _require_kind(option, each)
     except click.ClickException as wrong:
         raise error(f"{where}: {wrong.message}") from None
     return value
+
+
+def _require_kind(option: click.Option, value: Any) -> None:
+    """Refuse one value that the option does not take."""
+    if isinstance(value, list):
+        raise click.BadParameter("expected one value, got a list")
+    is_switch = option.is_flag and isinstance(option.flag_value, bool)
+    if is_switch and not isinstance(value, bool | str):
+        raise click.BadParameter("expected true or false")
+    if isinstance(value, bool) and not is_switch:
+        raise click.BadParameter(f"expected a value, got {value}")
+    option.type.convert(value if is_switch else str(value), option, None)
 
 
 def _beside(value: Any, folder: Path) -> Any:

@@ -64,7 +64,8 @@ def test_a_seam_in_vertical_travel_has_no_rotation(folder: Path) -> None:
 
 def test_the_command_writes_one_file_and_keeps_what_exists(folder: Path) -> None:
     run = CliRunner().invoke(report, [str(folder)], standalone_mode=False)
-    assert (run.return_value, run.output) == (0, f"wrote {folder / 'report.html'}\n")
+    assert run.return_value == 0
+    assert run.output.startswith(f"wrote {folder / 'report.html'}\n")
     with pytest.raises(InputError, match="allow overwriting"):
         CliRunner().invoke(report, [str(folder)], standalone_mode=False, catch_exceptions=False)
     other = folder / "other.html"

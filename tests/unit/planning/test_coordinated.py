@@ -241,7 +241,7 @@ AUDITED = {
         "without that of the master",
     ),
     "a position": ("inform", r"\nC00005=[^\n]*", "", "there is no position C00005"),
-    "the start of the arc": ("inform", r"ARCON[^\n]*\n", "", "a move along a seam without the arc"),
+    "the start of the arc": ("inform", r"ARCON[^\n]*\n", "", "a seam without an arc"),
     "coordination": ("fanuc", r"(L P\[3\][^;]*) COORD", r"\1", "without COORD"),
     "a group": ("fanuc", r"(P\[3\]\{.*?)   GP2:.*?\};", r"\1};", "P[3] does not hold both groups"),
     "a mark": ("krl", r'\$SYNC_ID\[\]="M20"', '$SYNC_ID[]="M21"', "mark M21 is not in"),

@@ -17,7 +17,7 @@ from wpcal.planning.cell.bodies import with_wire
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.sequence.kept_plan import plan_from_record, with_digest
+from wpcal.planning.sequence.kept_plan import kept_plan_of, with_digest
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, _Work, plan_sequence
@@ -147,7 +147,7 @@ def test_the_records_are_of_their_schema_and_the_same_again(fixed, given):
     record = json.loads(to_json(with_digest(sequence_record(fixed, line, **made))))
     check_record(record)
     assert [each[:12] for each in record["open"]] == ["OFF POSITION"] * len(record["open"])
-    kept = plan_from_record(record, fixed.sequence.cell, {each.name: each for each in given.seams})
+    kept = kept_plan_of(record, fixed.sequence.cell, {each.name: each for each in given.seams})
     for piece, way in zip(kept.pieces, kept.ways, strict=True):
         assert np.allclose(way.from_home[[0, -1]], [kept.cell.home, piece.states[0]], rtol=0, atol=1e-9)
         assert np.allclose(way.to_home[[0, -1]], [piece.states[-1], kept.cell.home], rtol=0, atol=1e-9)

@@ -76,7 +76,7 @@ class Ends:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class AirWay:
     """Poses that are joined by linear moves: p of shape (k, 3), mm, and R of shape (k, 3, 3), in `base`."""
 
     p: FloatArray
@@ -90,11 +90,11 @@ class Way:
 class AirPlan:
     """The checked ways of a program."""
 
-    safe: Way  #: One pose above the part, at which the program starts and ends.
+    safe: AirWay  #: One pose above the part, at which the program starts and ends.
     #: `to_seam`, `from_seam`: Per seam: from the end of the way before to the approach (without it), and from the
     #: retract (without it) up.
-    to_seam: tuple[Way, ...]
-    from_seam: tuple[Way, ...]
+    to_seam: tuple[AirWay, ...]
+    from_seam: tuple[AirWay, ...]
     clearance_mm: float  #: Height of the tool centre point above the part on the way across.
 
 
@@ -169,7 +169,7 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
     }
     if held:
         raise NoWayError(held)
-    rises = [[way for way in ways if isinstance(way, Way)] for ways in found]
+    rises = [[way for way in ways if isinstance(way, AirWay)] for ways in found]
     middle = (part.corners.reshape(-1, 3).min(axis=0) + part.corners.reshape(-1, 3).max(axis=0)) / 2
     home = middle + (height - float(middle @ up)) * up
     at, to_seam, from_seam = home, [], []
@@ -179,13 +179,15 @@ def plan_air_moves(part: TriangleMaterial, ends: Sequence[Ends], torch: TorchAtT
         turn = turns[number - 1] if number else start_R[None]
         names = f"{ends[number - 1].name} to {end.name}" if number else f"the safe point to {end.name}"
         across = search.across(at, first, turn, names)
-        to_seam.append(Way(np.concatenate([across.p, down.p[::-1][1:]]), np.concatenate([across.R, down.R[::-1][1:]])))
+        to_seam.append(
+            AirWay(np.concatenate([across.p, down.p[::-1][1:]]), np.concatenate([across.R, down.R[::-1][1:]]))
+        )
         from_seam.append(away)
         at = away.p[-1] if len(away) else end.p[1]
     back = search.across(at, home, last_turn, f"{ends[-1].name} to the safe point")
     tail = from_seam[-1]
-    from_seam[-1] = Way(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
-    return AirPlan(Way(home[None], home_R[None]), tuple(to_seam), tuple(from_seam), clearance)
+    from_seam[-1] = AirWay(np.concatenate([tail.p, back.p[:-1]]), np.concatenate([tail.R, back.R[:-1]]))
+    return AirPlan(AirWay(home[None], home_R[None]), tuple(to_seam), tuple(from_seam), clearance)
 
 
 def _clearance(air: AirSettings, torch: TorchAtTool, turns: Sequence[FloatArray]) -> float:
@@ -232,7 +234,7 @@ class _Search:
     up: FloatArray
     height: float
 
-    def rise(self, end: Ends, which: int) -> Way | str:
+    def rise(self, end: Ends, which: int) -> AirWay | str:
         """Return the shortest free way from an end of a seam up to the plane, without the end itself; or why not."""
         p, R = end.p[which], end.R[which]
         for corners in sorted(self._candidates(p, R), key=lambda corners: _length([p, *corners])):
@@ -240,7 +242,7 @@ class _Search:
             if self._is_free_back(points, R):
                 keep = np.linalg.norm(np.diff(points, axis=0), axis=1) > NO_LENGTH_MM
                 points = points[1:][keep]
-                return Way(points, np.repeat(R[None], len(points), axis=0))
+                return AirWay(points, np.repeat(R[None], len(points), axis=0))
         where = ("to", "from")[which]
         return (
             f"seam {end.name}: no checked way leads {where} it: up, back along the wire and sideways, the torch comes "
@@ -289,7 +291,7 @@ class _Search:
                     return False
         return all(self.is_free(a, b, R, R) for a, b in pairwise(points[1:]))
 
-    def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> Way:
+    def across(self, a: FloatArray, b: FloatArray, turn: FloatArray, names: str) -> AirWay:
         """Return poses from a to b (both included) with the orientations of a turn, spread along the move."""
         if len(turn) == 1:
             turn = np.repeat(turn, 2, axis=0)
@@ -301,7 +303,7 @@ class _Search:
                     f"clearance ({self.torch.shape}); no program is written. Give a larger --clearance-mm",
                     code=ErrorCode.NO_FREE_WAY,
                 )
-        return Way(p[1:], turn[1:])
+        return AirWay(p[1:], turn[1:])
 
     def is_free(self, p0: FloatArray, p1: FloatArray, R0: FloatArray, R1: FloatArray) -> bool:
         """Tell whether a linear move keeps its distance from the part all along, and not only at samples."""

@@ -14,10 +14,10 @@ from wpcal.controllers.program.air_moves import (
     MARGIN_MM,
     AirPlan,
     AirSettings,
+    AirWay,
     Ends,
     NoWayError,
     TorchAtTool,
-    Way,
     plan_air_moves,
 )
 from wpcal.core.arrays import frozen
@@ -103,7 +103,7 @@ def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> 
     return found
 
 
-def _with_ways(path: WeldPath, to_seam: Way, from_seam: Way) -> WeldPath:
+def _with_ways(path: WeldPath, to_seam: AirWay, from_seam: AirWay) -> WeldPath:
     return replace(
         path,
         p_base=frozen(np.concatenate([to_seam.p, path.p_base, from_seam.p])),

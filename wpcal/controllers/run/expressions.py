@@ -41,7 +41,7 @@ class Syntax:
     levels: tuple[dict[str, Callable[[Any, Any], Any]], ...]
     prefixes: dict[str, Callable[[Any], Any]]
     literals: dict[str, Any] = field(default_factory=dict)
-    aggregate: tuple[str, str] | None = None  #: Brackets of a list, as in RAPID.
+    aggregate: tuple[str, str] | None = None  #: Brackets of a list.
     index: tuple[str, str] | None = None
     quote: str = '"'
     is_upper: bool = True  #: Upper and lower case are the same.

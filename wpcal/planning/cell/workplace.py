@@ -175,6 +175,8 @@ def back_along_wire(cell: Cell, joints: FloatArray, distance_mm: float) -> Float
     NaN from where a way is not reached. `joints`: shape (n, 6). Of the robot with the torch, rad; nothing else moves.
     """
     n, count = len(joints), math.ceil(distance_mm / AIR_STEP_MM)
+    if count == 0:
+        return np.empty((n, 0, joints.shape[1]))
     back = np.linspace(0.0, distance_mm, count + 1)[1:]
     flange = cell.arm.forward(joints)
     T = np.repeat(flange[:, None], count, axis=1)

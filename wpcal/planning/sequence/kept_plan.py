@@ -129,7 +129,7 @@ def shown_units(cell: Cell) -> FloatArray:
     return factors
 
 
-def plan_from_record(record: Mapping[str, Any], cell: Cell, seams: Mapping[str, PlannedSeam]) -> KeptPlan:
+def kept_plan_of(record: Mapping[str, Any], cell: Cell, seams: Mapping[str, PlannedSeam]) -> KeptPlan:
     """Return the plan of ``plan.json``.
 
     Raises `InputError` when the seams are cut into other runs than those that were planned.

@@ -4,9 +4,9 @@ An arm is a product of turns about the axes that it has at zero, ``T = e1 e2 e3 
 
 * Axes 2, 3 and 4 are parallel, and axes 5 and 6 meet (Universal Robots): closed form, eight solutions. The place of the
   point where axes 5 and 6 meet gives θ1, the direction of axis 6 gives θ5, and the rest is a plane arm of two links.
-* Axes 4 and 5 meet, and axis 6 misses that point (FANUC CRX): θ6 puts the point on a circle, and θ1, θ2 and θ3 reach it
+* Axes 4 and 5 meet, and axis 6 misses that point: θ6 puts the point on a circle, and θ1, θ2 and θ3 reach it
   in four ways. The angle between axes 4 and 5 must then be that of the arm. The roots of this function of θ6 are all
-  solutions, at most sixteen (Abbes, Poisson 2024, Geometric approach for inverse kinematics of the FANUC CRX
+  solutions, at most sixteen (Abbes, Poisson 2024, inverse kinematics of a
   collaborative robot). They are bracketed on a grid, pairs of them around turning points too, and polished by Newton
   steps (`wpcal.robot.kinematics.inverse`).
 

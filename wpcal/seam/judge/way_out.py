@@ -36,7 +36,8 @@ def find_closed_in(
     for count in DIRECTIONS:
         held = []
         for first in range(0, len(left), CHUNK):
-            held += _held(graph, trimmed, left[first : first + CHUNK], start, count, torch.nozzle_radius_mm, around)
+            rows, ways = left[first : first + CHUNK], _spread(count)
+            held += _held(graph, trimmed, (rows, start[rows]), ways, torch.nozzle_radius_mm, around)
         left = np.array(held, dtype=np.int64)
     return {row: around[row] for row in left.tolist()}
 
@@ -44,15 +45,14 @@ def find_closed_in(
 def _held(
     graph: BrepGraph,
     trimmed: TrimmedFaces,
-    rows: IntArray,
-    start: FloatArray,
-    count: int,
+    seams: tuple[IntArray, FloatArray],
+    ways: FloatArray,
     radius_mm: float,
     around: dict[int, frozenset[int]],
 ) -> list[int]:
     """Return the rows from which none of some directions leads out, and note the solids that the rays meet first."""
-    ways = _spread(count)
-    p, way = np.repeat(start[rows], count, axis=0), np.tile(ways, (len(rows), 1))
+    (rows, start), count = seams, len(ways)
+    p, way = np.repeat(start, count, axis=0), np.tile(ways, (len(rows), 1))
     meets, solid = _meet(graph, trimmed, p, way)
     free = np.flatnonzero(~meets)
     side = np.cross(way[free], np.eye(3)[np.argmin(np.abs(way[free]), axis=1)])

@@ -44,6 +44,7 @@ from wpcal.seam.member.prisms import Contour, Prism, find_prisms
 POINTS = 600  #: Random points on the surface that are to be explained.
 LEAST_EXPLAINED = 0.95
 """Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
+COST_ROOT = 0.02  #: Of two that explain as much, the one with fewer inner corners is taken.
 COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as so many members.
 COST_SURFACE = 20.0  #: The whole surface, unexplained, costs as much as so many members.
 ON_MM, ON_COS = (
@@ -150,7 +151,8 @@ def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decompos
     if not pairs or not len(surface.p):
         return Decomposition((), 0.0, 0.0)
     covers = np.array([cover for _, cover in pairs])
-    chosen = _cheapest(np.array([COST[member.kind] for member, _ in pairs]), covers, surface.face)
+    cost = np.array([COST[member.kind] + COST_ROOT * len(member.roots) for member, _ in pairs])
+    chosen = _cheapest(cost, covers, surface.face)
     members = tuple(pairs[row][0] for row in np.flatnonzero(chosen))
     straight = [member.kind is not MemberKind.SHEET for member in members]
     share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -57,13 +57,9 @@ def match_xmcf(
     """
     stated, notes, used = [], list[str](), set[int]()
     for seam in seams:
-        points = T_part_frame.apply(seam.frames.p)
-        off = [_distance(points, weld.lines_mm) for weld in welds]
-        near = [row for row, weld in enumerate(welds) if off[row] <= _near_mm(weld)]
-        within = [] if near else [row for row, weld in enumerate(welds) if _is_along(weld, points)]
-        if not near and not within:
+        row, within = _weld_at(T_part_frame.apply(seam.frames.p), welds, used)
+        if row is None:
             continue
-        row = min(near or within, key=lambda one: (one in used, off[one]))
         used.update([row], within)
         weld = welds[row]
         if within:
@@ -80,6 +76,14 @@ def match_xmcf(
     if lost:
         notes.append(f"{file}: no seam that is welded is at {listed(lost)}: dropped")
     return XmcfMatch(tuple(stated), tuple(notes), lost)
+
+
+def _weld_at(points: FloatArray, welds: Sequence[XmcfSeam], used: Collection[int]) -> tuple[int | None, Sequence[int]]:
+    """Return the weld at a seam, one that no other seam has if possible, and the welds that cover a part of it only."""
+    off = [_distance(points, weld.lines_mm) for weld in welds]
+    near = [row for row, weld in enumerate(welds) if off[row] <= _near_mm(weld)]
+    within = [] if near else [row for row, weld in enumerate(welds) if _is_along(weld, points)]
+    return min(near or within, key=lambda one: (one in used, off[one]), default=None), within
 
 
 def with_files(stated: Sequence[StatedWeld], more: Sequence[StatedWeld]) -> tuple[StatedWeld, ...]:
