@@ -12,8 +12,12 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cad.batch.request import SeamsAsked
-    from wpcal.seam import SeamOptions
+    from wpcal.core.issue import Issue
+    from wpcal.seam import Seam, SeamOptions
+    from wpcal.seam.member.note import MemberNotes
 
 
 @command()
@@ -103,20 +107,25 @@ def seams(
         console.print(explained_table(told.record))
         console.print(f"{drawn}: picture of the seam, written")
     else:
-        from cad.cli.tables import members_table, refused_table, rest_words, seams_table
-        from wpcal.cli.console import plain_console, show_notes
-
-        console = plain_console()
-        console.print(seams_table(found, f"Seams of {part_step.name} (part frame)"))
-        if show_all:
-            console.print(refused_table(found))
-            console.print(members_table(notes))
-        else:
-            console.print(rest_words(found))
-        for one in notes.play:
-            console.print(f"play {one.gap_mm:.2g} mm in {one.joints} joints")
-        show_notes(issues, console)
+        _show(found, notes, issues, f"Seams of {part_step.name} (part frame)", show_all=show_all)
     return 0
+
+
+def _show(found: Sequence[Seam], notes: MemberNotes, issues: Sequence[Issue], title: str, *, show_all: bool) -> None:
+    """Print the accepted seams, and the others or how many they are."""
+    from cad.cli.tables import members_table, refused_table, rest_words, seams_table
+    from wpcal.cli.console import plain_console, show_notes
+
+    console = plain_console()
+    console.print(seams_table(found, title))
+    if show_all:
+        console.print(refused_table(found))
+        console.print(members_table(notes))
+    else:
+        console.print(rest_words(found))
+    for one in notes.play:
+        console.print(f"play {one.gap_mm:.2g} mm in {one.joints} joints")
+    show_notes(issues, console)
 
 
 def _picture_file(part_step: Path, seam: str) -> Path:

@@ -57,10 +57,10 @@ def write_plan(
         return found
     in_cell = _sweep(plan, seams, part)
     for each in writers:
-        program = carried
         try:
-            if carried.planned is not None and carried.planned.follows and not each.coordinates_arcs:
-                program = build_planned_program(plan, named, replace(output, is_carried=False))
+            is_followed = carried.planned is not None and carried.planned.follows
+            is_carried = each.coordinates_arcs or not is_followed
+            program = carried if is_carried else build_planned_program(plan, named, replace(output, is_carried=False))
             written = write_judged(each.name, each.write, program, in_cell=in_cell)
             found.files[each.name] = written.files
             unjudged = (*written.unjudged, *written.not_checked)
