@@ -30,6 +30,10 @@ class WrittenPlan:
     refused: dict[str, str] = field(default_factory=dict)  #: Why there is no program.
     not_checked: list[str] = field(default_factory=list)
 
+    def tell(self, name: str, unjudged: Sequence[str]) -> None:
+        """Keep what was not checked of the programs of a language."""
+        self.not_checked += (f"NOT CHECKED: {name}: {what}" for what in unjudged)
+
     def notes(self, *, why: bool) -> list[str]:
         """Say what was not checked, and why there is no program: where it was asked for, or in no language."""
         reasons = self.refused.items() if why or not self.files else ()
@@ -63,8 +67,7 @@ def write_plan(
             program = carried if is_carried else build_planned_program(plan, named, replace(output, is_carried=False))
             written = write_judged(each.name, each.write, program, in_cell=in_cell)
             found.files[each.name] = written.files
-            unjudged = (*written.unjudged, *written.not_checked)
-            found.not_checked += (f"NOT CHECKED: {each.name}: {what}" for what in unjudged)
+            found.tell(each.name, (*written.unjudged, *written.not_checked))
         except FormatError:
             raise
         except InputError as error:
