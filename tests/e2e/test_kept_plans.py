@@ -120,12 +120,18 @@ CHANGES = (
     (_state, "plan.json: was changed after wpcal plan wrote it (digest); plan again"),
     (_seams, "seams.json: is not what plan.json was made from (SHA-256); plan again"),
     (lambda kept: (kept / "input" / "cell.json").unlink(), "cell.json: is missing; the plan was made from it"),
+    (
+        lambda kept: (kept / "input" / "welds.json").write_text("{}"),
+        "welds.json: plan.json was not made from it: take it out, or plan again",
+    ),
     (_earlier, "plan.json: an earlier version of wpcal made this plan, without its states: plan again"),
     (lambda kept: (kept / "plan.json").write_text('{"schema": "wpcal/plan/1"}'), "not a plan of one robot"),
 )
 
 
-@pytest.mark.parametrize(("change", "message"), CHANGES, ids=["state", "seams", "cell", "earlier", "two robots"])
+@pytest.mark.parametrize(
+    ("change", "message"), CHANGES, ids=["state", "seams", "cell", "more", "earlier", "two robots"]
+)
 def test_a_changed_plan_is_refused(kept: Path, tmp_path: Path, change: Callable[[Path], None], message: str) -> None:
     change(kept)
     done = run_here("export", kept, "-f", "rapid", "-o", tmp_path / "again")

@@ -96,7 +96,7 @@ def _show(
             "files": written,
             "no_program": found.refused,
             "checked": [] if found.not_checked else [record["checked"]],
-            "not_checked": "; ".join(found.not_checked),
+            "not_checked": "; ".join([*found.open, *found.not_checked]),
         }
         click.echo(to_json(answer), nl=False)
         return

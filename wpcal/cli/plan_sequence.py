@@ -144,7 +144,7 @@ def _say_notes(choice: SequenceChoice, given: SequenceInput, found: WrittenPlan,
     from wpcal.controllers.program.describe import describe_woven_data
 
     notes = (
-        *choice.sequence.open_points(has_part=given.part is not None),
+        *choice.sequence.open_points(has_part=given.part is not None or bool(found.open)),
         *describe_woven_data(each.run for each in given.seams),
         *found.notes(why=bool(flags.formats)),
     )

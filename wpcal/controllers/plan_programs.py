@@ -5,7 +5,8 @@ What a language needs is asked for before anything is planned (`refusals`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -29,6 +30,7 @@ class WrittenPlan:
     files: dict[str, Mapping[str, str | bytes]] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)  #: Why there is no program.
     not_checked: list[str] = field(default_factory=list)
+    open: list[str] = field(default_factory=list)  #: What the headers of all programs say that nobody checked.
 
     def tell(self, name: str, unjudged: Sequence[str]) -> None:
         """Keep what was not checked of the programs of a language."""
@@ -37,7 +39,7 @@ class WrittenPlan:
     def notes(self, *, why: bool) -> list[str]:
         """Say what was not checked, and why there is no program: where it was asked for, or in no language."""
         reasons = self.refused.items() if why or not self.files else ()
-        return [*self.not_checked, *(f"no {name} program: {reason}" for name, reason in reasons)]
+        return [*self.open, *self.not_checked, *(f"no {name} program: {reason}" for name, reason in reasons)]
 
 
 def write_plan(
@@ -54,25 +56,32 @@ def write_plan(
     Raises `FormatError` when a template of the user has a fault.
     """
     named, found = {each.name: each for each in seams}, WrittenPlan()
-    try:
+    with _telling(found.refused, [each.name for each in writers]):
         carried = build_planned_program(plan, named, output)
-    except InputError as error:
-        found.refused = {each.name: str(error) for each in writers}
+    if found.refused:
         return found
+    found.open = [line for line in carried.checked if line.startswith("NOT CHECKED")]
     in_cell = _sweep(plan, seams, part)
     for each in writers:
-        try:
+        with _telling(found.refused, [each.name]):
             is_followed = carried.planned is not None and carried.planned.follows
             is_carried = each.coordinates_arcs or not is_followed
             program = carried if is_carried else build_planned_program(plan, named, replace(output, is_carried=False))
             written = write_judged(each.name, each.write, program, in_cell=in_cell)
             found.files[each.name] = written.files
             found.tell(each.name, (*written.unjudged, *written.not_checked))
-        except FormatError:
-            raise
-        except InputError as error:
-            found.refused[each.name] = str(error)
     return found
+
+
+@contextmanager
+def _telling(refused: dict[str, str], names: Iterable[str]) -> Iterator[None]:
+    """Keep why languages refuse a program; a fault in a file of the user stops all of them."""
+    try:
+        yield
+    except FormatError:
+        raise
+    except InputError as error:
+        refused |= dict.fromkeys(names, str(error))
 
 
 def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial | None) -> CellSweep | None:
@@ -99,10 +108,6 @@ def refusals(
     program = build_planned_program(still, {each.name: each for each in seams}, replace(output, tolerance=None))
     found = dict[str, str]()
     for each in writers:
-        try:
+        with _telling(found, [each.name]):
             each.write(program)
-        except FormatError:
-            raise
-        except InputError as error:
-            found[each.name] = str(error)
     return found

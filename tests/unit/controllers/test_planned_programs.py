@@ -12,10 +12,11 @@ from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, w
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.audit.two_robots import is_of_two_robots, two_robot_faults
 from wpcal.controllers.judge.written import WrittenWrongError
+from wpcal.controllers.plan_programs import write_plan
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
-from wpcal.controllers.program.describe import describe
-from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
+from wpcal.controllers.program.describe import UNCHECKED, describe
+from wpcal.controllers.program.planned_program import EXTERNAL, PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
@@ -267,7 +268,10 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     program = build_planned_program(KeptPlan.of(found), {"R1": ring}, PlanOutput(has_part=False))
     rapid, krl = written(program, "rapid"), written(program, "krl")
     assert 2 <= rapid.count("MoveC ") <= 3
-    assert "NOT CHECKED for collisions with the part" in rapid
+    told = write_plan(KeptPlan.of(found), [ring], PlanOutput(has_part=False), [controller_named("rapid")], None)
+    header = " ".join(line.strip("! ") for line in told.files["rapid"]["WPCAL.mod"].splitlines())
+    assert [line[:32] for line in told.notes(why=True)] == [EXTERNAL[:32], UNCHECKED[:32]]
+    assert all(line in header for line in told.notes(why=True))
     assert '[FALSE,FALSE,"STN1",' in rapid
     assert "ActUnit STN1;" in rapid
     assert "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)" in krl

@@ -214,8 +214,8 @@ def read_kept_plan(folder: Path) -> KeptInput:
     ------
     InputError : When a file cannot be opened, or is missing in ``input``.
     FormatError
-        When a file breaks its format, ``plan.json`` was changed after it was planned, or a file in ``input`` is not the
-        one that was planned from: file and remedy are named.
+        When a file breaks its format, ``plan.json`` was changed after it was planned, or ``input`` has a file that is
+        not, or not as it was, among those that were planned from: file and remedy are named.
     """
     path, source = folder / PLAN_FILE, folder / INPUT
     record = parse_json(read_bytes(path), path=str(path))
@@ -231,6 +231,9 @@ def read_kept_plan(folder: Path) -> KeptInput:
             raise InputError(f"{source / name}: is missing; the plan was made from it: plan again")
         if sha256_of(read_bytes(source / name)) != sha256:
             raise FormatError(f"is not what {PLAN_FILE} was made from (SHA-256); plan again", path=str(source / name))
+    for file in sorted(source.iterdir()):
+        if file.name not in record["made_from"] and not file.name.startswith("."):
+            raise FormatError(f"{PLAN_FILE} was not made from it: take it out, or plan again", path=str(file))
     cell, seams = read_cell(source / CELL_FILE), source / SEAMS_FILE
     listed, found, T_base_part = seams_in_part(seams, cell, with_place=True)
     errors = dict(zip((each.name for each in found), errors_from_record(listed), strict=True))
