@@ -49,6 +49,10 @@ def _after(path: Path) -> list[str]:
 
 
 def _is_taught(path: Path) -> bool:
-    """Whether a table has positions."""
-    with path.open("rb") as file:
-        return b"x_mm" in file.readline(10_000)
+    """Whether a table has positions: a template that nobody has filled has none."""
+    from wpcal.core.errors import WpcalError
+    from wpcal.taught.table import read_taught
+
+    with suppress(WpcalError):
+        return bool(len(read_taught(path).names))
+    return False

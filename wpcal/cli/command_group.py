@@ -97,13 +97,17 @@ class CommandsByEntryPoint(click.Group):
 
 def _take_shop(ctx: click.Context, command: click.Command, name: str, words: Sequence[str]) -> None:
     """Let what the shop says be the default of the command's options, and say which of it counts."""
-    from wpcal.cli.shop_file import find_shop, is_typed, said_of
+    from wpcal.cli.shop_file import find_shop, require_tables, require_variables, said_of, typed
 
     if HELP_FLAGS.intersection(words) or name == "shop" or isinstance(command, click.Group):
         return
-    said = said_of(command, name, find_shop(words))
+    given = typed(command, words)
+    shop = find_shop(given.arguments)
+    require_tables(shop, _installed())
+    require_variables()
+    said = said_of(command, name, shop)
     ctx.default_map = {name: {parameter: each.value for parameter, each in said.items()}}
-    counts = [each for each in said.values() if not is_typed(each, words)]
+    counts = [each for parameter, each in said.items() if parameter not in given.options]
     ctx.meta[ORIGINS] = {each.flag: each.origin for each in counts}
     if counts:
         click.echo(f"wpcal: the shop says {', '.join(map(str, counts))}", err=True)

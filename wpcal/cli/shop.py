@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import textwrap
 from pathlib import Path
@@ -38,10 +39,12 @@ def shop(*, action: str, out: Path, force: bool, as_json: bool) -> int:
     if action == "new":
         return _new(out, force=force)
     from wpcal.cli.command_group import installed_commands
-    from wpcal.cli.shop_file import SAID_ONCE, find_shop, said_of
+    from wpcal.cli.shop_file import SAID_ONCE, find_shop, require_tables, require_variables, said_of
 
     found = find_shop(())
     commands = dict(installed_commands())
+    require_tables(found, commands)
+    require_variables()
     said = [(name, each) for name, made in commands.items() for each in said_of(made, name, found).values()]
     rows: dict[tuple[str, str, str], list[str]] = {}
     for name, each in said:
@@ -66,26 +69,30 @@ def shop(*, action: str, out: Path, force: bool, as_json: bool) -> int:
 
 def _new(out: Path, *, force: bool) -> int:
     """Ask for the values and write the file; what is not answered is written as a comment."""
-    from wpcal.cli.shop_file import read_shop
-    from wpcal.core.records import check_writable, write_file
+    from wpcal.cli.command_group import installed_commands
+    from wpcal.cli.outputs import require_new
+    from wpcal.cli.shop_file import said_of, shop_of
+    from wpcal.core.records import write_file
 
-    check_writable(out, overwrite=force)
+    require_new(out, overwrite=force)
     lines = [HEAD.rstrip()]
     for key, question, example in ASKED:
         words = f"{question} (as {example}; empty: not said)"
         answer = click.prompt(words, default="", show_default=False) if sys.stdin.isatty() else ""
-        value = answer or example
-        line = f"{key} = {value}" if _is_number(value) else f'{key} = "{value}"'
+        line = f"{key} = {_toml(answer or example)}"
         lines.append(line if answer else f"# {line}  # {question}")
-    write_file(out, "\n".join(lines) + "\n", overwrite=force)
-    read_shop(out)
+    text = "\n".join(lines) + "\n"
+    shop = shop_of(text, out)
+    for name, made in installed_commands():
+        said_of(made, name, shop)
+    write_file(out, text, overwrite=force)
     click.echo(f"wrote {out}")
     return 0
 
 
-def _is_number(text: str) -> bool:
+def _toml(text: str) -> str:
+    """Return a value as TOML writes it: a number, or a quoted text."""
     try:
-        float(text)
+        return repr(float(text))
     except ValueError:
-        return False
-    return True
+        return json.dumps(text, ensure_ascii=False)

@@ -7,7 +7,9 @@ top of the file, the default of wpcal.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -29,6 +31,12 @@ _SAID_ONCE = """
 """
 SAID_ONCE = frozenset(_SAID_ONCE.split())
 """Options that are the same on every part of a shop. What belongs to one part, writes a file or opens a port is not."""
+NAME_OR_FILE = frozenset({"robot", "tool", "torch", "robot_mm"})
+"""Options that take a file or something else; a value with a separator of folders or an ending is a file."""
+OTHER_VARIABLES = frozenset({"CACHE", "CACHE_MB", "KERNEL_TIME_S", "KERNEL_MEMORY_GB", "MOST_MB", "DEBUG"})
+"""Variables ``WPCAL_…`` that say no option."""
+FILE_NAME = re.compile(r"[/\\]|\.[A-Za-z]\w*$")
+"""A separator of folders, or an ending with a letter: ``arms/kr``, ``kr.json``; not ``0.3,500``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +66,31 @@ class Said:
         return self.flag if self.value is True else " ".join(f"{self.flag} {value}" for value in values)
 
 
-def find_shop(words: Sequence[str]) -> Shop:
-    """Return the shop of the first file among the words of a command: the nearest file upwards from its folder.
+@dataclass(frozen=True, slots=True)
+class Typed:
+    """What is among the words of a command."""
 
-    Without a file, it is looked for from the current folder.
+    arguments: tuple[str, ...] = ()  #: In their order; no value of an option.
+    options: frozenset[str] = frozenset()  #: Names of parameters.
+
+
+def typed(command: click.Command, words: Sequence[str]) -> Typed:
+    """Return what was typed; nothing when the command does not take the words, which it then says itself."""
+    with suppress(click.UsageError):
+        values, _, order = command.make_parser(click.Context(command)).parse_args(list(words))
+        given = [values[each.name] for each in order if isinstance(each, click.Argument) and each.name]
+        flat = [word for each in given for word in (each if isinstance(each, list | tuple) else [each])]
+        names = frozenset(each.name or "" for each in order if isinstance(each, click.Option))
+        return Typed(tuple(word for word in flat if isinstance(word, str)), names)
+    return Typed()
+
+
+def find_shop(arguments: Sequence[str]) -> Shop:
+    """Return the shop of the first argument of a command that is a file or folder: the nearest file upwards from it.
+
+    Without one, it is looked for from the current folder.
     """
-    start = next((Path(word) for word in words if not word.startswith("-") and os.path.exists(word)), Path()).resolve()
+    start = next((Path(word) for word in arguments if os.path.exists(word)), Path()).resolve()
     for folder in (start, *start.parents):
         if (folder / SHOP_FILE).is_file():
             return read_shop(folder / SHOP_FILE)
@@ -75,15 +102,26 @@ def read_shop(path: Path) -> Shop:
 
     Raises `InputError` when the file cannot be opened, `FormatError` when it is not TOML or a key is unknown.
     """
-    import tomllib
-
     from wpcal.core.errors import FormatError
     from wpcal.core.input_file import read_bytes
 
     try:
-        record = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
+        return shop_of(read_bytes(path).decode("utf-8-sig"), path)
     except UnicodeDecodeError:
         raise FormatError("is not a UTF-8 text file", path=str(path)) from None
+
+
+def shop_of(text: str, path: Path) -> Shop:
+    """Return what the text of a file says.
+
+    Raises `FormatError` when it is not TOML or a key is unknown.
+    """
+    import tomllib
+
+    from wpcal.core.errors import FormatError
+
+    try:
+        record = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"is not TOML: {error}", path=str(path)) from None
     tables = {key: value for key, value in record.items() if isinstance(value, dict)}
@@ -92,10 +130,41 @@ def read_shop(path: Path) -> Shop:
         for key in values:
             if key not in SAID_ONCE:
                 where = f"[{table}] {key}" if table else key
-                near = get_close_matches(key.lower().replace("-", "_"), SAID_ONCE, n=1)
-                hint = f"did you mean {near[0]}?" if near else "`wpcal shop` lists what a shop can say"
+                hint = _near(key.lower().replace("-", "_"), SAID_ONCE) or "`wpcal shop` lists what a shop can say"
                 raise FormatError(f"unknown key {where!r}; {hint}", path=str(path))
     return Shop(path, common, tables)
+
+
+def require_tables(shop: Shop, commands: Collection[str]) -> None:
+    """Refuse a table that is of no command.
+
+    Raises `FormatError`.
+    """
+    from wpcal.core.errors import FormatError
+
+    for table in shop.tables:
+        if table not in commands:
+            hint = _near(table, commands) or "a table is for one command, as [export]"
+            raise FormatError(f"unknown table [{table}]; {hint}", path=str(shop.path))
+
+
+def require_variables() -> None:
+    """Refuse a variable that is nearly one that says an option: it would be left out silently.
+
+    Raises `click.UsageError`.
+    """
+    known = {key.upper() for key in SAID_ONCE}
+    for variable in sorted(os.environ):
+        name = variable.removeprefix(VARIABLE)
+        if name == variable or name in known | OTHER_VARIABLES:
+            continue
+        if near := get_close_matches(name.upper(), known, n=1, cutoff=0.8):
+            raise click.UsageError(f"unknown variable {variable}; did you mean {VARIABLE}{near[0]}?")
+
+
+def _near(word: str, words: Collection[str]) -> str:
+    near = get_close_matches(word, words, n=1)
+    return f"did you mean {near[0]}?" if near else ""
 
 
 def said_of(command: click.Command, name: str, shop: Shop) -> dict[str, Said]:
@@ -110,6 +179,9 @@ def _stated(command: click.Command, name: str, shop: Shop) -> Iterator[tuple[cli
     from wpcal.core.errors import FormatError
 
     own = shop.tables.get(name, {})
+    keys = {key_of(option) for option in command.params if isinstance(option, click.Option)}
+    if foreign := sorted(own.keys() - keys):
+        raise FormatError(f"[{name}] {foreign[0]}: `wpcal {name}` has no such option", path=str(shop.path))
     for option in command.params:
         if not isinstance(option, click.Option) or (key := key_of(option)) not in SAID_ONCE:
             continue
@@ -122,7 +194,8 @@ def _stated(command: click.Command, name: str, shop: Shop) -> Iterator[tuple[cli
             found = own.get(key, shop.common.get(key))
             table = f"[{name}] " if key in own else ""
             where = f"{shop.path}: {table}{key}"
-            value = _beside(found, shop.path.parent if shop.path else Path())
+            is_file = isinstance(option.type, click.Path)
+            value = _beside(found, shop.path, is_file) if shop.path and (is_file or key in NAME_OR_FILE) else found
             yield option, Said(option, _taken(option, value, FormatError, where), f"{SHOP_FILE} {table}".strip())
 
 
@@ -150,15 +223,9 @@ def _require_kind(option: click.Option, value: Any) -> None:
     option.type.convert(value if is_switch else str(value), option, None)
 
 
-def _beside(value: Any, folder: Path) -> Any:
+def _beside(value: Any, shop: Path, is_file: bool) -> Any:
     """Return a value; the name of a file is taken from the folder of the shop's file."""
     if isinstance(value, list):
-        return [_beside(each, folder) for each in value]
-    is_file = isinstance(value, str) and value and (folder / value).exists() and not Path(value).is_absolute()
-    return str(folder / value) if is_file else value
-
-
-def is_typed(said: Said, words: Sequence[str]) -> bool:
-    """Whether an option is among the words of a command."""
-    flags = {*said.option.opts, *said.option.secondary_opts}
-    return any(word.partition("=")[0] in flags or word[:2] in flags for word in words)
+        return [_beside(each, shop, is_file) for each in value]
+    names_file = isinstance(value, str) and value and (is_file or FILE_NAME.search(value))
+    return str(shop.parent / value) if names_file else value

@@ -51,6 +51,8 @@ def test_the_nearest_file_upwards_from_the_part_is_read(tmp_path: Path) -> None:
         ("tolerence_mm = 1", "unknown key 'tolerence_mm'; did you mean tolerance_mm?"),
         ("out = 'x'", "unknown key 'out'"),
         ("[fit]\nforce = true", "unknown key '[fit] force'"),
+        ("[fti]\ntolerance_mm = 1", "unknown table [fti]; did you mean fit?"),
+        ("[fit]\nclearance_mm = 1", "[fit] clearance_mm: `wpcal fit` has no such option"),
         ("tolerance_mm = 'wide'", "tolerance_mm: expected a number, got 'wide'"),
         ("tolerance_mm = true", "tolerance_mm: expected a value, got True"),
         ("tolerance_mm = [1]", "tolerance_mm: expected one value, got a list"),
@@ -64,17 +66,69 @@ def test_a_wrong_file_is_one_line_that_names_it(tmp_path: Path, shop: str, said:
     assert f"{tmp_path / 'wpcal.toml'}: {said}" in done.stderr
 
 
-def test_files_are_named_from_the_folder_of_the_shop(tmp_path: Path) -> None:
+def test_files_are_named_from_the_folder_of_the_shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from wpcal.cli.command_group import installed_commands
     from wpcal.cli.shop_file import find_shop, said_of
 
-    (tmp_path / "arms").mkdir()
-    (tmp_path / "arms" / "kr.json").write_text("{}")
-    (tmp_path / "wpcal.toml").write_text("robot = 'arms/kr.json'\ntorch = 'straight'\n[export]\nformat = ['krl']")
+    (tmp_path / "csv").mkdir()
+    (tmp_path / "straight").mkdir()
+    text = (
+        "robot = 'arms/kr.json'\ncell = 'cell.json'\ntorch = 'straight'\n[export]\nformat = ['csv']\ntool = '0,0,300.5'"
+    )
+    (tmp_path / "wpcal.toml").write_text(text)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "cell.json").write_text("{}")
+    monkeypatch.chdir(elsewhere)
     shop = find_shop([str(tmp_path)])
-    said = said_of(dict(installed_commands())["export"], "export", shop)
+    commands = dict(installed_commands())
+    said = said_of(commands["export"], "export", shop)
     assert said["robot"].value == str(tmp_path / "arms" / "kr.json")
-    assert (said["formats"].value, said["formats"].origin) == (["krl"], "wpcal.toml [export]")
+    assert (said["formats"].value, said["formats"].origin) == (["csv"], "wpcal.toml [export]")
+    assert said["tool"].value == "0,0,300.5"
+    assert said_of(commands["seams"], "seams", shop)["torch"].value == "straight"
+    assert said_of(commands["touches"], "touches", shop)["cell"].value == str(tmp_path / "cell.json")
+
+
+def test_the_part_says_which_shop_and_not_the_value_of_an_option(tmp_path: Path) -> None:
+    from wpcal.cli.command_group import installed_commands
+    from wpcal.cli.shop_file import Typed, typed
+
+    fit = dict(installed_commands())["fit"]
+    words = ["--tolerance-mm", "other", "--seed", "3", "--json", "pairs.csv"]
+    assert typed(fit, words) == Typed(("pairs.csv",), frozenset({"tolerance_mm", "seed", "as_json"}))
+    assert typed(fit, ["--no-such-option"]) == Typed()
+
+
+def test_a_variable_that_is_nearly_one_is_not_left_out_silently(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WPCAL_CACHE_MB", "10")
+    assert fitted(tmp_path, "").returncode in (0, 1)
+    monkeypatch.setenv("WPCAL_TOLERENCE_MM", "0.1")
+    done = fitted(tmp_path, "")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "WPCAL_TOLERENCE_MM; did you mean WPCAL_TOLERANCE_MM?" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [(".5", "tolerance_mm = 0.5\n"), ("0,5", None), ("nan", None)],
+)
+def test_an_answer_is_tried_before_the_file_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answer: str, said: str | None
+) -> None:
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    answers = iter([answer, "", r"C:\torches\new.json"])
+    monkeypatch.setattr("click.prompt", lambda *_args, **_options: next(answers, ""))
+    out = tmp_path / "wpcal.toml"
+    done = run_here("shop", "new", "-o", out)
+    if said is None:
+        assert (done.returncode, done.stderr.count("\n"), out.exists()) == (2, 1, False)
+    else:
+        assert done.returncode == 0, done.stderr
+        assert said in out.read_text()
+        assert run_here("shop", "new", "-o", out, "--force").returncode == 0
 
 
 def test_a_new_file_of_a_shop_says_nothing_until_it_is_edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,6 +159,8 @@ def test_alone_in_a_folder_the_next_command_is_said(tmp_path: Path, monkeypatch:
     tee = ROOT / "fixtures" / "tee"
     assert "next:" not in run_here().stdout
     (tmp_path / "a part.step").write_bytes((tee / "tee.step").read_bytes())
+    assert "next: wpcal pick 'a part.step'" in run_here().stdout
+    (tmp_path / "taught.csv").write_text("name,x_mm,y_mm,z_mm\nweb,,,\n")
     assert "next: wpcal pick 'a part.step'" in run_here().stdout
     (tmp_path / "taught.csv").write_bytes((tee / "taught.csv").read_bytes())
     assert "next: wpcal calibrate 'a part.step' taught.csv -o out" in run_here().stdout
