@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, joint_error, meeting_jacobian
+from wpcal.calibrate.errors.of_bodies import MeetingPoints, joint_error, meeting_jacobian
 from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions
@@ -175,8 +175,7 @@ class MovedSearch:
 
     def joint_error(self, C: FloatArray) -> float:
         """Return the length, mm, that no seam point's error exceeds, with 95 % probability; C has the shape (m, m)."""
-        worst = np.argsort(-self.errors(C), kind="stable")[:MOST_POINTS]
-        return joint_error(self.seams[worst], C)
+        return joint_error(self.seams, C)
 
     def scores(self, C: FloatArray) -> FloatArray:
         """Return how large the errors are after each possible touch, shape (n,), mm."""

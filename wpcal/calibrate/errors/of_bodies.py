@@ -118,9 +118,12 @@ def joint_error(J: FloatArray, covariance: FloatArray) -> float:
     Parameters
     ----------
     J : ndarray, shape (n, 3, m)
-        Derivative of n points by m unknowns; the `MOST_POINTS` with the largest errors of their own are enough.
+        Derivative of n points by m unknowns. The `MOST_POINTS` with the largest errors of their own are drawn.
     covariance : shape (m, m). Of the unknowns.
     """
+    if len(J) > MOST_POINTS:
+        own = length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE)
+        J = J[np.argsort(-own, kind="stable")[:MOST_POINTS]]
     values, vectors = np.linalg.eigh(covariance)
     # the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors
     root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,7 @@ from wpcal.calibrate.errors.robot_field import (
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
-from wpcal.core.tangent import point_jacobian, translation_adjoint
+from wpcal.core.tangent import point_jacobian
 
 COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
 LEAST_FREEDOM = 4
@@ -42,8 +41,6 @@ LEAST_FREEDOM = 4
 three."""
 JOINT_SAMPLES = 8192
 """Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
-DIRECTIONS = 128
-"""A seam moves most at an end of its extent. The furthest points in this many directions stand for all its points."""
 EXCESS_POINTS = 512
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
 EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the sampling error.
@@ -230,51 +227,3 @@ def length_quantile(
     """
     trace, m = _satterthwaite(covariances)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))
-
-
-def joint_errors(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
-    """Simulate the largest error among points that move together.
-
-    Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable. The
-    quantiles of this sample hold for all points at once.
-
-    Returns ndarray, shape (JOINT_SAMPLES,). mm, in ascending order. The seed is fixed.
-
-    `points_base`: shape (k, 3). Base frame, mm.
-    `covariance`: shape (6, 6). Of ξ, about the base's origin.
-    `degrees_of_freedom`: Infinite if the teaching error is stated.
-    """
-    points = as_points(points_base, name="points")
-    centre = points.mean(axis=0)
-    draws = _joint_draws(degrees_of_freedom)
-    far = points[np.unique(np.argmax((points - centre) @ draws.directions, axis=0))] - centre
-    shift = translation_adjoint(-centre)
-    values, vectors = np.linalg.eigh(shift @ covariance @ shift.T)
-    xi = draws.normal * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
-    wx, wy, wz, vx, vy, vz = np.ascontiguousarray(xi.T)
-    largest = np.zeros(JOINT_SAMPLES)
-    for x, y, z in far.tolist():
-        moved_x, moved_y, moved_z = wy * z - wz * y + vx, wz * x - wx * z + vy, wx * y - wy * x + vz
-        np.maximum(largest, moved_x * moved_x + moved_y * moved_y + moved_z * moved_z, out=largest)
-    return frozen(np.sort(np.sqrt(largest) / draws.scale))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _JointDraws:
-    """The random numbers of `joint_errors`."""
-
-    directions: FloatArray  #: shape (3, DIRECTIONS).
-    normal: FloatArray  #: shape (JOINT_SAMPLES, 6).
-    #: shape (JOINT_SAMPLES,), or float. By which the simulated errors are divided, because their scale is estimated.
-    scale: FloatArray | float
-
-
-@lru_cache(maxsize=8)
-def _joint_draws(degrees_of_freedom: float) -> _JointDraws:
-    rng = np.random.default_rng(0)
-    directions = rng.standard_normal((3, DIRECTIONS))
-    normal = rng.standard_normal((JOINT_SAMPLES, 6))
-    if math.isinf(degrees_of_freedom):
-        return _JointDraws(frozen(directions), frozen(normal), 1.0)
-    chi_squares = rng.chisquare(degrees_of_freedom, JOINT_SAMPLES)
-    return _JointDraws(frozen(directions), frozen(normal), frozen(np.sqrt(chi_squares / degrees_of_freedom)))

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.calibrate.errors.prediction import COVERAGE, joint_errors
+from wpcal.calibrate.errors.of_bodies import joint_error
 from wpcal.calibrate.observe.bodies import Bodies
 from wpcal.calibrate.trust.residuals import LEAST_REDUNDANCY
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -247,7 +247,7 @@ def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray)
     `seam_points`: shape (k, 3). About the centre of the design, mm.
     """
     covariances, free = design.covariances(rows[None])
-    return float("inf") if free[0] else float(np.quantile(joint_errors(seam_points, covariances[0]), COVERAGE))
+    return float("inf") if free[0] else joint_error(point_jacobian(seam_points), covariances[0])
 
 
 def _as_one_body(design: TouchDesign) -> tuple[MovedSearch, FloatArray]:
