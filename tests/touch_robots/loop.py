@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tests.touch_robots import saved
 from tests.touch_robots.robot import Array, Robot, Senses, Torch
 from tests.touch_robots.solid import Solid
+from wpcal.controllers.language.touch import ENDED_TEXT
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.run.machine import rigid
 from wpcal.controllers.run.program import Run
@@ -89,7 +90,8 @@ def run_program(
     torch = torch or Torch(T_FLANGE_TOOL)
     robot = Robot(solid, torch, senses)
     tools = {how.tool: T_FLANGE_TOOL}
-    controller = how.controller(files, robot, tools=tools, on_stop=lambda _: goes_on, **how.given)
+    on_stop = lambda message: goes_on and ENDED_TEXT not in message  # noqa: E731
+    controller = how.controller(files, robot, tools=tools, on_stop=on_stop, **how.given)
     run = controller.start(how.main)
     kept = dict(run.files) | how.saved(controller)
     if hasattr(controller, "backup"):

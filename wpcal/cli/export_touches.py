@@ -125,6 +125,8 @@ def _arm(plan: TouchPlan, robot: str | None) -> Arm | None:
         if robot is not None:
             raise InputError("--robot: the plan of touches was made without an arm and has no joints")
         return None
+    if robot is None and plan.arm is not None:
+        return plan.arm
     if robot is None:
         try:
             return find_arm(plan.robot)

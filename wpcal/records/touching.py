@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Positive, Record, Rotation, Units, Vector
+from wpcal.records.robots import Arm
 
 
 class Set(Record):
@@ -180,6 +181,7 @@ class Touches(Record):
     wire_mm: NotNegative = D("Diameter of the wire.")
     stick_out_mm: NotNegative = D("From the contact tip to the tool centre point.")
     robot: str = D("Name of the arm; empty if none is given.")
+    arm: Maybe[Arm | None] = D("The arm, with which programs state the configuration; null if none is given.")
     home_joints_deg: list[float] | None = D(
         "Shown angles before the first and after the last search; null without an arm."
     )

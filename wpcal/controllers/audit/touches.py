@@ -9,7 +9,7 @@ from pathlib import Path
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.programs import Surroundings, executed, pose_faults
 from wpcal.controllers.audit.read_back import ReadPose, is_weld_program, read_poses_back, require_grammar
-from wpcal.controllers.judge.asked import asked_of_touches, compare
+from wpcal.controllers.judge.asked import asked_of_touches, compare, contacts_of
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import grammar_of_file
@@ -52,7 +52,7 @@ def executed_touch_faults(files: Mapping[str, bytes], path: Path) -> Iterator[tu
     plan = _plan_near(path)
     if plan is None or not plan.searches:
         return
-    trace, refused = executed(files, Surroundings(plan.T_base_part))
+    trace, refused = executed(files, Surroundings(plan.T_base_part), feel=contacts_of(plan))
     yield from ((name, fault) for name, faults in refused.items() for fault in faults)
     found = compare(trace, asked_of_touches(TouchProgram(plan)))
     yield from ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)

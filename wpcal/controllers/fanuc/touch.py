@@ -42,7 +42,7 @@ from wpcal.touch.searches import halves_of
 
 INPUTS = Numbers(default=1, most=4096)
 LARGEST_FRAME = 9  #: The last user frame, unless the controller was set up for more.
-HEAD = 5  #: Registers before the outcomes: two of the fingerprint, user frame, tool, count.
+HEAD = 5  #: Registers before the outcomes: two of the fingerprint, user frame, tool, count. Behind them: the misses.
 PARALLEL = 1e-3  #: Sine of the largest angle between a search of the package and its axis: 0.06 degrees.
 
 
@@ -66,7 +66,7 @@ class _TpTouches(TouchWriter):
     def check(self) -> None:
         self.require_frame(LARGEST_FRAME)
         count = len(self.plan.searches)
-        self.require_room(self.setup.fanuc, {"position register": count + 1, "register": count + HEAD}, least=1)
+        self.require_room(self.setup.fanuc, {"position register": count + 1, "register": count + HEAD + 1}, least=1)
         if self.program.arm is not None and not self.program.arm.couplings:
             raise InputError(
                 "FANUC shows J3 against the horizontal: the arm's file needs a coupling of J3 to J2 with factor 1"
@@ -100,7 +100,8 @@ class _TpTouches(TouchWriter):
             place=setup.first_position_register,
             schedule=setup.schedule,
             frame=set_frame(self.setup.frame_number, setup.first_position_register, frame),
-            registers=(*halves, self.setup.frame_number, tool, count, *[NOT_RUN] * count),
+            registers=(*halves, self.setup.frame_number, tool, count, *[NOT_RUN] * count, 0),
+            near_speed=lambda: tp_speed(self.setup.approach_speed_mm_s),
             search_speed=lambda: tp_speed(self.setup.search_speed_mm_s),
             axis=self._axis,
             home=self.home("P[1]", self.first),

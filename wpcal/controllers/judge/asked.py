@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -14,6 +14,7 @@ from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.tangent import log_rotation
+from wpcal.touch.searches import TouchPlan
 
 SAME_MM = 0.05
 """Poses are within this of those that were asked for: a user frame that is typed with three decimals of a degree moves
@@ -70,6 +71,21 @@ def asked_of_touches(program: TouchProgram) -> Asked:
         np.ones(count, dtype=bool),
         None if home is None else np.degrees(home),
     )
+
+
+def contacts_of(plan: TouchPlan) -> Callable[[FloatArray], FloatArray | None]:
+    """Return from where a search ends, as T_base_tool, where it meets the part as planned; None on a way to a start."""
+    T = plan.T_base_part
+    ends = T.apply(np.array([search.end for search in plan.searches]))
+    planned = T.apply(np.array([search.planned for search in plan.searches]))
+
+    def feel(T_base_tool: FloatArray) -> FloatArray | None:
+        off = np.linalg.norm(ends - T_base_tool[:3, 3], axis=1)
+        found = T_base_tool.copy()
+        found[:3, 3] = planned[int(np.argmin(off))]
+        return found if off.min() <= SAME_MM else None
+
+    return feel
 
 
 Row = tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, bool]

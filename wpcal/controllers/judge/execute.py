@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +39,12 @@ def execute(
     tools: Sequence[str | int] = (UNDECLARED,),
     T_flange_tool: FloatArray = TOOL_OF_CONTROLLER,
     T_base_frame: FloatArray | None = None,
-    arc_output: int | None = None,
-    from_pulses: Callable[[FloatArray], FloatArray] | None = None,
+    recorder: Recorder | None = None,
 ) -> Trace:
     """Execute every routine of some files of one language that no other one calls.
 
     `tools`: Names and numbers of tools that the controller has, and where they are: `T_flange_tool`, shape (4, 4).
-    `from_pulses`: From pulses of the arm, shape (6,), to its joints, deg.
+    `recorder`: What knows pulses, the output of the arc and where searches find the part.
     `T_base_frame`: shape (4, 4). Where frames are that the files do not declare; None: a move in one is not followed.
 
     Raises `ProgramError` when a file cannot be read.
@@ -56,9 +55,10 @@ def execute(
         raise ProgramError(f"no interpreter for {', '.join(texts)}")
     bases = {} if T_base_frame is None else dict.fromkeys((UNDECLARED, *NUMBERS), T_base_frame)
     grammar = controller.load_grammar()
-    if arc_output is None and grammar is not None:
-        arc_output = next((found for text in texts.values() if (found := grammar.arc_output(text)) is not None), None)
-    recorder = Recorder(from_pulses, arc_output=arc_output)
+    recorder = recorder or Recorder()
+    if recorder.arc_output is None and grammar is not None:
+        stated = (found for text in texts.values() if (found := grammar.arc_output(text)) is not None)
+        recorder.arc_output = next(stated, None)
     interpreter = controller.load_interpreter()(
         texts, recorder, tools=dict.fromkeys(tools, T_flange_tool), bases=bases, on_stop=lambda _: True
     )

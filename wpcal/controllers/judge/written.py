@@ -19,7 +19,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
-from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare
+from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare, contacts_of
 from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import is_followed, meetings
@@ -30,6 +30,7 @@ from wpcal.controllers.program.arc import SEAM_MARKS
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.registry import find_controller, grammar_of_file
 from wpcal.controllers.run.machine import Place
+from wpcal.controllers.run.recorder import Recorder, pulses_of
 from wpcal.controllers.run.trace import Motion, Trace, Unknown
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.seam.judge.stations import start_mm
@@ -129,13 +130,13 @@ def _judged(
 
 def run_written(files: Files, program: WeldProgram | TouchProgram, *, name: str) -> Trace:
     """Execute the files of a program; `WrittenWrongError` when one cannot be read."""
-    output, arm = None if program.arc is None else program.arc.output, program.arm
+    output = None if program.arc is None else program.arc.output
+    felt = {"feel": contacts_of(program.plan)} if isinstance(program, TouchProgram) else {}
     try:
         return execute(
             programs_of(files),
             tools=(program.controller.tool_name, program.controller.tool_number),
-            arc_output=output,
-            from_pulses=None if arm is None else lambda pulses: np.degrees(arm.angles_from_pulses(pulses)),
+            recorder=Recorder(pulses_of(program.arm), arc_output=output, **felt),
         )
     except WpcalError as error:
         what = f"{name}: the written program cannot be read back: {error}; nothing is written"

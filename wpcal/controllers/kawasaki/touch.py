@@ -61,6 +61,7 @@ class _AsTouches(TouchWriter):
             tool=tool,
             accuracy_mm=ACCURACY_MM,
             signal=signal,
+            near_speed=as_speed(self.setup.approach_speed_mm_s),
             search_speed=as_speed(self.setup.search_speed_mm_s),
             home=self.home("#wpt_home", str(JOINT_PERCENT)),
             **self.sensing(signal, self.enable),

@@ -76,6 +76,7 @@ class _KrlTouches(TouchWriter):
         signal, enable = f"$IN[{self.signal}]", f"$OUT[{self.enable}]" if self.enable else ""
         header = self.header(signal, self._about(is_known=known is not None))
         names = {"header": header, "signal": signal, "air": self.air, "percent": JOINT_PERCENT, "act_lines": act_lines}
+        names["near"] = f"{self.setup.approach_speed_mm_s / 1000.0:g}"
         names |= {"interrupt": self._interrupt, "sensor": self.setup.krl.sensor, "home": self.home(HOME, "")}
         data = self.lines("touch_data", header=header, frame=krl_frame_text(self.frame), data=self._data(known))
         source = self.lines("touch", **names, **self.sensing(signal, enable))

@@ -20,6 +20,7 @@ from wpcal.touch.searches import STORED_NUMBERS, Outcome, Search
 FOUND, MISSED, ACTIVE, NOT_RUN = (
     STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
 )
+ENDED_TEXT = " misses: program ends"  #: Behind their number.
 MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
 """After the name of a search, in the message at which a program stops: a pendant may show 24 characters after it."""
 
@@ -40,7 +41,7 @@ class SearchText:
     name: str
     number: int  #: From 0 on.
     at: Mapping[str, str]  #: The points as moves name them, by their marks (`TouchSteps.marks`).
-    way: Sequence[str]  #: The points from the first to the start.
+    way: Sequence[str]  #: The points from the first on that the robot goes to without sensing.
     is_first: bool  #: Whether the arm comes from anywhere.
     steps: TouchSteps
 
@@ -73,7 +74,8 @@ class TouchWriter:
             names = self.points_of(steps, first)
             at = dict(zip(steps.marks, names, strict=True))
             is_first = number == 0 and self.plan.home_joints is None
-            found.append(SearchText(steps.name, number, at, names[:-2], is_first, steps))
+            felt = 2 if self.setup.with_package else 3  # a package senses from the start on
+            found.append(SearchText(steps.name, number, at, names[:-felt], is_first, steps))
             first += len(names)
         self.searches = found
 
@@ -150,7 +152,7 @@ class TouchWriter:
         return self.post.header(comment_lines(about, mark="", longest=self.longest_comment))
 
     def approach(self, search: SearchText) -> list[str]:
-        """Return the moves to the start of a search."""
+        """Return the moves to where a search is sensed from: its approach, or with a package its start."""
         lines = list[str]()
         for row, point in enumerate(search.way):
             is_joint = row == 0 and search.is_first
@@ -160,6 +162,10 @@ class TouchWriter:
     def leave(self, search: SearchText) -> list[str]:
         """Return the moves from where a search ended."""
         return [line for mark in "SR" for line in self.post.air_move(search.at[mark], speed=self.air)]
+
+    def back(self, search: SearchText) -> list[str]:
+        """Return the move from a contact on the way to the start."""
+        return self.post.air_move(search.at["A"], speed=self.air)
 
     def home(self, point: str, speed: str) -> list[str]:
         """Return the move to the home of the plan, if it has one."""
@@ -186,6 +192,8 @@ class TouchWriter:
             "searches": self.searches,
             "approach": self.approach,
             "leave": self.leave,
+            "back": self.back,
+            "ENDED_TEXT": ENDED_TEXT,
             "footer": self.post.footer(),
         }
         return whole_template(self.format, template, {**known, **names})
@@ -233,10 +241,15 @@ def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[st
         f"it turn {level}: without it the torch drives {longest:.0f} mm on, into the part",
         f"SAFETY: during searches the sensing voltage {enable}is on the wire: keep away from wire and torch",
         "SAFETY: after a missed search the part may be elsewhere. The program stops and names the search: look at the "
-        "part before you start it again. It then goes on with the next search",
+        "part before you start it again. It then goes on with the next search; after "
+        f"{setup.most_misses} misses it ends",
+        "the way to the start of a search is not sensed: the package senses from the start on. It is free of the part "
+        "wherever the plan allows it to stand"
+        if setup.with_package
+        else f"the way to the start of a search is sensed as well, at {setup.approach_speed_mm_s:g} mm/s",
         NOT_CHECKED.replace("the way to the first point", first),
-        f"run it dry: without the part, every search is missed. Searches {setup.search_speed_mm_s:g} mm/s, "
-        f"air {setup.air_speed_mm_s:g} mm/s",
+        "run it dry: without the part, every search is missed (most_misses). Searches "
+        f"{setup.search_speed_mm_s:g} mm/s, air {setup.air_speed_mm_s:g} mm/s",
         *results,
         "search: what it touches, stroke and direction in the part",
         *(f"  {search.name.upper()}: {_in_words(search)}" for search in plan.searches),

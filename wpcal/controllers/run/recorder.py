@@ -13,9 +13,15 @@ from wpcal.controllers.run.machine import Matrix, Place, inverted, rigid
 from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.run.trace import Motion, Switch, Trace, Unknown
 from wpcal.core.arrays import FloatArray
+from wpcal.robot.kinematics.arm import Arm
 
 NOWHERE = rigid(Rotation.from_euler("xyz", (0.4, 0.9, -1.1)), (77_777.0, -88_888.0, 99_999.0))
 """Where a robot stands of which nobody knows."""
+
+
+def pulses_of(arm: Arm | None) -> Callable[[FloatArray], FloatArray] | None:
+    """Return what turns pulses of an arm, shape (6,), into its joints, deg."""
+    return None if arm is None else lambda pulses: np.degrees(arm.angles_from_pulses(pulses))
 
 
 class Recorder:
@@ -25,15 +31,20 @@ class Recorder:
     ----------
     from_pulses : From pulses of an arm, shape (6,), to its joints, deg. Without it they are not known.
     arc_output : Number of the digital output that switches the arc.
+    feel : From the end of a search to where it finds the part, both T_base_tool, or None for a search that misses.
     """
 
     def __init__(
-        self, from_pulses: Callable[[FloatArray], FloatArray] | None = None, *, arc_output: int | None = None
+        self,
+        from_pulses: Callable[[FloatArray], FloatArray] | None = None,
+        *,
+        arc_output: int | None = None,
+        feel: Callable[[Matrix], Matrix | None] = lambda T_base_tool: T_base_tool,
     ) -> None:
-        self.trace, self.from_pulses, self.arc_output = Trace(), from_pulses, arc_output
+        self.trace, self.from_pulses, self.arc_output, self.feel = Trace(), from_pulses, arc_output, feel
         self._at = Place("", 0)
         self.T_base_flange: FloatArray | None = None
-        self._arc_on, self._in_seam, self._seams = False, False, 0
+        self._arc_on, self._in_seam, self._seams, self._touches = False, False, 0, False
 
     @property
     def at(self) -> Place:
@@ -56,8 +67,8 @@ class Recorder:
         return NOWHERE if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
 
     def is_on(self) -> bool:
-        """Return False: nothing is touched until a search ends."""
-        return False
+        """Tell whether the last motion was a search that found the part."""
+        return self._touches
 
     def move(self, T_base_tool: Matrix, T_flange_tool: Matrix, *, is_line: bool = True) -> None:
         """Write a line, or a move by the joints."""
@@ -85,9 +96,13 @@ class Recorder:
     def search(
         self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True
     ) -> Matrix | None:
-        """Write a search, which finds the part at the end of its stroke."""
+        """Write a search, which finds the part where `feel` says."""
         self._write("S", T_base_tool, T_flange_tool)
-        return T_base_tool
+        found = self.feel(T_base_tool)
+        self._touches = found is not None
+        if found is not None:
+            self.T_base_flange = found @ inverted(T_flange_tool)
+        return found
 
     def switch(self, does: Does) -> None:
         """Write down a switch of the arc, or a mark of a seam."""
@@ -117,6 +132,7 @@ class Recorder:
         joints: FloatArray | None = None,
         via_joints: FloatArray | None = None,
     ) -> None:
+        self._touches = False
         start = None if self.T_base_flange is None else self.T_base_flange @ T_flange_tool
         seam, step = self._seams if self._in_seam else 0, len(self.trace.steps)
         self.trace.events.append(Switch(self.at, Does.MOVE))

@@ -66,7 +66,7 @@ GRAMMAR = Grammar(
     read=read_script,
     poses_in=(".script",),
     stated_output=r"standard digital output (\d{1,9}+) switches the arc",
-    touches={".script": r"\bwpt_search\(\)"},
+    touches={".script": r"\bwpt_search\("},
     tools=_tools,
     tools_in_words="set_tcp (UR)",
 )

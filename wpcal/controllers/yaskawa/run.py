@@ -369,7 +369,7 @@ class Interpreter(Base):
     def _condition(self, text: str) -> bool:
         if found := re.fullmatch(r"(R?IN#\(\d+\))=(ON|OFF)", text):
             return self.is_on(found[1]) == (found[2] == "ON")
-        found = re.fullmatch(rf"{NUMBER}(=|<>|<|>|<=|>=)(\S+)", text)
+        found = re.fullmatch(rf"{NUMBER}(<>|<=|>=|[=<>])(\S+)", text)
         if found is None:
             raise ProgramError(f"the condition {text!r} is not followed")
         return bool(COMPARE[found[2]](self.number(found[1]), self.number(found[3])))

@@ -2,7 +2,7 @@
 
 A search is a ``MOVL … SRCH RIN#(n)=ON``: it ends at the end of its stroke, or where the direct input comes. ``$B002``
 then says whether it came, and ``$PX002`` where, as pulses; ``CNVRT`` turns them into the user frame. INFORM cannot ask
-for a direct input before a move. A contact that is found within `AT_START_MM` of the start counts as active at start.
+for a direct input before a move: a signal that is on ends the search of the way to the start.
 
 Places are in P-variables, outcomes in B-variables, fingerprint and numbers of frame and tool in D-variables. A job in a
 user frame has no positions in joints: another job goes home.
@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from wpcal.controllers.language.jobs import frame_in_words
-from wpcal.controllers.language.touch import Numbers, SearchText, TouchWriter
+from wpcal.controllers.language.touch import Numbers, TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.controllers.yaskawa.write import (
     CONFIGURATION,
@@ -37,9 +37,7 @@ from wpcal.touch.searches import halves_of
 
 LARGEST_FRAME = 63  #: The last user frame.
 HEAD = 5
-"""D-variables: two of the fingerprint, user frame, tool, count. The next one is for the comparison with the start."""
-AT_START_MM = 0.3  #: A robot that finds the input on stops within this distance at search speeds.
-UNITS_PER_MM = 1000  #: As positions are in variables.
+"""D-variables: two of the fingerprint, user frame, tool, count. The next one counts the misses."""
 
 
 def write_touch_inform(program: TouchProgram) -> dict[str, str]:
@@ -87,8 +85,8 @@ class _InformTouches(TouchWriter):
             byte=setup.first_byte_variable,
             position=setup.first_position_variable,
             doubles=(*halves_of(self.plan.fingerprint), user, tool, len(self.searches)),
+            near_speed=lambda: inform_speed(self.setup.approach_speed_mm_s),
             search_speed=lambda: inform_speed(self.setup.search_speed_mm_s),
-            at_start=_at_start,
             home=[] if home is None else [f"CALL JOB:{name}H"],
             **self.sensing(signal, enable),
         )
@@ -120,14 +118,3 @@ class _InformTouches(TouchWriter):
             "places, in the order of the searches: copy VAR.DAT",
             f"D{head:03d} to D{head + HEAD - 1:03d}: fingerprint, user frame, tool, count",
         ]
-
-
-def _at_start(search: SearchText) -> tuple[int, int, int]:
-    """Return the axis, from 1 on, along which a search runs most, and between which numbers its start is."""
-    steps = search.steps
-    start, end = steps.p[steps.way_count + 1], steps.p[steps.way_count + 2]
-    axis = int(np.argmax(np.abs(end - start)))
-    stroke = float(np.linalg.norm(end - start))
-    near = abs(end[axis] - start[axis]) / stroke * min(AT_START_MM, stroke / 2.0)
-    low, high = (round((start[axis] + sign * near) * UNITS_PER_MM) for sign in (-1, 1))
-    return axis + 1, low, high

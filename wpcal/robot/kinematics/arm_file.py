@@ -59,7 +59,7 @@ def read_arm(path: Path) -> Arm:
     """
     record = read_json(path, schema=ARM_SCHEMA)
     try:
-        return _arm(record)
+        return arm_from_record(record)
     except FormatError:
         raise
     except InputError as error:
@@ -70,7 +70,8 @@ def read_arm(path: Path) -> Arm:
         raise FormatError(f"a field has a wrong type: {error}", path=str(path)) from None
 
 
-def _arm(record: dict[str, Any]) -> Arm:
+def arm_from_record(record: dict[str, Any]) -> Arm:
+    """Return the arm of a record; `KeyError`, `TypeError` or `InputError` when a field is missing or wrong."""
     nominal = record.get("nominal")
     return Arm(
         name=str(record["name"]),

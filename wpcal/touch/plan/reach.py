@@ -120,7 +120,8 @@ class ArmReach:
                 *notes,
                 f"the straight way from {searches[-1].name} home is not free",
             )
-        return replace(plan, searches=tuple(searches), home_joints=home[:JOINTS], robot=self.cell.arm.name, notes=notes)
+        arm = self.cell.arm
+        return replace(plan, searches=tuple(searches), home_joints=home[:JOINTS], robot=arm.name, arm=arm, notes=notes)
 
     def _way(self, planner: AirPlanner, a: FloatArray, b: FloatArray, name: str) -> FloatArray:
         try:

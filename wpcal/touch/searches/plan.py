@@ -13,6 +13,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.arm import Arm
 
 SEARCH_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 """Names of searches: identifiers in every language of a controller, with room for a prefix of 8 characters."""
@@ -154,6 +155,7 @@ class TouchPlan:
     #: shape (axes,). Shown angles before the first search and after the last one, rad; None if no arm is given.
     home_joints: FloatArray | None = None
     robot: str = ""  #: Name of the arm; empty if none is given.
+    arm: Arm | None = None  #: The arm itself: programs state the configuration with it.
     predicted: SeamPrediction | None = None
     notes: tuple[str, ...] = ()  #: What a person should know of the plan.
     bodies: tuple[PlannedBody, ...] = ()  #: The bodies that may move; empty if the part is one.

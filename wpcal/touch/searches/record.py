@@ -14,6 +14,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
+from wpcal.robot.kinematics.arm_file import arm_from_record, arm_record
 from wpcal.touch.searches.plan import Contact, PlannedBody, SeamPrediction, Search, SearchKind, Served, TouchPlan
 
 TOUCHES_SCHEMA = "wpcal/touches/1"
@@ -33,6 +34,7 @@ def touches_record(plan: TouchPlan) -> dict[str, Any]:
         "wire_mm": plan.wire_mm,
         "stick_out_mm": plan.stick_out_mm,
         "robot": plan.robot,
+        "arm": None if plan.arm is None else arm_record(plan.arm),
         "home_joints_deg": _degrees(plan.home_joints),
         "predicted": None if plan.predicted is None else _prediction_record(plan.predicted),
         "notes": list(plan.notes),
@@ -92,6 +94,7 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
             stick_out_mm=float(record["stick_out_mm"]),
             home_joints=_radians(record.get("home_joints_deg")),
             robot=record.get("robot", ""),
+            arm=None if record.get("arm") is None else arm_from_record(record["arm"]),
             predicted=_prediction(record.get("predicted")),
             notes=tuple(record.get("notes", ())),
             bodies=tuple(PlannedBody(**each) for each in record.get("bodies", ())),

@@ -82,10 +82,14 @@ class TouchSetup:
     signal: str = ""
     is_on_high: bool = True  #: Whether contact turns the input on.
     enable: str = ""  #: The digital output that switches the sensing voltage on; empty: none.
-    #: `search_speed_mm_s`, `air_speed_mm_s`: During a search, and between searches.
+    #: `search_speed_mm_s`, `approach_speed_mm_s`, `air_speed_mm_s`: During a search, on the sensed way to its start
+    #: (from 30 mm/s robots stop within about 1 mm, by which the wire bends), and between searches.
     search_speed_mm_s: float = 10.0
+    approach_speed_mm_s: float = 30.0
     air_speed_mm_s: float = 100.0
     hold_s: float = 0.1  #: Wait after contact, before the robot leaves.
+    #: After so many searches without a touch the program ends: the part is elsewhere, or the wire has no voltage.
+    most_misses: int = 2
     #: `latency_s`, `latency_sigma_s`: From contact to the place that the controller stores: a systematic error of
     #: latency × speed along the direction, and its uncertainty.
     latency_s: float = 0.0
@@ -104,7 +108,8 @@ class TouchSetup:
     urscript: UrSetup = UrSetup()
 
     def __post_init__(self) -> None:
-        _in_range(self, "search_speed_mm_s", more_than=0.0, below=FASTEST_SEARCH_MM_S)
+        for name in ("search_speed_mm_s", "approach_speed_mm_s"):
+            _in_range(self, name, more_than=0.0, below=FASTEST_SEARCH_MM_S)
         _in_range(self, "air_speed_mm_s", more_than=0.0, below=FASTEST_AIR_MM_S)
         for name in ("hold_s", "latency_s", "latency_sigma_s"):
             _in_range(self, name, below=LONGEST_S)

@@ -8,11 +8,12 @@
 ;   wire and torch
 ; SAFETY: after a missed search the part may be elsewhere. The program stops
 ;   and names the search: look at the part before you start it again. It then
-;   goes on with the next search
+;   goes on with the next search; after 2 misses it ends
+; the way to the start of a search is sensed as well, at 30 mm/s
 ; NOT CHECKED: the arm, fixtures, cables, the way to the first point. RUN IT
 ;   DRY FIRST
-; run it dry: without the part, every search is missed. Searches 10 mm/s, air
-;   100 mm/s
+; run it dry: without the part, every search is missed (most_misses). Searches
+;   10 mm/s, air 100 mm/s
 ; results: variables wpto_, wptp_ and $wpt_plan: SAVE them into a file on the
 ;   controller and copy it
 ; points and results are relative to wpt_part, the part as planned; mm; R =
@@ -29,15 +30,19 @@
   $wpt_plan = "0a9153c0"
   $wpt_tool = "tTorch"
   wpt_count = 2
+  wpt_misses = 0
   wpto_t1 = 0
   wpto_t4 = 0
 ; T1
   SPEED 5 ALWAYS
   JMOVE wpt_t1a
-  SPEED 100 MM/S ALWAYS
-  LMOVE wpt_t1s
   BREAK
   wpt_outcome = 2
+  SPEED 30 MM/S ALWAYS
+  IF NOT SIG(1001) THEN
+    XMOVE wpt_t1s TILL 1001
+    BREAK
+  END
   IF SIG(1001) THEN
     wpt_outcome = 3
   ELSE
@@ -51,23 +56,36 @@
     TWAIT 0.1
   END
   wpto_t1 = wpt_outcome
+  IF wpt_outcome == 3 THEN
   SPEED 100 MM/S ALWAYS
+  LMOVE wpt_t1a
+    BREAK
+    PRINT "T1 signal on at start"
+  ELSE
   LMOVE wpt_t1s
   LMOVE wpt_t1r
-  BREAK
+    BREAK
+  END
   IF wpt_outcome == 2 THEN
     PRINT "T1 missed: look at the part"
-    PAUSE
   END
-  IF wpt_outcome == 3 THEN
-    PRINT "T1 signal on at start"
+  IF wpt_outcome <> 1 THEN
+    wpt_misses = wpt_misses + 1
+    IF wpt_misses >= 2 THEN
+      PRINT "2 misses: program ends"
+      HALT
+    END
     PAUSE
   END
 ; T4
   LMOVE wpt_t4a
-  LMOVE wpt_t4s
   BREAK
   wpt_outcome = 2
+  SPEED 30 MM/S ALWAYS
+  IF NOT SIG(1001) THEN
+    XMOVE wpt_t4s TILL 1001
+    BREAK
+  END
   IF SIG(1001) THEN
     wpt_outcome = 3
   ELSE
@@ -81,16 +99,25 @@
     TWAIT 0.1
   END
   wpto_t4 = wpt_outcome
+  IF wpt_outcome == 3 THEN
   SPEED 100 MM/S ALWAYS
+  LMOVE wpt_t4a
+    BREAK
+    PRINT "T4 signal on at start"
+  ELSE
   LMOVE wpt_t4s
   LMOVE wpt_t4r
-  BREAK
+    BREAK
+  END
   IF wpt_outcome == 2 THEN
     PRINT "T4 missed: look at the part"
-    PAUSE
   END
-  IF wpt_outcome == 3 THEN
-    PRINT "T4 signal on at start"
+  IF wpt_outcome <> 1 THEN
+    wpt_misses = wpt_misses + 1
+    IF wpt_misses >= 2 THEN
+      PRINT "2 misses: program ends"
+      HALT
+    END
     PAUSE
   END
   BREAK

@@ -13,6 +13,7 @@ import pytest
 from tests.touch_plans import TEE_PLAN, tee_plan
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
+from wpcal.robot.kinematics.arm_file import find_arm
 from wpcal.taught.table import read_features_to_touch
 from wpcal.touch.searches import (
     SeamPrediction,
@@ -33,14 +34,20 @@ def with_all_fields() -> TouchPlan:
     predicted = SeamPrediction(0.21, "W1", (("W1", 0.21), ("W2", 0.2)))
     searches = (first, *plan.searches[1:])
     return replace(
-        plan, searches=searches, home_joints=joints[0], robot="MH6", predicted=predicted, notes=("F1 left out",)
+        plan,
+        searches=searches,
+        home_joints=joints[0],
+        robot="MH6",
+        arm=find_arm("mh6"),
+        predicted=predicted,
+        notes=("F1 left out",),
     )
 
 
 def without_angles(record: dict[str, Any]) -> dict[str, Any]:
     """Leave out what is converted from radians: it comes back to round-off only."""
     searches = [{key: value for key, value in each.items() if "joints" not in key} for each in record["searches"]]
-    return {**record, "searches": searches, "T_base_part": None, "home_joints_deg": None}
+    return {**record, "searches": searches, "T_base_part": None, "home_joints_deg": None, "arm": None}
 
 
 def test_a_plan_is_the_same_after_writing_and_reading() -> None:
@@ -51,6 +58,8 @@ def test_a_plan_is_the_same_after_writing_and_reading() -> None:
     first, second = (without_angles(json.loads(to_json(touches_record(each)))) for each in (plan, again))
     assert first == second
     assert again.T_base_part.is_close(plan.T_base_part, atol_mm=1e-9, atol_rad=1e-12)
+    assert again.arm is not None
+    assert np.abs(again.arm.forward(plan.home_joints) - plan.arm.forward(plan.home_joints)).max() < 1e-9
     assert again.searches[0].joints is not None
     assert plan.searches[0].joints is not None
     np.testing.assert_allclose(again.searches[0].joints, plan.searches[0].joints, rtol=0, atol=1e-12)
