@@ -1,0 +1,137 @@
+"""Universal Robots: RTDE, port 30004 (protocol version 2): a stream of packages with the position of the tool.
+
+Only the requests that set up and start the stream are implemented; there is no input recipe, so nothing can be written.
+The position is that of the active TCP in the base. `tcp_offset` tells the TCP on controllers that know this output
+(PolyScope 5.10 and later); others do not tell which tool is active.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting
+from wpcal.links.wire import ANSWER_S, Wire
+
+PORT = 30004
+VERSION, OUTPUTS, START, TEXT, DATA = b"VOSMU"
+OUTPUT_NAMES = ("timestamp", "actual_TCP_pose", "actual_q", "tcp_offset")
+TYPES = {"timestamp": "DOUBLE", "actual_TCP_pose": "VECTOR6D", "actual_q": "VECTOR6D", "tcp_offset": "VECTOR6D"}
+HERTZ = 25.0  #: Positions per second.
+MOST_PACKAGES = 10_000  #: In one answer, before the link is given up.
+DRIFT = 1e-4  #: How much faster our clock may run than the controller's: quartz is ten times better.
+
+
+class UrLink:
+    """The stream of one controller."""
+
+    def __init__(self, address: Address) -> None:
+        self._wire = Wire(address.host, address.port or PORT)
+        self._where = self._wire.where
+        self._way_s = ANSWER_S  # the quickest way of a question and its answer
+        self._offset_s: float | None = None  # of our clock less the controller's, with the quickest way of a package
+        self._last_s = -np.inf
+        try:
+            self._names, self._recipe = self._started()
+            self._package()  # at once: when it came tells how far the clocks are apart
+        except LinkError:
+            self.close()
+            raise
+
+    def read(self) -> Reading:
+        """Return the newest position."""
+        asked = time.monotonic()
+        self._wire.begin()
+        for _ in range(MOST_PACKAGES):
+            reading = self._package()
+            if reading.asked_s >= asked - self._way_s - 1.0 / HERTZ:
+                return reading
+        raise LinkError(f"{self._where}: only old positions arrive")
+
+    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
+        """Refuse: RTDE has no files."""
+        raise LinkError("no files are read from this kind of robot")
+
+    def close(self) -> None:
+        """End the stream."""
+        self._wire.close()
+
+    def _started(self) -> tuple[tuple[str, ...], int]:
+        """Start the stream; return its names and the number of its recipe."""
+        if self._ask(VERSION, struct.pack("!H", 2)) != b"\x01":
+            raise LinkError(f"{self._where}: does not speak RTDE version 2")
+        for names in (OUTPUT_NAMES, OUTPUT_NAMES[:-1]):
+            recipe = self._set_up(names)
+            if recipe is not None:
+                break
+        else:
+            raise LinkError(f"{self._where}: RTDE without {', '.join(names)}")
+        if self._ask(START, b"") != b"\x01":
+            raise LinkError(f"{self._where}: RTDE does not start")
+        return names, recipe
+
+    def _set_up(self, names: Sequence[str]) -> int | None:
+        """Return the number of the recipe; None if one of its names is not known."""
+        answer = self._ask(OUTPUTS, struct.pack("!d", HERTZ) + ",".join(names).encode("ascii"))
+        types = answer[1:].decode("ascii", "replace").split(",")
+        if types == [TYPES[name] for name in names] and answer[0]:
+            return answer[0]
+        if "NOT_FOUND" in types or "IN_USE" in types:
+            return None
+        raise LinkError(f"{self._where}: RTDE answered types {types[:6]}, expected numbers and vectors of six")
+
+    def _ask(self, kind: int, data: bytes) -> bytes:
+        began = time.monotonic()
+        self._wire.begin()
+        self._wire.send(struct.pack("!HB", len(data) + 3, kind) + data)
+        found, answer = self._message()
+        while found == TEXT:
+            found, answer = self._message()
+        if found != kind or not answer:
+            raise LinkError(f"{self._where}: does not answer as RTDE")
+        self._way_s = min(self._way_s, time.monotonic() - began)
+        return answer
+
+    def _message(self) -> tuple[int, bytes]:
+        size, kind = struct.unpack("!HB", self._wire.exact(3))
+        if size < 3:
+            raise LinkError(f"{self._where}: does not answer as RTDE")
+        return kind, self._wire.exact(size - 3)
+
+    def _package(self) -> Reading:
+        kind, data = self._message()
+        while kind == TEXT:
+            kind, data = self._message()
+        count = 1 + 6 * (len(self._names) - 1)
+        if kind != DATA or len(data) != 1 + 8 * count or data[0] != self._recipe:
+            raise LinkError(f"{self._where}: a package of {len(data)} bytes, expected {1 + 8 * count} of the recipe")
+        values = np.array(struct.unpack(f"!{count}d", data[1:]))
+        if not np.isfinite(values).all() or np.abs(values).max() > 1e9:
+            raise LinkError(f"{self._where}: a package with numbers that are none")
+        sent, position, joints = float(values[0]), values[1:7], values[7:13]
+        if sent <= self._last_s:
+            raise LinkError(f"{self._where}: the clock of the positions stands")
+        offset = time.monotonic() - sent
+        if self._offset_s is not None:
+            offset = min(offset, self._offset_s + DRIFT * (sent - self._last_s))
+        self._offset_s, self._last_s = offset, sent
+        tool = None if len(self._names) == 3 else _transform(values[13:19], "flange", "tool")
+        name = "" if tool is None or np.any(values[13:19]) else "0"
+        asked = sent + offset - self._way_s
+        return Reading(_transform(position, "base", "tool"), Setting(name, tool), Setting("base"), joints, asked)
+
+
+def _transform(values: FloatArray, target: str, source: str) -> RigidTransform:
+    """Return the transform of x, y, z in m and a rotation vector in rad."""
+    return RigidTransform(Rotation.from_rotvec(values[3:]).as_matrix(), values[:3] * 1000.0, target, source)
+
+
+def open_ur(address: Address, credentials: Credentials) -> UrLink:
+    """Return the open link."""
+    return UrLink(address)
