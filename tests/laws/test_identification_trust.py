@@ -200,3 +200,25 @@ def test_an_unknown_tool_is_told():
     found = identify_arm(MH6, observations, options=IdentifyOptions(free_base=True, free_tool=True))
     issue = next(issue for issue in found.issues if issue.code == "tool-unknown")
     assert set(issue.ids) == {"theta6", "d6", "a6", "alpha6"}
+
+
+@pytest.mark.parametrize(("range_deg", "count", "improved"), [(5.0, 40, False), (300.0, 40, True)])
+def test_an_arm_is_improved_only_where_the_interval_over_all_poses_says_so(range_deg, count, improved):
+    low, high = MH6.limits
+    every = MH6.model_angles(random_joints(MH6, 400, rng=np.random.default_rng(9)))
+    one, predicted, real = np.zeros(400, dtype=np.int64), [], []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        truth = KinematicModel(MH6.chain).moved(LINKS, true_errors(rng))
+        q = (low + high) / 2 + np.clip(np.deg2rad(range_deg) * (rng.random((count, 6)) - 0.5), -0.45 * (high - low), 2)
+        p, _ = truth.poses(MH6.model_angles(q), one[:count])
+        seen = PoseObservations(q, p + rng.normal(0.0, 0.1, p.shape))
+        found = identify_arm(MH6, seen, options=IdentifyOptions(free_base=True, free_tool=True, folds=5, **EXPECTED))
+        off = [model.poses(every, one)[0] - truth.poses(every, one)[0] for model in (found.nominal, found.fit.model)]
+        real.append([np.sqrt(np.mean(np.sum(each**2, axis=1))) for each in off])
+        predicted.append([found.whole_range.nominal_mm, found.whole_range.identified_mm])
+        assert found.verdict.improved is found.whole_range.is_better is improved
+        assert improved or "the nominal arm stays in use" in found.verdict.reasons[-1]
+    nominal, identified = np.sqrt(np.mean(np.square(predicted), axis=0) / np.mean(np.square(real), axis=0))
+    assert 0.7 < nominal < 2.0
+    assert 0.7 < identified < 2.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,12 @@ from rich.text import Text
 
 from wpcal.cli.console import show_notes
 
+MOST_TOLD = 2  #: Notes of one kind on the console.
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wpcal.core.issue import Issue
     from wpcal.robot.identify.error_summary import ErrorFigures
     from wpcal.robot.identify.identification import Identification
     from wpcal.robot.identify.observability import PosePlan
@@ -37,12 +43,24 @@ def show_identification(result: Identification, console: Console) -> None:
     console.print(f"rank {fit.rank} of {asked}, condition {fit.condition:.3g}, {noise}", highlight=False)
     if any(not outlier.held_back for outlier in result.outliers):
         console.print("leave an outlier out with --leave-out and its row, once you know why it is one", highlight=False)
-    show_notes(result.issues, console)
+    show_notes(_shortened(result.issues), console)
     if result.verdict.improved:
         console.print(Text.assemble(("IMPROVED", "bold green"), " on poses that were not fitted"))
     else:
         reasons = "; ".join(result.verdict.reasons)
         console.print(Text.assemble(("NOT IMPROVED", "bold red"), f" {reasons}"), highlight=False)
+
+
+def _shortened(issues: Sequence[Issue]) -> list[Issue]:
+    """Return at most `MOST_TOLD` issues of a kind, the last one with the number of those left out."""
+    told = []
+    for code in dict.fromkeys(issue.code for issue in issues):
+        own = [issue for issue in issues if issue.code == code]
+        last = own[:MOST_TOLD][-1]
+        if len(own) > MOST_TOLD:
+            last = replace(last, message=f"{last.message}; {len(own) - MOST_TOLD} more in identification.json")
+        told += [*own[: MOST_TOLD - 1], last] if len(own) >= MOST_TOLD else own
+    return told
 
 
 def _errors(result: Identification) -> Table:

@@ -260,6 +260,17 @@ class ErrorFields(Record):
     identified: ErrorField | None
 
 
+class WholeRange(Record):
+    nominal_mm: NotNegative = D("Predicted root mean square error of the nominal arm.")
+    identified_mm: NotNegative = D("The same of the identified arm.")
+    is_better: bool = D("Whether the identified arm is better with 95 % confidence. If not, nothing is identified.")
+
+
+class ParameterCovariance(Record):
+    names: list[str]
+    values_mm_rad: list[list[float]]
+
+
 class JointRange(Record):
     least: list[float]
     most: list[float]
@@ -280,6 +291,8 @@ class Identification(Record):
     error_field: Maybe[ErrorFields] = D(
         "Smooth position errors of the test poses; null for few poses. For wpcal calibrate --robot-mm."
     )
+    whole_range: Maybe[WholeRange] = D("Position errors over all poses within the limits of the joints.")
+    covariance: Maybe[ParameterCovariance] = D("Of the parameters, with base, tool and reflectors; mm and rad.")
     joints_deg: Maybe[JointRange] = D("Range of each joint among the fitted poses. Outside it nothing is shown.")
     seed: int
     folds: Annotated[int, Meta(ge=2)] | None = D(

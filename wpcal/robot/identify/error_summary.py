@@ -9,7 +9,7 @@ residuals therefore mean that the file is not what it claims to be. If one usual
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -92,13 +92,20 @@ def _figures(values: FloatArray) -> ErrorFigures:
     )
 
 
-def judge(before: FloatArray, after: FloatArray, *, changes: Mapping[str, tuple[float, bool]] | None = None) -> Verdict:
+def judge(
+    before: FloatArray,
+    after: FloatArray,
+    *,
+    changes: Mapping[str, tuple[float, bool]] | None = None,
+    doubts: Sequence[str] = (),
+) -> Verdict:
     """Judge whether the errors of the same test poses became smaller, and whether the change is one of a real arm.
 
     Positions must become better. Orientations, where measured, must not become worse.
 
     `before`, `after`: shape (N, 3 or 6). Errors of the nominal and of the identified arm, as `pose_errors` gives them.
     `changes`: Change of each link parameter, mm or rad, and whether it is a length.
+    `doubts`: What else speaks against the identified arm.
     """
     gain = distances_mm(before) - distances_mm(after)
     left = float(np.sqrt(np.mean(distances_mm(after) ** 2)))
@@ -117,6 +124,7 @@ def judge(before: FloatArray, after: FloatArray, *, changes: Mapping[str, tuple[
             f"{left:.3g} mm are left on the test poses: the measurements are not of these joint angles and this arm"
         )
     reasons += _orientation_reasons(before, after) + _change_reasons(changes or {})
+    reasons += doubts
     return Verdict(not reasons, chance, tuple(reasons))
 
 

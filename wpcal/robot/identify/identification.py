@@ -37,6 +37,7 @@ from wpcal.robot.identify.outliers import (
 from wpcal.robot.identify.parameters import Group, KinematicModel, Parameter, last_link_first, surrounding_parameters
 from wpcal.robot.identify.pose_residuals import pose_errors
 from wpcal.robot.identify.registration import register
+from wpcal.robot.identify.whole_range import WholeRange, predict_whole_range
 from wpcal.robot.kinematics.arm import Arm
 
 REACH_FACTOR = 1.05
@@ -109,6 +110,7 @@ class Identification:
     #: None after `GENETIC_TABU`: that search stops short of the minimum which such an interval is about.
     half_widths: FloatArray | None
     verdict: Verdict
+    whole_range: WholeRange  #: Predicted errors of both arms over all poses.
     options: IdentifyOptions
     outliers: tuple[OutlierPose, ...] = ()  #: Poses that the others contradict.
     issues: tuple[Issue, ...] = field(default=())
@@ -167,6 +169,7 @@ def identify_arm(
     before = np.concatenate([task.errors(found.nominal, rows) for found, rows in rounds])
     after = np.concatenate([task.errors(found.fit.model, rows) for found, rows in rounds])
     outliers = task.outliers(final, train, np.concatenate([rows for _, rows in rounds]) if o.folds is None else None)
+    whole = predict_whole_range(nominal, final.nominal, final.fit)
     return Identification(
         arm=nominal.as_identified(
             nominal.chain.with_table(final.fit.model.chain.table), unseen_tool_mm=_unseen_tool_mm(final.fit, o)
@@ -180,7 +183,8 @@ def identify_arm(
         errors_before=before,
         errors_after=after,
         half_widths=task.half_widths(final, train),
-        verdict=judge(before, after, changes=_changes(final.fit)),
+        verdict=judge(before, after, changes=_changes(final.fit), doubts=_doubts(final.fit, whole)),
+        whole_range=whole,
         options=o,
         outliers=outliers,
         issues=_issues(final.fit, outliers, o),
@@ -252,7 +256,9 @@ class _Task:
         """Least squares; poses that the others contradict get little weight."""
 
         def fit(observations: PoseObservations) -> LeastSquaresFit:
-            return solve_least_squares(nominal, parameters, theta, observations, noise=self.options.noise)
+            o = self.options
+            expected = (o.expected_mm, o.expected_rad)
+            return solve_least_squares(nominal, parameters, theta, observations, noise=o.noise, expected=expected)
 
         named, without = find_outliers(fit, seen)
         if not named.size:
@@ -345,8 +351,15 @@ def _changes(fit: LeastSquaresFit) -> dict[str, tuple[float, bool]]:
     }
 
 
+def _doubts(fit: LeastSquaresFit, whole: WholeRange) -> list[str]:
+    """Return why the arm is not known to be better, whatever the test poses say."""
+    unsettled = [] if fit.converged else ["the fit had not settled"]
+    return unsettled if whole.is_better else [*unsettled, whole.reason]
+
+
 def _issues(fit: LeastSquaresFit, outliers: tuple[OutlierPose, ...], options: IdentifyOptions) -> tuple[Issue, ...]:
-    issues = [Issue("outlier-pose", str(outlier), tuple(map(str, outlier.rows))) for outlier in outliers]
+    worst_first = sorted(outliers, key=lambda outlier: -outlier.distance_mm)
+    issues = [Issue("outlier-pose", str(outlier), tuple(map(str, outlier.rows))) for outlier in worst_first]
     tool = tuple(parameter.name for parameter in _unseen_of_last_link(fit, options))
     if tool:
         issues.append(

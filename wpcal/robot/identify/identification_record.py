@@ -42,6 +42,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
             "reasons": list(result.verdict.reasons),
         },
         "test_poses": {"before": result.before.to_record(), "after": result.after.to_record()},
+        "whole_range": result.whole_range.to_record(),
         "error_field": _error_fields(result),
         "joints_deg": _joint_range(result),
         "rows": {"train": _rows(observations, result.train), "test": _rows(observations, result.test)},
@@ -57,6 +58,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
             "estimated": options.noise is None,
         },
         "parameters": parameter_rows(result),
+        "covariance": {"names": [p.name for p in fit.parameters], "values_mm_rad": fit.covariance.tolist()},
         "outliers": [
             {
                 "rows": list(outlier.rows),

@@ -10,13 +10,10 @@ from scipy.special import ndtri, stdtrit
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
-from wpcal.core.tangent import log_rotation
-from wpcal.core.transform import RigidTransform
 from wpcal.robot.identify.identifiability import TRACKER, Noise, Unseen, split_determined
 from wpcal.robot.identify.observations import PoseObservations
-from wpcal.robot.identify.parameters import POSE_SYMBOLS, Group, KinematicModel, Parameter
-from wpcal.robot.identify.pose_residuals import Minimum, estimate_noise, evaluate, minimise
-from wpcal.robot.kinematics.forward import LINK_SYMBOLS
+from wpcal.robot.identify.parameters import Group, KinematicModel, Parameter, model_difference
+from wpcal.robot.identify.pose_residuals import Minimum, Prior, estimate_noise, evaluate, minimise
 
 STRONG_CORRELATION = 0.95
 """Pairs of parameters above this are reported by name: their sum or difference is known three times worse than the
@@ -42,6 +39,7 @@ class LeastSquaresFit:
     iterations: int
     residuals: FloatArray  #: shape (M,). Whitened, of every measured number.
     jacobian: FloatArray  #: shape (M, m). Their whitened derivatives (of the modelled poses).
+    prior: Prior  #: What was believed of the parameters before.
     #: Number of poses, where several rows of a pose make their errors dependent; the covariance then comes from the
     #: spread between poses.
     clusters: int | None
@@ -94,11 +92,12 @@ def solve_least_squares(
     observations: PoseObservations,
     *,
     noise: Noise | None = None,
+    expected: tuple[float, float] | None = None,
 ) -> LeastSquaresFit:
-    r"""Identify parameters by weighted least squares.
+    r"""Identify parameters by weighted least squares, near their nominal values.
 
-    Minimises :math:`\sum_i |\Delta p_i|^2/\sigma_p^2 + |\Delta\omega_i|^2/\sigma_\omega^2` over the parameters, with
-    Δω the rotation vector from the modelled to the measured orientation.
+    Minimises :math:`\sum_i |\Delta p_i|^2/\sigma_p^2 + |\Delta\omega_i|^2/\sigma_\omega^2 + \sum_j x_j^2/\tau_j^2` over
+    the changes x of the parameters, with Δω the rotation vector from the modelled to the measured orientation.
 
     Raises `GeometryError` when there are not more measured numbers than parameters that they determine.
 
@@ -107,6 +106,7 @@ def solve_least_squares(
     parameters : sequence of Parameter
         What may change; where some cannot be told from others, earlier ones are kept and later ones stay fixed.
     theta : shape (N, n). Model angles of the rows, rad.
+    expected : Expected errors τ of a length (mm) and of an angle (rad) of a link; without them any change is as likely.
 
     Notes
     -----
@@ -121,12 +121,13 @@ def solve_least_squares(
             f"too few poses: {len(observations)} give {rows} numbers for {len(kept)} parameters; "
             f"{-(-(len(kept) + 1) * len(observations) // rows)} poses are the least, three times as many are advisable"
         )
-    fit = minimise(start, kept, theta, observations, first)
+    prior = Prior.of(start, kept, expected)
+    fit = minimise(start, prior, theta, observations, first)
     iterations = fit.iterations
     for _ in range(NOISE_ROUNDS if noise is None else 0):
         estimate = estimate_noise(fit, observations)
         ratio = (estimate.sigma_mm / estimate.sigma_rad) / (fit.noise.sigma_mm / fit.noise.sigma_rad)
-        fit = minimise(fit.model, kept, theta, observations, estimate)
+        fit = minimise(fit.model, prior, theta, observations, estimate)
         iterations += fit.iterations
         if abs(np.log(ratio)) < NOISE_SETTLED:
             break
@@ -147,9 +148,10 @@ def assess(
 
     `theta`: shape (N, n). Model angles of the rows, rad.
     """
-    found = evaluate(model, parameters, theta, observations, noise or TRACKER)
+    prior = Prior.of(start, parameters, None)
+    found = evaluate(model, prior, theta, observations, noise or TRACKER)
     if noise is None:
-        found = evaluate(model, parameters, theta, observations, estimate_noise(found, observations))
+        found = evaluate(model, prior, theta, observations, estimate_noise(found, observations))
     return _finish(found, start, unseen, 0, observations)
 
 
@@ -177,23 +179,26 @@ def absorbed_errors(
     draws = np.random.default_rng(0).normal(size=(ABSORBED_DRAWS, len(shares)))
     draws *= np.where(lengths, expected_mm, expected_rad)
     every = (*(unseen.parameter for unseen in fit.unseen), *fit.parameters)
-    norms = np.linalg.norm(fit.jacobian, axis=0)
-    Q, upper = np.linalg.qr(fit.jacobian / norms)
+    Q, upper, norms = fit.prior.split(fit.jacobian)
     squares = np.zeros(len(fit.parameters))
     for draw in draws:
         change = -draw @ shares
         model = fit.model.moved(every, np.concatenate([draw, change]))
-        r = evaluate(model, fit.parameters, theta, observations, fit.noise).r - fit.residuals
+        r = evaluate(model, fit.prior, theta, observations, fit.noise).r - fit.residuals
+        r = np.concatenate([r, -fit.prior.root * change])
         squares += (change + np.linalg.solve(upper, Q.T @ r) / norms) ** 2
     return np.sqrt(squares / ABSORBED_DRAWS)
 
 
-def clustered_covariance(J: FloatArray, r: FloatArray, observations: PoseObservations) -> tuple[FloatArray, int]:
+def clustered_covariance(
+    J: FloatArray, r: FloatArray, observations: PoseObservations, prior: Prior
+) -> tuple[FloatArray, int]:
     r"""Return the covariance of parameters when the rows of one pose are off together, and the number of poses.
 
     Reflectors on one tool see the same error of the joints, so their rows are not independent. The spread between poses
     takes the place of the noise: :math:`V = A \left(\sum_g J_g^\top u_g u_g^\top J_g\right) A` with
-    :math:`A = (J^\top J)^{-1}` and the deleted residuals :math:`u_g = (I - H_{gg})^{-1} r_g` of each pose.
+    :math:`A = (J^\top J + \Lambda)^{-1}` and the deleted residuals :math:`u_g = (I - H_{gg})^{-1} r_g` of each pose.
+    The prior adds :math:`A \Lambda A`.
 
     `J`: shape (M, m). Whitened.
     `r`: shape (M,). Whitened.
@@ -204,61 +209,40 @@ def clustered_covariance(J: FloatArray, r: FloatArray, observations: PoseObserva
     Bell, McCaffrey (2002), Bias reduction in standard errors for linear regression with multi-stage samples: CR3.
     """
     block = np.repeat(observations.poses, len(r) // len(observations))
-    norms = np.linalg.norm(J, axis=0)
-    Q, upper = np.linalg.qr(J / norms)
+    Q, upper, norms = prior.split(J)
     poses = np.unique(observations.poses[observations.weights > 0])
     scores = np.empty((len(poses), J.shape[1]))
     for k, pose in enumerate(poses):
-        own = block == pose
-        u = np.linalg.lstsq(np.eye(int(own.sum())) - Q[own] @ Q[own].T, r[own], rcond=None)[0]
+        own = np.flatnonzero(block == pose)
+        u = np.linalg.lstsq(np.eye(len(own)) - Q[own] @ Q[own].T, r[own], rcond=None)[0]
         scores[k] = Q[own].T @ u
-    half = np.linalg.solve(upper, scores.T) / norms[:, None]
-    return half @ half.T * (len(poses) - 1) / len(poses), len(poses)
+    scores *= np.sqrt((len(poses) - 1) / len(poses))
+    half = np.linalg.solve(upper, np.column_stack([scores.T, Q[len(J) :].T])) / norms[:, None]
+    return half @ half.T, len(poses)
 
 
 def _finish(
     fit: Minimum, start: KinematicModel, unseen: tuple[Unseen, ...], iterations: int, observations: PoseObservations
 ) -> LeastSquaresFit:
-    norms = np.linalg.norm(fit.J, axis=0)
-    _, singular, Vt = np.linalg.svd(fit.J / norms, full_matrices=False)
-    half = Vt.T / singular / norms[:, None]
+    _, upper, norms = fit.prior.split(fit.J)
+    half = np.linalg.inv(upper) / norms[:, None]
     covariance, clusters = half @ half.T, None
     if len(np.unique(observations.poses)) < len(observations):
-        covariance, clusters = clustered_covariance(fit.J, fit.r, observations)
+        covariance, clusters = clustered_covariance(fit.J, fit.r, observations, fit.prior)
+    singular = np.linalg.svd(fit.J / np.linalg.norm(fit.J, axis=0), compute_uv=False)
     return LeastSquaresFit(
         model=fit.model,
-        parameters=fit.parameters,
-        steps=_difference(fit.parameters, start, fit.model),
+        parameters=fit.prior.parameters,
+        steps=model_difference(fit.prior.parameters, start, fit.model),
         covariance=covariance,
         unseen=unseen,
         condition=float(singular[0] / singular[-1]),
         noise=fit.noise,
-        degrees_of_freedom=observations.equations - len(fit.parameters),
+        degrees_of_freedom=observations.equations - len(fit.prior.parameters),
         iterations=iterations,
         residuals=fit.r,
         jacobian=fit.J,
+        prior=fit.prior,
         clusters=clusters,
         converged=fit.converged,
     )
-
-
-def _difference(parameters: Sequence[Parameter], start: KinematicModel, end: KinematicModel) -> FloatArray:
-    """Values of `end` minus values of `start`, shape (m,), mm and rad; turns as rotation vectors."""
-    table = end.chain.table - start.chain.table
-    shifts = end.reflectors_flange - start.reflectors_flange
-    base = _pose_difference(start.chain.T_base_dh0, end.chain.T_base_dh0)
-    tool = _pose_difference(start.chain.T_dhn_flange, end.chain.T_dhn_flange)
-    return np.array([_entry(parameter, table, base, tool, shifts) for parameter in parameters])
-
-
-def _pose_difference(start: RigidTransform, end: RigidTransform) -> FloatArray:
-    return np.concatenate([end.t_mm - start.t_mm, log_rotation(end.R @ start.R.T)])
-
-
-def _entry(parameter: Parameter, table: FloatArray, base: FloatArray, tool: FloatArray, shifts: FloatArray) -> float:
-    if parameter.group is Group.LINK:
-        return float(table[LINK_SYMBOLS.index(parameter.symbol), parameter.index])
-    k = POSE_SYMBOLS.index(parameter.symbol)
-    if parameter.group is Group.REFLECTOR:
-        return float(shifts[parameter.index, k])
-    return float((base if parameter.group is Group.BASE else tool)[k])

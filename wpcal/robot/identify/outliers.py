@@ -6,8 +6,8 @@ The rows of one pose form a block (several reflectors, or position and turn). Wi
 
 .. math:: F_g = \frac{d_g / m}{(S - d_g) / (f - m)} \sim F(m, f - m)
 
-with the m rows of the block, the sum of squares S and f degrees of freedom. The worst block is deleted and the others
-are fitted and tested again, so that one outlier does not hide another.
+with the m rows of the block, the sum of squares S and f degrees of freedom. The worst block, and those that stand out
+half as much, are deleted, and the others are fitted and tested again, so that one outlier does not hide another.
 
 Also here: which measured poses are fitted and which are kept back for the test.
 
@@ -18,6 +18,7 @@ Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -33,6 +34,9 @@ from wpcal.robot.identify.pose_residuals import evaluate
 FALSE_ALARM = 0.01  #: Share of clean files in which a pose is named: the tests of all poses together (Bonferroni).
 LARGEST_SHARE = 0.1
 """At most this share of the poses is named; more of them are not outliers but another kind of noise."""
+AS_FAR = 0.5
+"""Poses are named together if each stands out by at least this share of the worst one: what a far one bends of the arm
+hardly makes a sound pose stand out half as much."""
 HUBER = 1.5
 """A named pose keeps its direction of pull but only the force of a residual of this many standard deviations: 95 % of
 the efficiency of least squares under normal noise, at a bounded influence (Huber 1964)."""
@@ -55,27 +59,29 @@ class OutlierPose:
         return f"{lines}: {self.distance_mm:.3g} mm{turn} off what the other poses give; {where}"
 
 
-def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tuple[IntArray, FloatArray]:
+def deletion_chances(fit: LeastSquaresFit, observations: PoseObservations) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return how likely normal noise makes a pose stand out as each does.
 
     Returns `poses`: ndarray of int, shape (G,). The poses with weight one.
     Returns `chances`: ndarray, shape (G,). The probability of an F as large, for one pose.
+    Returns `drop`: ndarray, shape (G,). By how much its deletion lowers the sum of squares.
     """
     block = np.repeat(observations.poses, 6 if observations.has_orientations else 3)
     full = np.repeat(observations.weights, 6 if observations.has_orientations else 3) == 1.0
-    Q = np.linalg.qr(fit.jacobian)[0]
+    Q = fit.prior.split(fit.jacobian)[0]
     total = float(np.sum(fit.residuals[full] ** 2))
     freedom = int(full.sum()) - len(fit.parameters)
     poses = np.unique(observations.poses[observations.weights == 1.0])
     drop, rows = np.empty(len(poses)), np.empty(len(poses))
     for k, pose in enumerate(poses):
-        own = block == pose
+        own = np.flatnonzero(block == pose)
         H = Q[own] @ Q[own].T
         drop[k] = fit.residuals[own] @ np.linalg.lstsq(np.eye(len(H)) - H, fit.residuals[own], rcond=None)[0]
-        rows[k] = own.sum()
+        rows[k] = len(own)
     F = (drop / rows) / (np.maximum(total - drop, np.finfo(float).tiny) / np.maximum(freedom - rows, 1.0))
     spread = np.median(drop / chi2.median(rows)) * freedom / total  # above one where rows of a pose are off together
-    return poses, np.asarray(f.sf(F / max(1.0, spread), rows, np.maximum(freedom - rows, 1.0)), dtype=np.float64)
+    chances = f.sf(F / max(1.0, spread), rows, np.maximum(freedom - rows, 1.0))
+    return poses, np.asarray(chances, dtype=np.float64), drop
 
 
 def find_outliers(
@@ -86,15 +92,17 @@ def find_outliers(
     Returns `poses`: ndarray of int, shape (k,).
     Returns `without`: LeastSquaresFit. The fit in which these poses have no weight.
     """
-    count, seen = len(np.unique(observations.poses)), observations
+    most, seen = math.ceil(LARGEST_SHARE * len(np.unique(observations.poses))), observations
     named: list[int] = []
     found = fit(seen)
-    while len(named) < LARGEST_SHARE * count:
-        poses, chances = deletion_chances(found, seen)
-        worst = int(np.argmin(chances))
-        if not chances[worst] * len(poses) < FALSE_ALARM:
+    while len(named) < most:
+        poses, chances, drop = deletion_chances(found, seen)
+        out = np.flatnonzero(chances * len(poses) < FALSE_ALARM)
+        if not len(out):
             break
-        named.append(int(poses[worst]))
+        out = out[np.argsort(-drop[out], kind="stable")]
+        out = out[drop[out] >= AS_FAR * drop[out[0]]][: most - len(named)]
+        named += poses[out].tolist()
         seen = observations.weighted(np.where(np.isin(observations.poses, named), 0.0, 1.0))
         found = fit(seen)
     return np.array(named, dtype=np.int64), found
@@ -120,7 +128,7 @@ def unexpected_poses(fit: LeastSquaresFit, theta: FloatArray, observations: Pose
 
     `theta`: shape (N, n). Model angles of the rows, rad.
     """
-    at = evaluate(fit.model, fit.parameters, theta, observations, fit.noise)
+    at = evaluate(fit.model, fit.prior, theta, observations, fit.noise)
     block = np.repeat(observations.poses, len(at.r) // len(observations))
     poses = np.unique(observations.poses)
     distance, rows = np.empty(len(poses)), np.empty(len(poses))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
-from wpcal.core.tangent import exp_rotation
+from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.forward import LINK_SYMBOLS, Frames, LinkMotion, MDHChain, cross, start_frames, walk
 
@@ -217,3 +217,25 @@ def _pose_column(column: FloatArray, symbol: str, frame: Frames, p: FloatArray) 
     else:
         column[:3] = axis
         cross(np.broadcast_to(axis, p.shape), p - frame.p, out=column[3:])
+
+
+def model_difference(parameters: Sequence[Parameter], start: KinematicModel, end: KinematicModel) -> FloatArray:
+    """Values of `end` minus values of `start`, shape (m,), mm and rad; turns as rotation vectors."""
+    table = end.chain.table - start.chain.table
+    shifts = end.reflectors_flange - start.reflectors_flange
+    base = _pose_difference(start.chain.T_base_dh0, end.chain.T_base_dh0)
+    tool = _pose_difference(start.chain.T_dhn_flange, end.chain.T_dhn_flange)
+    return np.array([_entry(parameter, table, base, tool, shifts) for parameter in parameters])
+
+
+def _pose_difference(start: RigidTransform, end: RigidTransform) -> FloatArray:
+    return np.concatenate([end.t_mm - start.t_mm, log_rotation(end.R @ start.R.T)])
+
+
+def _entry(parameter: Parameter, table: FloatArray, base: FloatArray, tool: FloatArray, shifts: FloatArray) -> float:
+    if parameter.group is Group.LINK:
+        return float(table[LINK_SYMBOLS.index(parameter.symbol), parameter.index])
+    k = POSE_SYMBOLS.index(parameter.symbol)
+    if parameter.group is Group.REFLECTOR:
+        return float(shifts[parameter.index, k])
+    return float((base if parameter.group is Group.BASE else tool)[k])

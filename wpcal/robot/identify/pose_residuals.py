@@ -11,7 +11,7 @@ from wpcal.core.tangent import log_rotation
 from wpcal.optim.levenberg_marquardt import minimise_squares
 from wpcal.robot.identify.identifiability import Noise, whitened
 from wpcal.robot.identify.observations import PoseObservations
-from wpcal.robot.identify.parameters import KinematicModel, Parameter
+from wpcal.robot.identify.parameters import Group, KinematicModel, Parameter, model_difference
 
 MAX_STEPS = 40
 """Steps of Levenberg-Marquardt: four to six are usual; measurements that belong to other poses use them up."""
@@ -26,11 +26,39 @@ LEAST_MM, LEAST_RAD = 1e-6, 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """What may change, and what is believed of it before the poses are measured."""
+
+    parameters: tuple[Parameter, ...]
+    start: KinematicModel  #: With the nominal links.
+    root: FloatArray  #: shape (m,). One over the expected error of each parameter; zero where any value is as likely.
+
+    @classmethod
+    def of(
+        cls, start: KinematicModel, parameters: tuple[Parameter, ...], expected: tuple[float, float] | None
+    ) -> Prior:
+        """Expect errors of links, mm for a length and rad for an angle; nothing is known of base and tool."""
+        mm, rad = expected or (np.inf, np.inf)
+        own = [(mm if p.is_length else rad) if p.group is Group.LINK else np.inf for p in parameters]
+        return cls(parameters, start, 1.0 / np.array(own))
+
+    def split(self, J: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return Q and R of the whitened Jacobian J, shape (M, m), over the prior, and the norms of its columns."""
+        rows = np.concatenate([J, np.diag(self.root)])
+        norms = np.linalg.norm(rows, axis=0)
+        return (*np.linalg.qr(rows / norms), norms)
+
+    def residuals(self, model: KinematicModel) -> FloatArray:
+        """Return nominal minus modelled parameters over their expected errors, shape (m,)."""
+        return -self.root * model_difference(self.parameters, self.start, model)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Minimum:
     """Where Levenberg-Marquardt stopped, with the whitened residuals and Jacobian there."""
 
     model: KinematicModel
-    parameters: tuple[Parameter, ...]
+    prior: Prior
     noise: Noise
     r: FloatArray
     J: FloatArray
@@ -53,7 +81,7 @@ def pose_errors(model: KinematicModel, theta: FloatArray, observations: PoseObse
 
 def evaluate(
     model: KinematicModel,
-    parameters: tuple[Parameter, ...],
+    prior: Prior,
     theta: FloatArray,
     observations: PoseObservations,
     noise: Noise,
@@ -62,14 +90,14 @@ def evaluate(
 
     `theta`: shape (N, n). Model angles of the rows, rad.
     """
-    problem = _PoseProblem(parameters, theta, observations, noise)
+    problem = _PoseProblem(prior, theta, observations, noise)
     at = problem.at(model)
-    return Minimum(model, parameters, noise, at.r, problem.jacobian(at), 0, converged=True)
+    return Minimum(model, prior, noise, at.r, problem.jacobian(at), 0, converged=True)
 
 
 def minimise(
     model: KinematicModel,
-    parameters: tuple[Parameter, ...],
+    prior: Prior,
     theta: FloatArray,
     observations: PoseObservations,
     noise: Noise,
@@ -78,26 +106,27 @@ def minimise(
 
     `theta`: shape (N, n). Model angles of the rows, rad.
     """
-    problem = _PoseProblem(parameters, theta, observations, noise)
+    problem = _PoseProblem(prior, theta, observations, noise)
     still = max(STILL_SIGMAS, ROUND_OFF_MM / noise.sigma_mm) * float(np.sqrt(observations.equations))
     found = minimise_squares(problem, problem.at(model), still=still, most_steps=MAX_STEPS, first_damping=FIRST_DAMPING)
     J = problem.jacobian(found.state)
-    return Minimum(found.state.model, parameters, noise, found.state.r, J, found.steps, found.converged)
+    return Minimum(found.state.model, prior, noise, found.state.r, J, found.steps, found.converged)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _ModelAt:
-    """A model with its whitened residuals, shape (6 N,) or (3 N,)."""
+    """A model with its whitened residuals, shape (6 N,) or (3 N,), and those of its parameters, shape (m,)."""
 
     model: KinematicModel
     r: FloatArray
+    own: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _PoseProblem:
     """The `wpcal.optim.levenberg_marquardt.SquaresProblem` of measured poses."""
 
-    parameters: tuple[Parameter, ...]
+    prior: Prior
     theta: FloatArray
     observations: PoseObservations
     noise: Noise
@@ -107,22 +136,23 @@ class _PoseProblem:
         if self.observations.has_orientations:
             sigmas.insert(0, self.noise.sigma_rad)
         r = pose_errors(model, self.theta, self.observations) / np.repeat(sigmas, 3)
-        return _ModelAt(model, (r * np.sqrt(self.observations.weights)[:, None]).ravel())
+        whole = (r * np.sqrt(self.observations.weights)[:, None]).ravel()
+        return _ModelAt(model, whole, self.prior.residuals(model))
 
     def jacobian(self, at: _ModelAt) -> FloatArray:
         """Derivatives of the modelled poses: minus those of the residuals."""
-        J = at.model.jacobian(self.parameters, self.theta, self.observations.reflector)
+        J = at.model.jacobian(self.prior.parameters, self.theta, self.observations.reflector)
         return whitened(J, self.observations, self.noise)
 
     def cost(self, at: _ModelAt) -> float:
-        return float(at.r @ at.r)
+        return float(at.r @ at.r + at.own @ at.own)
 
     def normal_equations(self, at: _ModelAt) -> tuple[FloatArray, FloatArray]:
-        J = self.jacobian(at)
-        return -J.T @ at.r, J.T @ J
+        J, root = self.jacobian(at), self.prior.root
+        return -J.T @ at.r - root * at.own, J.T @ J + np.diag(root**2)
 
     def moved(self, at: _ModelAt, step: FloatArray) -> _ModelAt:
-        return self.at(at.model.moved(self.parameters, step))
+        return self.at(at.model.moved(self.prior.parameters, step))
 
 
 def estimate_noise(fit: Minimum, observations: PoseObservations) -> Noise:
@@ -130,7 +160,7 @@ def estimate_noise(fit: Minimum, observations: PoseObservations) -> Noise:
 
     Rows with a weight below one do not count.
     """
-    Q = np.linalg.qr(fit.J)[0]
+    Q = fit.prior.split(fit.J)[0][: len(fit.J)]
     full = observations.weights == 1.0
     freedom = (1.0 - np.sum(Q * Q, axis=1)).reshape(len(observations), -1, 3)[full]
     r = fit.r.reshape(len(observations), -1, 3)[full]
