@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.touch_robots import saved
-from tests.touch_robots.robot import Array, Robot, Senses, Torch
+from tests.touch_robots.robot import Array, Robot, Senses, Torch, Welder
 from tests.touch_robots.solid import Solid
 from wpcal.controllers.language.touch import ENDED_TEXT
 from wpcal.controllers.registry import controller_named
@@ -39,6 +39,7 @@ class Brand:
     stored_mm: float
     given: dict[str, Any] = field(default_factory=dict)
     saved: Callable[[Any], dict[str, str]] = lambda _: {}
+    welds: str = ""  #: The routine that searches and welds.
 
 
 def running(name: str) -> Callable[..., Any]:
@@ -48,9 +49,17 @@ def running(name: str) -> Callable[..., Any]:
 
 BRANDS = {
     "rapid": Brand(
-        running("rapid"), "tTorch", "run_WPCAL_touch", "WPCAL_touch_res.mod", 5e-4, {"signals": {"diTouch": True}}
+        running("rapid"),
+        "tTorch",
+        "run_WPCAL_touch",
+        "WPCAL_touch_res.mod",
+        5e-4,
+        {"signals": {"diTouch": True}},
+        welds="run_WPCAL_touch_weld",
     ),
-    "krl": Brand(running("krl"), 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5, {"signals": {1: True}}),
+    "krl": Brand(
+        running("krl"), 1, "WPCAL_touch", "WPCAL_touch.dat", 1e-5, {"signals": {1: True}}, welds="WPCAL_touch"
+    ),
     "fanuc": Brand(running("fanuc"), 1, "WPCAL_TOUCH", "", 5e-4, {"signals": {"DI[1]": True}}, saved.fanuc),
     "inform": Brand(running("inform"), 1, "WPCAL_TOUCH", "VAR.DAT", 5e-4, {"signals": {"RIN#(1)": True}}, saved.inform),
     "urscript": Brand(running("urscript"), 1, "", "log.txt", 5e-4, {"signals": {"0": True}}, saved.urscript),
@@ -80,19 +89,20 @@ def run_program(
     senses: Senses | None = None,
     torch: Torch | None = None,
     goes_on: bool = True,
+    kind: type[Robot] = Robot,
 ) -> Ran:
     """Load all files of `folder`, run the program, and copy the results to `out`.
 
-    `goes_on`: whether the operator starts the program again after a stop.
+    `goes_on`: whether the operator starts the program again after a stop; `kind`: a `Welder` searches and welds.
     """
     how = BRANDS[brand]
     files = {path.name: path.read_bytes().decode() for path in sorted(folder.iterdir()) if path.suffix != ".json"}
     torch = torch or Torch(T_FLANGE_TOOL)
-    robot = Robot(solid, torch, senses)
+    robot = kind(solid, torch, senses)
     tools = {how.tool: T_FLANGE_TOOL}
     on_stop = lambda message: goes_on and ENDED_TEXT not in message  # noqa: E731
     controller = how.controller(files, robot, tools=tools, on_stop=on_stop, **how.given)
-    run = controller.start(how.main)
+    run = controller.start(how.welds if kind is Welder else how.main)
     kept = dict(run.files) | how.saved(controller)
     if hasattr(controller, "backup"):
         kept.update(controller.backup())

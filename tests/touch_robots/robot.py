@@ -240,3 +240,24 @@ class Robot:
         if self.senses.sigma_mm:
             seen[:3, 3] += self.senses.rng.normal(scale=self.senses.sigma_mm, size=3)
         return seen
+
+
+class Welder(Robot):
+    """A robot that also welds: in programs that do not touch it writes down where its tool goes."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.welded: list[Array] = []
+
+    def move(self, T_base_tool: Array, T_flange_tool: Array, *, is_line: bool = True) -> None:
+        """Go to a pose; on the way to and along seams nothing is felt."""
+        if "touch" in self.at.file:
+            super().move(T_base_tool, T_flange_tool, is_line=is_line)
+            return
+        self.welded.append(T_base_tool)
+        self.T_base_flange = T_base_tool @ inverted(T_flange_tool)
+
+    def arc(self, via: Array, goal: Array, T_flange_tool: Array) -> None:
+        """Go on an arc."""
+        self.move(via, T_flange_tool)
+        self.move(goal, T_flange_tool)

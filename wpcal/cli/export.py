@@ -77,7 +77,7 @@ def export(
     get along it, and if a template has lines that wpcal does not know; the files are written and say so.
     """
     from wpcal.cli.export_plan import export_plan, is_plan
-    from wpcal.cli.export_touches import export_touches, touches_file, write_touch_setup
+    from wpcal.cli.export_touches import export_touches, touches_file, with_touches, write_touch_setup
     from wpcal.cli.outputs import write_programs
     from wpcal.cli.progress import shown_progress
     from wpcal.controllers.judge.written import write_judged
@@ -97,7 +97,7 @@ def export(
     plan = touches_file(folder)
     if plan is not None:
         return export_touches(plan, exporters, flags, setup_file=setup, out=out, force=force, as_json=as_json)
-    if setup is not None:
+    if setup is not None and flags.touches is None:
         raise InputError("--setup is for a plan of touches, and this folder has none")
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
     with shown_progress(f"reading {folder}") as progress:
@@ -109,6 +109,8 @@ def export(
         for done, each in enumerate(exporters, 1):
             progress(f"writing {each.name} and executing it: {done} of {len(exporters)}")
             made[each.name] = write_judged(each.name, each.write, forms[each.name])
+            if flags.touches is not None:
+                made[each.name] = with_touches(each, made[each.name], flags, setup_file=setup)
     contents = {name: each.files for name, each in made.items()}
     forms = {name: each.program for name, each in made.items()}
     write_programs(contents, targets, overwrite=force)

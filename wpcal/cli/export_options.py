@@ -125,6 +125,13 @@ class WeldProgramAsked:
     controller: ControllerSettings = group("wpcal.controllers.program.weld_program:ControllerSettings")
     arm: ArmAsked = group(ArmAsked)
     arc: ArcAsked = group(ArcAsked)
+    touches: Path | None = opt(
+        None,
+        "A plan of touches (touches.json) of the part: the program searches, corrects the frame of the seams by what "
+        "it finds, and welds, in one run. RAPID and KRL.",
+        metavar="PLAN",
+        type=Path,
+    )
     strict: bool = opt(False, "Write no program if one seam cannot be written.", "--whole")
 
     def build(self, folder: Path, *, progress: Progress) -> WeldPrograms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from wpcal.cli.export_options import WeldProgramAsked
+    from wpcal.controllers.judge.written import Written
+    from wpcal.controllers.program import WeldProgram
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.controllers.registry import Controller
     from wpcal.formats.registry import Exporter
@@ -104,6 +107,30 @@ def export_touches(
     for line in foreign:
         click.echo(f"wpcal: NOT CHECKED: {line}", err=True)
     return 1 if foreign else 0
+
+
+def with_touches(
+    exporter: Exporter | Controller, welds: Written[WeldProgram], flags: WeldProgramAsked, *, setup_file: Path | None
+) -> Written[WeldProgram]:
+    """Return the files of a weld program with those of searches that correct its frame and call it.
+
+    Raises `InputError` when the plan, or the language, cannot be used for it.
+    """
+    from wpcal.controllers.judge.written import Written, write_judged
+    from wpcal.controllers.program.in_run import welds_after
+    from wpcal.controllers.program.touch_program import TouchProgram
+    from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
+
+    assert flags.touches is not None
+    controller, plan = _with_touches(exporter), read_touch_plan(flags.touches)
+    setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
+    program = replace(welds.program, is_corrected=True)
+    after = welds_after(plan, setup, program)
+    touches = TouchProgram(plan, setup, flags.controller, _arm(plan, flags.arm.robot), after)
+    files = controller.write(program)
+    found = write_judged(controller.name, lambda each: {**files, **controller.write_touches(each)}, touches)
+    told = (*welds.not_checked, *found.not_checked), (*welds.unjudged, *found.unjudged)
+    return Written(found.files, program, *told)
 
 
 def _with_touches(exporter: Exporter | Controller) -> Controller:

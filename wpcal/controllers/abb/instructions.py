@@ -308,7 +308,8 @@ class Instructions:
             raise ProgramError(f"Save: the module {module} is not loaded")
 
         def with_value(match: re.Match[str]) -> str:
-            data = self.data[match["name"].upper()]
+            data = self.find(match["name"])
+            assert data is not None
             return f"{match['head']}:={printed(data.value)};"
 
         declaration = r'(?P<head>\bPERS\s+\w+\s+(?P<name>\w+)(?:\{\d+\})?)\s*:=(?:"[^"]*"|[^;"])*;'

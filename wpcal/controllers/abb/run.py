@@ -74,6 +74,7 @@ class Interpreter(Instructions):
         given = _signals_of(files.values()) if signals is None else signals
         self.signals = {str(name).upper(): int(level) for name, level in given.items()}
         self.data: dict[str, Data] = {}
+        self.local: dict[tuple[str, str], Data] = {}  #: By file and name.
         self.routines: dict[str, Routine] = {}
         self.called: set[str] = set()
         self.texts: dict[str, str] = {}
@@ -108,15 +109,22 @@ class Interpreter(Instructions):
     def _load(self, reader: ModuleReader) -> None:
         self.called |= reader.called
         self.texts |= dict.fromkeys(reader.names, reader.text)
-        for line, storage, kind, name, is_array, tokens in reader.declarations:
-            if name.upper() in self.data and name.upper() not in self.given:
+        self.files.append(reader.file)
+        for line, storage, kind, name, is_array, tokens, is_local in reader.declarations:
+            key = (reader.file, name.upper())
+            if key in self.local or (not is_local and name.upper() in self.data and name.upper() not in self.given):
                 raise ProgramError(f"{name} is declared twice", path=reader.file, line=line)
             try:
                 value = self.value(tokens) if tokens else [] if is_array else empty(kind)
                 value = [typed(kind, one) for one in value] if is_array else typed(kind, value)
             except ProgramError as error:
                 raise error.at(reader.file, line) from None
-            self.data[name.upper()] = Data(storage, kind, value, is_array)
+            made = Data(storage, kind, value, is_array)
+            if is_local:
+                self.local[key] = made
+            else:
+                self.data[name.upper()] = made
+        self.files.pop()
         for routine in reader.routines:
             if routine.name.upper() in self.routines:
                 raise ProgramError(f"{routine.name} is declared twice", path=reader.file)
@@ -127,7 +135,10 @@ class Interpreter(Instructions):
     def find(self, name: str) -> Data | None:
         """Return data by its name in this routine or of a module."""
         name = name.upper()
-        return self.scopes[-1][name] if self.scopes and name in self.scopes[-1] else self.data.get(name)
+        if self.scopes and name in self.scopes[-1]:
+            return self.scopes[-1][name]
+        own = self.local.get((self.files[-1], name)) if self.files else None
+        return own or self.data.get(name)
 
     def name(self, name: str) -> Any:
         """Return the value of a name."""
@@ -174,6 +185,9 @@ class Interpreter(Instructions):
             return typed("robtarget", [*pose_values(seen), [0, 0, 0, 0], [9e9] * 6])
         functions: dict[str, Callable[..., Any]] = {
             "POSEMULT": lambda a, b: typed("pose", pose_values(matrix(a) @ matrix(b))),
+            "POSEVECT": lambda a, v: Record(
+                "pos", (matrix(a)[:3, :3] @ np.array(v.values, float) + matrix(a)[:3, 3]).tolist()
+            ),
             "POSEINV": lambda a: typed("pose", pose_values(inverted(matrix(a)))),
             "ORIENTZYX": lambda z, y, x: typed(
                 "orient", pose_values(rigid(Rotation.from_euler("ZYX", [z, y, x], degrees=True), [0, 0, 0]))[1]
@@ -182,6 +196,9 @@ class Interpreter(Instructions):
             "DOUTPUT": lambda value: value,
             "NUMTOSTR": lambda value, digits: f"{value:.{int(digits)}f}",
             "VALTOSTR": printed,
+            "DOTPROD": lambda a, b: float(np.dot(a.values, b.values)),
+            "VECTMAGN": lambda a: float(np.linalg.norm(a.values)),
+            "NORIENT": lambda q: typed("orient", (np.array(q, float) / np.linalg.norm(q)).tolist()),
             "DISTANCE": lambda a, b: float(np.linalg.norm(np.subtract(a.values, b.values))),
             "ABS": abs,
         }
@@ -278,7 +295,7 @@ class Interpreter(Instructions):
         self.scopes.append(scope)
         self.files.append(routine.file)
         try:
-            for _, storage, kind, variable, is_array, tokens in routine.declarations:
+            for _, storage, kind, variable, is_array, tokens, _ in routine.declarations:
                 value = self.value(tokens) if tokens else empty(kind)
                 scope[variable.upper()] = Data(storage, kind, value if is_array else typed(kind, value), is_array)
             self.block(routine.body, routine)

@@ -39,6 +39,7 @@ class Declaration(NamedTuple):
     name: str
     is_array: bool
     tokens: list[str]
+    is_local: bool = False  #: Whether only its module knows it.
 
 
 class Statement(NamedTuple):
@@ -131,13 +132,14 @@ class ModuleReader:
             self.until(")")
             self.take()
         while self.peek() != "ENDMODULE":
+            is_local = False
             while self.peek() in {"LOCAL", "TASK"}:
-                self.take()
+                is_local = self.take().upper() == "LOCAL" or is_local
             word = self.peek()
             if word == "PROC":
                 self.routines.append(self._routine())
             elif word in STORAGE:
-                self.declarations.append(self._declaration())
+                self.declarations.append(self._declaration()._replace(is_local=is_local))
             elif word in SKIPPED:
                 while self.take().upper() != SKIPPED[word]:
                     pass

@@ -28,7 +28,7 @@ from wpcal.controllers.abb.write import (
     robtargets,
     speed_data,
 )
-from wpcal.controllers.language.naming import comment_lines, own_name
+from wpcal.controllers.language.naming import comment_lines, own_name, safe_name
 from wpcal.controllers.language.touch import TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
@@ -36,6 +36,7 @@ from wpcal.core.transform import RigidTransform
 
 SIGNAL = "diTouch"  #: The input, if the touch setup names none.
 HOME = "wptHome"
+WAY = ("wptOver", "wptSafe")  #: From the last search to the weld program.
 FOLDER = re.compile(r"[\w:/.-]+")  #: A folder of the controller, as ``HOME:`` or ``HOME:/touch``.
 HELD_MM = 0.01  #: Where a search of SmarTac ended without contact, it may leave the place as it was.
 
@@ -51,6 +52,7 @@ def write_touch_rapid(program: TouchProgram) -> dict[str, str]:
 class _RapidTouches(TouchWriter):
     format, names, longest_comment, has_package = "rapid", NAMES, LONGEST_COMMENT, True
     air, first = "wptAir", JOINT_SPEED
+    way_points = WAY
 
     def frame_as_written(self, T_base_part: RigidTransform) -> RigidTransform:
         text, T = rapid_frame(T_base_part)
@@ -90,6 +92,11 @@ class _RapidTouches(TouchWriter):
             self.name: self.lines("touch", header=header, **names, **more),
             results: self.lines("touch_results", about=about, no_axes=NO_EXTERNAL_AXES, **names),
         }
+        if self.program.welds is not None:
+            module = f"{self.name}_weld"
+            main = safe_name(f"run_{safe_name(self.controller.program_name, NAMES)}", NAMES)
+            about = comment_lines([f"run_{module} searches, corrects wpPart and welds"], mark="  ! ", longest=72)
+            texts[module] = self.lines("touch_weld", about=about, module=module, weld=main)
         return {f"{name}.mod": "\r\n".join([*lines, ""]) for name, lines in texts.items()}
 
     def _about(self, tool: str, folder: str, results: str) -> list[str]:
@@ -111,6 +118,7 @@ class _RapidTouches(TouchWriter):
             *(speed_data("wptAir", setup.air_speed_mm_s), speed_data("wptSearch", setup.search_speed_mm_s)),
             *([] if setup.with_package else [speed_data("wptNear", setup.approach_speed_mm_s)]),
             *([] if home is None else jointtargets([HOME], home[None])),
+            *([] if self.way is None else robtargets(WAY, *self.way, None)),
             *(
                 line
                 for each in self.searches

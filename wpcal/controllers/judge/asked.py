@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
 from wpcal.controllers.judge.execute import TOOL_OF_CONTROLLER
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program.in_run import WeldsAfter
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -32,6 +33,7 @@ class Asked:
     joints: FloatArray  #: shape (n, 6). deg; NaN where nobody knows them.
     stops: BoolArray  #: shape (n,). Whether the tool stops there: always off the seams.
     home: FloatArray | None = None  #: shape (6,). Where it may begin and end, deg; None: where only the robot knows.
+    welds_at: int = 0  #: The row at which a weld program begins; 0 where no other one is before it.
     #: shape (4, 4). With which tool.
     T_flange_tool: FloatArray = field(default_factory=TOOL_OF_CONTROLLER.copy)
 
@@ -64,13 +66,25 @@ def asked_of_touches(program: TouchProgram) -> Asked:
         p.append(T.apply(steps.p[rows]))
         R.append(T.R @ steps.R[rows])
     count, home = sum(map(len, p)), program.plan.home_joints
-    return Asked(
+    found = Asked(
         np.concatenate(p),
         np.concatenate(R),
         np.full((count, 6), np.nan),
         np.ones(count, dtype=bool),
         None if home is None else np.degrees(home),
     )
+    return found if program.welds is None else _with_welds(found, program.welds)
+
+
+def _with_welds(touches: Asked, welds: WeldsAfter) -> Asked:
+    """Return where the searches and the weld program after them lead, with the part as planned."""
+    T, after = welds.T_base_part @ welds.program.T_base_part.inverse(), asked_of(welds.program)
+    way = [] if welds.way is None else [welds.way]
+    p = np.concatenate([touches.p, *(each.p_base for each in way), T.apply(after.p)])
+    R = np.concatenate([touches.R, *(each.R_base for each in way), T.R @ after.R])
+    joints = np.full((len(p), 6), np.nan)
+    stops = np.concatenate([np.ones(len(p) - len(after.p), dtype=bool), after.stops])
+    return replace(touches, p=p, R=R, joints=joints, stops=stops, welds_at=len(p) - len(after.p))
 
 
 def contacts_of(plan: TouchPlan) -> Callable[[FloatArray], FloatArray | None]:
@@ -129,7 +143,7 @@ def compare(trace: Trace, asked: Asked) -> Compared:
             continue
         found = _matches(motion, asked, at) if _has_tool(motion, asked) else None
         if found is None:
-            if at not in (0, len(asked.p)) or not _is_home(motion, asked):
+            if at not in (0, asked.welds_at, len(asked.p)) or not _is_home(motion, asked):
                 others.append(motion)
             continue
         first, last = found

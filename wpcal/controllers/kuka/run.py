@@ -10,6 +10,7 @@ takes that of the present place. In the folds of ArcTech, `BAS(#CP_PARAMS,…)` 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -197,8 +198,8 @@ class Interpreter:
         """Return the value of a function."""
         if name == "INV_POS" and isinstance(arguments[0], Aggregate):
             return frame_value(inverted(arguments[0].matrix()))
-        if name == "ABS":
-            return abs(arguments[0])
+        if name in {"ABS", "SQRT"}:
+            return abs(arguments[0]) if name == "ABS" else math.sqrt(arguments[0])
         if name == "EK" and len(arguments) == 3:  # the part that a positioner carries
             return arguments[2]
         raise ProgramError(f"the function {name} is unknown")

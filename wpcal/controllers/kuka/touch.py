@@ -36,8 +36,10 @@ from wpcal.controllers.kuka.write import (
     krl_frame,
     krl_frame_text,
 )
+from wpcal.controllers.language.naming import safe_name
 from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.language.touch import Numbers, SearchText, TouchWriter
+from wpcal.controllers.program.in_run import Term
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -46,6 +48,7 @@ from wpcal.core.transform import RigidTransform
 INPUTS = Numbers(default=1, most=4096)  #: Inputs and outputs of a KR C4.
 LARGEST_INTERRUPT = 39  #: Numbers up to it, and from 81 on, are free for users.
 HOME = "WPHOME"
+WAY = ("WPOVER", "WPSAFE")  #: From the last search to the weld program.
 ZERO = "{X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"
 
 
@@ -60,6 +63,7 @@ def write_touch_krl(program: TouchProgram) -> dict[str, str]:
 class _KrlTouches(TouchWriter):
     format, names, longest_comment, has_package = "krl", NAMES, LONGEST_COMMENT, True
     inputs = outputs = INPUTS
+    way_points = WAY
 
     @property
     def air(self) -> str:
@@ -76,6 +80,8 @@ class _KrlTouches(TouchWriter):
         signal, enable = f"$IN[{self.signal}]", f"$OUT[{self.enable}]" if self.enable else ""
         header = self.header(signal, self._about(is_known=known is not None))
         names = {"header": header, "signal": signal, "air": self.air, "percent": JOINT_PERCENT, "act_lines": act_lines}
+        names["weld"] = safe_name(self.controller.program_name, NAMES)
+        names |= {"stated": _stated, "gains": _gains}
         names["near"] = f"{self.setup.approach_speed_mm_s / 1000.0:g}"
         names |= {"interrupt": self._interrupt, "sensor": self.setup.krl.sensor, "home": self.home(HOME, "")}
         data = self.lines("touch_data", header=header, frame=krl_frame_text(self.frame), data=self._data(known))
@@ -108,6 +114,8 @@ class _KrlTouches(TouchWriter):
         for each in self.searches:
             values = aggregates(each.steps.p, each.steps.R, None if known is None else known[each.number])
             lines += [f"DECL E6POS {label}={value}" for label, value in zip(each.at.values(), values, strict=True)]
+        if self.way is not None:
+            lines += [f"DECL E6POS {name}={value}" for name, value in zip(WAY, aggregates(*self.way), strict=True)]
         if self.setup.with_package:
             lines += [line for each in self.searches for line in self._sensed(each)]
         return lines
@@ -131,3 +139,16 @@ class _KrlTouches(TouchWriter):
             f"DECL TSg_SearchProperty_T ZSP{mark}={{MoveType #MoveWithLin,TouchType #Single,DynamicStep #Slow,"
             f"SensorNum {self.setup.krl.sensor},SearchDepth_Tol {half:.4f},bBackToStartPos TRUE,PartThickness 0.0}}",
         ]
+
+
+def _stated(term: Term) -> str:
+    """Write the normal of a search and how far its planned contact is along it, or the axis and the radius."""
+    flat = (*term.normal, term.normal @ term.planned)
+    values = flat if term.axis is None else (*term.axis.ravel(), term.radius_mm)
+    return ",".join(f"{value + 0.0:.9f}" for value in values)
+
+
+def _gains(term: Term) -> list[tuple[str, str]]:
+    """Return what a deviation of 1 mm adds to X to Z, mm, and to C to A, which turn about x to z, deg."""
+    gains = (*term.shift, *np.degrees(term.turn))
+    return [(axis, f"{gain + 0.0:.9f}") for axis, gain in zip("XYZCBA", gains, strict=True)]

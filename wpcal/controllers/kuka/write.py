@@ -130,7 +130,7 @@ class _Krl(WeldWriter):
         program, name = self.program, safe_name(self.program.controller.program_name, NAMES)
         points = self._points()
         header = self.post.header(self._about())
-        part = f"DECL FRAME WP_PART={krl_frame_text(self.T_base_frame)}"
+        part = f"DECL {'GLOBAL ' if program.is_corrected else ''}FRAME WP_PART={krl_frame_text(self.T_base_frame)}"
         data = [*ATTRIBUTES, f"DEFDAT {name} PUBLIC", *header, part, *points, "ENDDAT", ""]
         source, between = [*ATTRIBUTES, f"DEF {name}()", *header, *self._start()], self.between()
         for (way, _), path in zip(between, program.paths, strict=False):

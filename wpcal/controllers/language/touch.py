@@ -11,7 +11,9 @@ import numpy as np
 from wpcal.controllers.language.naming import NameRules, comment_lines, own_name
 from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, Blocks, whole_template
 from wpcal.controllers.program.describe import NOT_CHECKED
+from wpcal.controllers.program.in_run import SETTLED_MM, STEPS
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.core.version import __version__
@@ -20,6 +22,8 @@ from wpcal.touch.searches import STORED_NUMBERS, Outcome, Search
 FOUND, MISSED, ACTIVE, NOT_RUN = (
     STORED_NUMBERS[each] for each in (Outcome.FOUND, Outcome.MISSED, Outcome.ACTIVE_AT_START, Outcome.NOT_RUN)
 )
+REFUSED_TEXT = " off: not welded; calibrate"
+"""After the name of a search, where the frame cannot be corrected in the program."""
 ENDED_TEXT = " misses: program ends"  #: Behind their number.
 MISSED_TEXT, ACTIVE_TEXT = "missed: look at the part", "signal on at start"
 """After the name of a search, in the message at which a program stops: a pendant may show 24 characters after it."""
@@ -56,6 +60,8 @@ class TouchWriter:
     outputs: ClassVar[Numbers | None] = None
     has_package: ClassVar[bool] = False  #: Whether searches of a touch-sensing package are written.
     is_upper: ClassVar[bool] = False  #: Whether names of programs are upper case.
+    way_points: ClassVar[Sequence[str]] = ()
+    """As moves name the poses from the last search to a weld program; a language with them corrects its frame."""
 
     def __init__(self, program: TouchProgram) -> None:
         self.program, self.plan, self.setup, self.controller = program, program.plan, program.setup, program.controller
@@ -63,6 +69,8 @@ class TouchWriter:
         if self.setup.with_package and not self.has_package:
             what = f"{self.language}: wpcal writes no searches of a touch-sensing package"
             raise InputError(f"{what}: with_package = false in the touch setup")
+        if program.welds is not None and not self.way_points:
+            raise InputError(f"{self.language}: touch and weld in one run is written in RAPID and KRL")
         self.check()
         name = program.name(self.names)
         self.name = name.upper() if self.is_upper else name
@@ -161,11 +169,21 @@ class TouchWriter:
 
     def leave(self, search: SearchText) -> list[str]:
         """Return the moves from where a search ended."""
-        return [line for mark in "SR" for line in self.post.air_move(search.at[mark], speed=self.air)]
+        return self.air_moves([search.at[mark] for mark in "SR"])
+
+    def air_moves(self, points: Sequence[str]) -> list[str]:
+        """Return linear moves off the searches."""
+        return [line for point in points for line in self.post.air_move(point, speed=self.air)]
 
     def back(self, search: SearchText) -> list[str]:
         """Return the move from a contact on the way to the start."""
-        return self.post.air_move(search.at["A"], speed=self.air)
+        return self.air_moves([search.at["A"]])
+
+    @property
+    def way(self) -> tuple[FloatArray, FloatArray] | None:
+        """The poses from the last search to the weld program in the frame; None without one, or from a home."""
+        welds = self.program.welds
+        return None if welds is None or welds.way is None else welds.way.poses_in(self.frame)
 
     def home(self, point: str, speed: str) -> list[str]:
         """Return the move to the home of the plan, if it has one."""
@@ -193,6 +211,12 @@ class TouchWriter:
             "approach": self.approach,
             "leave": self.leave,
             "back": self.back,
+            "welds": self.program.welds,
+            "way": [] if self.way is None else self.air_moves(self.way_points),
+            "vec": lambda v: ",".join(f"{x + 0.0:.9f}" for x in v),
+            "STEPS": STEPS,
+            "SETTLED_MM": SETTLED_MM,
+            "REFUSED_TEXT": REFUSED_TEXT,
             "ENDED_TEXT": ENDED_TEXT,
             "footer": self.post.footer(),
         }
@@ -226,6 +250,13 @@ class TouchPost(Blocks):
         return self.lines("touch_on" if on else "touch_off", signal=signal, enable=enable, hold_s=hold_s)
 
 
+IN_RUN = (
+    "after the searches the program corrects the frame of the welds, and welds. It ends before the first weld where a "
+    "search missed, or the places that were found do not fit the part: then copy the results, and calibrate with them "
+    "(wpcal calibrate --touches)"
+)
+
+
 def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[str]) -> list[str]:
     """Return the lines of the header that every language shares."""
     plan, setup = program.plan, program.setup
@@ -247,6 +278,7 @@ def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[st
         "wherever the plan allows it to stand"
         if setup.with_package
         else f"the way to the start of a search is sensed as well, at {setup.approach_speed_mm_s:g} mm/s",
+        *([] if program.welds is None else [IN_RUN]),
         NOT_CHECKED.replace("the way to the first point", first),
         "run it dry: without the part, every search is missed (most_misses). Searches "
         f"{setup.search_speed_mm_s:g} mm/s, air {setup.air_speed_mm_s:g} mm/s",

@@ -117,6 +117,8 @@ def describe(program: WeldProgram) -> list[str]:
         f"tool centre point {torch.standoff_mm:g} mm back from the seam, approach {program.motion.approach_mm:g} mm, "
         f"retract {program.motion.retract_mm:g} mm",
     ]
+    if program.is_corrected:
+        lines.append("its frame is corrected by the touch program beside it, which calls it: start that one")
     if program.tolerance is not None:
         lines.append(describe_moves(program))
         if corners := sum(sum(path.stops(USUAL_ZONE_MM)[:-1]) for path in program.paths):

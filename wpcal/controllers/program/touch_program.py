@@ -11,6 +11,7 @@ import numpy as np
 
 from wpcal.controllers.language.naming import NameRules, safe_name
 from wpcal.controllers.program import ControllerSettings
+from wpcal.controllers.program.in_run import WeldsAfter
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -63,6 +64,7 @@ class TouchProgram:
     #: Its `frame_number` is not used: touch programs use that of `setup`.
     controller: ControllerSettings = field(default_factory=ControllerSettings)
     arm: Arm | None = None  #: The arm that the joints of the plan belong to; the configuration is computed with it.
+    welds: WeldsAfter | None = None  #: The weld program that runs after the searches, in one run.
 
     def __post_init__(self) -> None:
         if not self.plan.searches:

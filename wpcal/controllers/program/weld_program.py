@@ -238,6 +238,7 @@ class WeldProgram:
     arc: ArcSettings | None = None  #: How the arc is switched; None for a dry run without arc instructions.
     planned: PlannedMoves | None = None  #: The moves off the seams of a plan, of which `arm` is the arm.
     shape: TorchShape = USUAL_TORCH  #: With which it was compared with the part.
+    is_corrected: bool = False  #: Whether a touch program corrects its frame, and calls it.
 
     @property
     def marks(self) -> tuple[str, str]:

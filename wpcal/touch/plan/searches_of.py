@@ -15,6 +15,7 @@ from wpcal.touch.plan.options import TouchOptions
 from wpcal.touch.plan.part import TouchPart
 from wpcal.touch.searches import Contact, Search, SearchKind
 
+ROUND = ("cylinder", "hole")
 SAME_AXIS_MM = 0.01  #: A wall belongs to the hole whose axis is this near to its own.
 POST_ROOM_MM = 10.0
 """The search on the post begins and ends so far from it: more than the wire is ever too long or too short."""
@@ -51,6 +52,7 @@ def search_of(part: TouchPart, strokes: Strokes, row: int, name: str, via: Float
         one.at(-one.after_mm)[0],
         one.approach[0],
         covariance,
+        axis=part.graph.face_frame[face][[0, 3]] if word_of(part.graph, face) in ROUND else None,
     )
 
 

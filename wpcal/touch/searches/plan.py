@@ -100,6 +100,7 @@ class Search:
     kind: SearchKind = SearchKind.PART
     body: str = ""  #: The body that is touched, if bodies may move; otherwise empty.
     serves: Served | None = None
+    axis: FloatArray | None = None  #: shape (2, 3). A point of the axis of a round face, and its direction; None: flat.
 
     def __post_init__(self) -> None:
         if not SEARCH_NAME.fullmatch(self.name):

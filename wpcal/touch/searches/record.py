@@ -73,6 +73,7 @@ def _search_record(search: Search) -> dict[str, Any]:
         "via_joints_deg": _degrees(search.via_joints),
         "body": search.body,
         "serves": None if search.serves is None else _served_record(search.serves),
+        "axis": None if search.axis is None else search.axis.tolist(),
     }
 
 
@@ -157,6 +158,7 @@ def _search(record: Mapping[str, Any]) -> Search:
         kind=SearchKind(record.get("kind", SearchKind.PART.value)),
         body=record.get("body", ""),
         serves=None if record.get("serves") is None else Served(**record["serves"]),
+        axis=None if record.get("axis") is None else _array(record["axis"]),
     )
 
 
