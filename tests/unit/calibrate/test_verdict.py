@@ -1,9 +1,12 @@
 """The verdict: what is shown of the seams, in cases that residuals alone get wrong."""
 
+import math
+
 import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
+from wpcal.calibrate.errors.of_points import budget_of_design
 from wpcal.calibrate.errors.robot_field import RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.trust.verdict import named
 from wpcal.core.pairs import PointPairs
@@ -111,6 +114,24 @@ def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():
         raise AssertionError
 
     assert judged(BOX, noise(8), teaching=SMALL, suggest=unasked).verdict is VerdictKind.PASS
+
+
+def test_touches_that_measure_the_scale_leave_little_of_its_prior():
+    walls = 57.0 * BOX[[0, 3, 5, 6, 7]]  # 17 m: the usual scale of 100 ppm alone would be 1.7 mm
+    exact = calibrate(pairs_of(walls, 0.0 * walls), seam_points=57.0 * SEAM)
+    assert exact.verdict is VerdictKind.PASS
+    assert exact.judgement.error_95_mm < 0.02
+    known, rng = TeachingError(sigma_mm=0.3, robot=RobotField.none()), np.random.default_rng(3)
+    for p in (walls, BOX[[0, 3, 5, 6, 7]]):
+        promised = budget_of_design(p, known).scale
+        found = [
+            calibrate(pairs_of(p, rng.normal(0.0, 0.3, p.shape)), teaching=known).budget.belief.scale for _ in range(40)
+        ]
+        # the scale that errors of touches feign has at most the variance of the scale that they leave
+        assert 0.999 * promised <= np.sqrt(np.mean(np.square(found))) <= 1.1 * math.sqrt(2.0) * promised
+    warm = calibrate(pairs_of(walls, 5e-4 * walls + rng.normal(0.0, 0.3, walls.shape)), seam_points=57.0 * SEAM)
+    assert warm.judgement.reason is VerdictReason.SCALE
+    assert warm.judgement.error_95_mm > 2.0
 
 
 def test_more_than_six_names_are_counted():

@@ -21,12 +21,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.calibrate.errors.prediction import COVERAGE, JOINT_SAMPLES, Sigma, SigmaSource, length_quantile
-from wpcal.calibrate.errors.robot_field import Belief, FieldOrigin, believed_freedom, correlation, rigid_rest, scale_of
+from wpcal.calibrate.errors.robot_field import (
+    USUAL_SCALE,
+    Belief,
+    FieldOrigin,
+    believed_freedom,
+    correlation,
+    rigid_rest,
+    scale_of,
+)
 from wpcal.core.arrays import FloatArray, as_points, frozen
 from wpcal.core.tangent import point_jacobian, translation_adjoint
 
-USUAL_SCALE = 1e-4
-"""Standard deviation of the scale between model and robot if nothing is stated: steel, 10 K from 20 °C."""
 JOINT_POINTS = 32
 """So many points stand for all seams where their errors are drawn together: the furthest, and those with most error."""
 MOST_PLACES = 256
@@ -50,7 +56,7 @@ class ErrorBudget:
     white: FloatArray  #: shape (6, 6). Covariance of η by errors of 1 mm that are independent from place to place.
     fields: FloatArray  #: shape (L, 6, 6). Covariance of η by the unit field, for each length of the belief.
     tool_mm: float = 0.0  #: Standard deviation per axis of the tool's error in another posture.
-    scale: float = USUAL_SCALE  #: Standard deviation of the scale.
+    scale: float = USUAL_SCALE  #: Root mean square of the scale, after the touches.
 
     @classmethod
     def of(
@@ -77,16 +83,17 @@ class ErrorBudget:
             places, gain = _coarse(places, gain)
         fields = np.stack([_of_field(places, gain, further, length) for length in belief.lengths_mm.tolist()])
         tool = math.sqrt(2.0 / 3.0) * tcp_bias_mm
-        return cls(centre, places, gain, touching, further, nothing, belief, sigma, white, fields, tool)
+        moved = (touching, further, nothing)
+        return cls(centre, places, gain, *moved, belief, sigma, white, fields, tool, belief.scale)
 
     def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
         """Add a covariance of the pose, shape (6, 6), about the base's origin, that no error of a touch explains."""
         shift = translation_adjoint(-self.centre)
         return replace(self, model=self.model + shift @ covariance_base @ shift.T)
 
-    def with_scale(self, scale: float) -> ErrorBudget:
-        """Return the budget of a part whose scale is off by so much."""
-        return replace(self, scale=math.hypot(USUAL_SCALE, scale))
+    def with_scale(self, scale: float, own: float) -> ErrorBudget:
+        """Return the budget of a part whose scale is off by so much, with a standard deviation of its own."""
+        return replace(self, scale=math.hypot(scale, own))
 
     def allowing(self, tcp_bias_mm: float) -> ErrorBudget:
         """Return the budget with another error of the tool centre point, mm."""
@@ -245,8 +252,8 @@ class ErrorBudget:
             if self.tool_mm
             else "tool centre point: nothing stated",
             "robot": belief.field.describe(),
-            "part": f"scale of the part, {1e6 * self.scale:.0f} ppm: "
-            + ("steel within 10 K of 20 °C" if self.scale == USUAL_SCALE else "found in the residuals"),
+            "part": f"scale of the part, {1e6 * self.scale:.2g} ppm after the touches, {1e6 * USUAL_SCALE:.0f} before: "
+            "steel within 10 K of 20 °C",
             "model": "tails of the residuals and what a fit of this kind does with them",
         }
         return {"name": name, "type": "A" if is_a else "B", "source": told[name]}

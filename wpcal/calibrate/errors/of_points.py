@@ -13,7 +13,7 @@ import numpy as np
 
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES, Sigma, TeachingError
-from wpcal.calibrate.errors.robot_field import believe
+from wpcal.calibrate.errors.robot_field import ResidualRows, foresee
 from wpcal.calibrate.solve.interior_point import solve_interior_point
 from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.calibrate.solve.ties import break_ties
@@ -83,7 +83,9 @@ def budget_of_design(
 ) -> ErrorBudget:
     """Budget of points before they are touched, shape (n, 3), mm, for least squares or for minimax."""
     gain, sigma = point_gain(p_base), Sigma.expected(teaching.per_axis_mm)
-    belief, excess = believe(None, sigma.mm, teaching.robot), None
+    about, excess = p_base - p_base.mean(axis=0), None
+    rows = ResidualRows.of(about, point_jacobian(about), np.zeros_like(p_base), np.tile(np.eye(3), (len(p_base), 1, 1)))
+    belief = foresee(rows, sigma.mm, teaching.robot)
     if with_minimax:
         excess = minimax_excess(p_base[None], sigma.mm, bounded=teaching.is_bounded, seed=seed)[0]
     bias = teaching.tcp_bias_mm

@@ -41,7 +41,7 @@ LEAST_FREEDOM = 4
 three."""
 JOINT_SAMPLES = 8192
 """Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
-EXCESS_POINTS = 512
+EXCESS_POINTS = 64
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
 EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the sampling error.
 EXCESS_SAMPLES = 256

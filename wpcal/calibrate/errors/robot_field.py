@@ -18,8 +18,9 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,8 @@ TYPICAL_AMPLITUDE_MM = 0.26
 """Against this amplitude a wrong touch must stand out. The tail of the prior would hide it."""
 CLASS_LENGTHS_MM = np.array([250.0, 500.0, 1000.0])
 """Prior of the length, equally likely: errors of joints and links change over a good part of the arm's reach."""
+USUAL_SCALE = 1e-4
+"""Standard deviation of the scale between model and robot before anything is touched: steel, 10 K from 20 °C."""
 MOST_EVIDENCE = 60  #: Observations of which the residuals are weighed; more hardly say more about a smooth field.
 
 
@@ -222,6 +225,7 @@ class ResidualRows:
     root: FloatArray  #: shape (m, 3). What a row sees of an error of its observation, in units of its own error.
     rest: FloatArray  #: shape (m, m - 6). Basis of what the pose does not explain.
     y: FloatArray  #: shape (m - 6,). The residuals there.
+    z: FloatArray  #: shape (m - 6,). What a part of twice its size would leave there.
     unit2: float  #: Square of 1 mm in the unit of the rows, on average.
 
     @classmethod
@@ -240,8 +244,8 @@ class ResidualRows:
         rest = np.linalg.qr(by_motion / np.maximum(np.linalg.norm(by_motion, axis=0), 1e-300), mode="complete")[0][
             :, 6:
         ]
-        y, unit2 = rest.T @ np.einsum("mi,mi->m", root, d[owner]), float(np.mean(np.sum(root**2, axis=1)))
-        return cls(places, owner, root, rest, y, unit2)
+        y, z = (rest.T @ np.einsum("mi,mi->m", root, each[owner]) for each in (d, places))
+        return cls(places, owner, root, rest, y, z, float(np.mean(np.sum(root**2, axis=1))))
 
     def field(self, length_mm: float) -> FloatArray:
         """Covariance of `y` by the unit field."""
@@ -264,6 +268,7 @@ class Belief:
     origin: FieldOrigin = FieldOrigin.STATED
     rows: ResidualRows | None = None  #: The residuals that were weighed.
     rest_mm: float = 0.0  #: The robot's error that is independent from place to place.
+    scale: float = USUAL_SCALE  #: Root mean square of the scale of the part.
 
     @property
     def field(self) -> RobotField:
@@ -298,28 +303,54 @@ class Nodes:
         weight = self.prior * np.exp(log - log.max())
         return np.asarray(weight / weight.sum())
 
-    def likelihood(self, rows: ResidualRows, z: FloatArray | None = None) -> tuple[FloatArray, ...]:
-        """Log restricted likelihood, and probability of larger residuals.
-
-        With an effect z on the rows, shape (m - 6,), its size is fitted at each node: then log likelihood, size and its
-        variance.
-        """
+    def evidence(self, rows: ResidualRows) -> Evidence:
+        """Return what residuals tell at each node."""
         found: list[tuple[FloatArray, ...]] = []
         for length in self.lengths_mm.tolist():
             seen, vectors = np.linalg.eigh(rows.field(length))
             smooth = (self.amplitudes_mm[:, None] ** 2) * np.maximum(seen, 0.0)
             variance = self.sigmas[:, None, None] ** 2 + self.rest_mm**2 * rows.unit2 + smooth
-            y = vectors.T @ rows.y
-            square = np.sum(y**2 / variance, axis=-1)
-            log = -0.5 * (np.log(variance).sum(axis=-1) + square)
-            if z is None:
-                found.append((log, chdtrc(len(y), square)))
-                continue
-            effect = vectors.T @ z
-            weight = np.sum(effect**2 / variance, axis=-1)
-            size = np.sum(effect * y / variance, axis=-1) / weight
-            found.append((log + 0.5 * size**2 * weight, size, 1.0 / weight))
-        return tuple(np.stack(each) for each in zip(*found, strict=True))
+            y, z = vectors.T @ rows.y, vectors.T @ rows.z
+            square, weight = (np.sum(each**2 / variance, axis=-1) for each in (y, z))
+            size = np.sum(z * y / variance, axis=-1) / np.maximum(weight, np.finfo(float).tiny)
+            found.append((np.log(variance).sum(axis=-1), square, size, weight))
+        return Evidence(*(np.stack(each) for each in zip(*found, strict=True)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What residuals tell at each node of `Nodes`."""
+
+    log_det: FloatArray  #: Of their covariance, without a scale.
+    square: FloatArray  #: Their normalised sum of squares, without a scale.
+    size: FloatArray  #: The scale that fits best.
+    weight: FloatArray  #: The inverse of its variance.
+
+    @property
+    def log(self) -> FloatArray:
+        """Log restricted likelihood. A scale counts as errors here: what is believed of these is then not too small."""
+        return np.asarray(-0.5 * (self.log_det + self.square))
+
+    def left(self, share: FloatArray | float) -> FloatArray:
+        """Return the normalised sum of squares without a share of the fitted scale, of the shape of `size` or one."""
+        return np.asarray(self.square - share * self.size**2 * self.weight)
+
+    @property
+    def share(self) -> FloatArray:
+        """Return how much of the fitted scale is believed, given the usual one."""
+        return self.weight / (self.weight + USUAL_SCALE**-2)
+
+    @property
+    def scale2(self) -> FloatArray:
+        """Mean square of the scale, after the residuals."""
+        return np.asarray((self.share * self.size) ** 2 + (1.0 - self.share) * USUAL_SCALE**2)
+
+
+@lru_cache(maxsize=8)
+def evidence_of(rows: ResidualRows, s: float | None, field: RobotField | None) -> tuple[Nodes, Evidence]:
+    """Lay out what may be, and what residuals tell there: as `believe`."""
+    nodes = Nodes.of(rows, s, field)
+    return nodes, nodes.evidence(rows)
 
 
 def believe(rows: ResidualRows | None, s: float | None, field: RobotField | None) -> Belief:
@@ -329,18 +360,31 @@ def believe(rows: ResidualRows | None, s: float | None, field: RobotField | None
     `s`: The factor that is known, or None.
     """
     nodes = Nodes.of(rows, s, field)
-    weight, chance, origin = nodes.prior, 1.0, FieldOrigin.ASSUMED if field is None else field.origin
+    weight, chance, scale2 = nodes.prior, 1.0, USUAL_SCALE**2
+    origin = FieldOrigin.ASSUMED if field is None else field.origin
     if rows is not None and len(rows.y):
-        log, tail = nodes.likelihood(rows)
+        found = evidence_of(rows, s, field)[1]
+        tail = chdtrc(len(rows.y), found.left(found.share))
         usual = nodes.prior * (nodes.amplitudes_mm <= max(2.0 * TYPICAL_AMPLITUDE_MM, nodes.amplitudes_mm.min()))
         chance = 1.0 if s is None else float(np.sum(usual * tail) / np.sum(usual))
-        weight = nodes.weighed(log)
+        weight = nodes.weighed(found.log)
+        scale2 = float(np.sum(weight * found.scale2))
         if field is None and len(rows.y) >= LEAST_ESTIMATED:
             origin = FieldOrigin.ESTIMATED
     s2, a2 = nodes.sigmas[None, :, None] ** 2, nodes.amplitudes_mm[None, None, :] ** 2
     of_field, square, both = (np.sum(weight * value, axis=(1, 2)) for value in (a2, a2**2, s2 * a2))
     known = float(np.sum(weight * s2)), float(np.sum(weight * s2**2))
-    return Belief(*known, nodes.lengths_mm, of_field, square, both, chance, origin, rows, nodes.rest_mm)
+    moments = (*known, nodes.lengths_mm, of_field, square, both)
+    return Belief(*moments, chance, origin, rows, nodes.rest_mm, math.sqrt(scale2))
+
+
+def foresee(rows: ResidualRows, s: float, field: RobotField | None) -> Belief:
+    """Return what is believed before the touches of these rows are made, with what they will tell of the scale.
+
+    `rows`: With residuals of zero: a part that has the size of its model is expected.
+    """
+    nodes, found = evidence_of(rows, s, field)
+    return replace(believe(None, s, field), scale=math.sqrt(float(np.sum(nodes.prior * found.scale2))))
 
 
 def believed_freedom(mean: FloatArray, scatter: FloatArray) -> FloatArray:

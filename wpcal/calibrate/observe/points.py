@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import ClassVar, Self
 
 import numpy as np
@@ -16,8 +17,8 @@ from wpcal.calibrate.errors.of_points import (
     point_gain,
     unequal_minimax_covariance,
 )
-from wpcal.calibrate.errors.prediction import Sigma, TeachingError
-from wpcal.calibrate.errors.robot_field import Belief, ResidualRows
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.solve.annealed import anneal_pairs
 from wpcal.calibrate.solve.error_rows import ErrorRows
 from wpcal.calibrate.solve.least_squares import (
@@ -162,11 +163,10 @@ class PointProblem(FitProblem):
         """Collect what the errors of the fitted points do to the pose, and what is believed of these errors."""
         pairs = self.pairs if len(rows) == len(self.pairs) else self.pairs.select(rows)
         moved, covariances = T.apply(pairs.p_source), pairs.covariances
-        information = None if covariances is None else np.asarray(np.linalg.inv(covariances))
-        is_weighted = criterion is Criterion.WEIGHTED
-        gain, excess = point_gain(moved, information if is_weighted else None), None
+        used = covariances if criterion is Criterion.WEIGHTED else None
+        gain, excess = point_gain(moved, None if used is None else np.asarray(np.linalg.inv(used))), None
         touching = gained_covariance(gain, covariances)
-        belief, sigma = self._believed(pairs, moved, information)
+        belief, sigma = self.teaching.believed(_residual_rows(pairs), covariances)
         if criterion is Criterion.MINIMAX and covariances is not None:
             touching = unequal_minimax_covariance(moved, covariances, seed=self.seed)
         elif criterion is Criterion.MINIMAX:
@@ -175,11 +175,17 @@ class PointProblem(FitProblem):
         bias = self.teaching.tcp_bias_mm
         return ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
 
-    def _believed(self, pairs: PointPairs, moved: FloatArray, information: FloatArray | None) -> tuple[Belief, Sigma]:
-        n, about = len(pairs), moved - moved.mean(axis=0)
-        weights = np.tile(np.eye(3), (n, 1, 1)) if information is None else information
-        rows = ResidualRows.of(about, point_jacobian(about), pairs.p_target - moved, weights)
-        return self.teaching.believed(rows, pairs.covariances)
+
+@lru_cache(maxsize=8)
+def _residual_rows(pairs: PointPairs) -> ResidualRows:
+    """Residuals of least squares, whatever the criterion: what they tell of the errors is the same."""
+    p, n = pairs.p_source, len(pairs)
+    R, t = kabsch(p, pairs.p_target, np.full(n, 1.0 / n))
+    moved = p @ R.T + t
+    about = moved - moved.mean(axis=0)
+    stated = pairs.covariances
+    weights = np.tile(np.eye(3), (n, 1, 1)) if stated is None else np.asarray(np.linalg.inv(stated))
+    return ResidualRows.of(about, point_jacobian(about), pairs.p_target - moved, weights)
 
 
 def points_have_heavy_tails(pairs: PointPairs, fit: RigidTransform) -> bool:

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from wpcal.calibrate.errors.prediction import COVERAGE
-from wpcal.calibrate.errors.robot_field import Nodes, ResidualRows, RobotField
+from wpcal.calibrate.errors.robot_field import ResidualRows, RobotField, evidence_of
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
 from wpcal.core.issue import Issue
 
@@ -64,14 +64,11 @@ def fit_scale(rows: ResidualRows, count: int, s: float | None, field: RobotField
 
     `s`: The factor on the errors of the rows that is known, or None.
     """
-    effect = np.einsum("mi,mi->m", rows.root, rows.places[rows.owner])
-    z = rows.rest.T @ effect
-    if count < LEAST_POINTS or len(rows.y) < 2 or not z @ z > 0:
+    if count < LEAST_POINTS or len(rows.y) < 2 or not rows.z @ rows.z > 0:
         return None
-    nodes = Nodes.of(rows, s, field)
-    log, size, variance = nodes.likelihood(rows, z)
-    weight = nodes.weighed(log)
-    scale = float(np.sum(weight * size))
-    spread = float(np.sum(weight * (variance + (size - scale) ** 2)))
-    chance = float(np.sum(weight * 2.0 * ndtr(-np.abs(size) / np.sqrt(variance))))
+    nodes, found = evidence_of(rows, s, field)
+    weight, variance = nodes.weighed(-0.5 * (found.log_det + found.left(1.0))), 1.0 / found.weight
+    scale = float(np.sum(weight * found.size))
+    spread = float(np.sum(weight * (variance + (found.size - scale) ** 2)))
+    chance = float(np.sum(weight * 2.0 * ndtr(-np.abs(found.size) / np.sqrt(variance))))
     return ScaleFit(scale, float(ndtri((1.0 + COVERAGE) / 2.0)) * math.sqrt(spread), min(chance, 1.0))

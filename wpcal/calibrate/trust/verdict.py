@@ -195,6 +195,7 @@ def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -
     """Say why the fit is shown to be wrong; the first finding counts."""
     yield from evidence.contradictions(shown)
     if shown.least_mm > evidence.tolerance_mm:
+        yield from (Ground.told(VerdictReason.SCALE, each.message) for each in evidence.issues if each.code == SCALE)
         where = f"seam {shown.seam} is" if shown.seam else f"a fitted {evidence.word} is"
         what = f"{where} off by {shown.least_mm:.3g} mm or more with 95 % confidence ({shown.told})"
         yield Ground(VerdictReason.BEYOND, f"{what}; the tolerance is {evidence.tolerance_mm:g} mm")
