@@ -1,4 +1,4 @@
-// A length compared with the tolerance: a bar in a table, a figure in a heading.
+// A length compared with the tolerance: a bar in a table, a figure in a heading. And a whole divided into shares.
 import { el, fixed, short } from "./dom.js";
 import { colourOf } from "./viewer.js";
 
@@ -21,4 +21,25 @@ export function gauge(label, value, tolerance, note) {
     bar(value, tolerance),
     el("div", { class: "note" }, [note, percent].filter(Boolean).join(" · ")),
   );
+}
+
+/** Colours of shares; they differ in lightness, too. */
+const SHARE_COLOURS = ["#1b4f72", "#e0a030", "#2e8b6f", "#c97ba0", "#9a9a9a"];
+
+/** A bar divided by shares, which sum to one. */
+export function divided(shares) {
+  const parts = shares.map((share, k) => {
+    const fill = el("i", { class: "fill" });
+    fill.style.width = `${(100 * share).toFixed(1)}%`;
+    fill.style.background = SHARE_COLOURS[k];
+    return fill;
+  });
+  return el("span", { class: "bar divided", "aria-hidden": "true" }, parts);
+}
+
+/** The colour of share number k, for a legend. */
+export function swatch(k) {
+  const mark = el("i", { class: "swatch", "aria-hidden": "true" });
+  mark.style.background = SHARE_COLOURS[k];
+  return mark;
 }

@@ -2,7 +2,7 @@ import "./document.js";
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { fitSection, poseSection, seamsSection } from "../src/report/sections.js";
+import { budgetSection, fitSection, poseSection, seamsSection } from "../src/report/sections.js";
 
 const RECORD = {
   criterion: "minimax",
@@ -48,6 +48,26 @@ test("the proof, radians and the matrix are behind details", () => {
   details.remove();
   assert.match(shown.textContent, /criterion.*RMS/);
   assert.doesNotMatch(shown.textContent, /rad|objective|below/);
+});
+
+test("the budget of the worst seam comes first, with a bar of its shares", () => {
+  const seam = (name, error_95_mm, touching) => ({
+    seam: name,
+    error_95_mm,
+    standard_uncertainty_mm: 0.1,
+    coverage_factor: 2,
+    shares: { touching, tool: 0, robot: 1 - touching },
+  });
+  const contributions = ["touching", "tool", "robot"].map((name) => ({ name, type: "B", source: "stated" }));
+  const budget = { contributions, seams: [seam("W1", 0.2, 0.25), seam("W2", 0.3, 0.75)] };
+  const shown = budgetSection({ budget });
+  const rows = [...shown.querySelectorAll("tbody tr")];
+  assert.match(rows[0].textContent, /^W20\.3000\.1002\.00touching 75 %, robot 25 %/);
+  assert.deepEqual(
+    [...rows[1].querySelectorAll(".fill")].map((fill) => fill.style.width),
+    ["25.0%", "75.0%"],
+  );
+  assert.equal(budgetSection({ budget, bodies: {} }), null);
 });
 
 test("refused seams are folded and say why; without one there is no such table", () => {

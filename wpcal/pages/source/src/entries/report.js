@@ -4,6 +4,7 @@ import { el } from "../dom.js";
 import { buildScene, lookAtPoint, lookAtSeam } from "../report/scene.js";
 import {
   bodiesSection,
+  budgetSection,
   criteriaSection,
   fitSection,
   notesSection,
@@ -49,6 +50,7 @@ async function main() {
       poseSection(calibration, pendant),
       pointsSection(calibration, ({ p_base_mm }) => focusPlace(p_base_mm)),
       seamsSection(seams, frames, calibration.tolerance_mm, focus),
+      budgetSection(calibration),
       criteriaSection(calibration),
       fitSection(calibration),
       sourcesSection(calibration, mesh),

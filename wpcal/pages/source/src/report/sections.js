@@ -1,7 +1,7 @@
 // The sections of the report below the view: tables, charts and the sources.
 import { bodiesTable, bodiesWords, seamsOfBodiesTable } from "../bodies.js";
 import { el, facts, fixed, short, signed, table } from "../dom.js";
-import { bar } from "../shares.js";
+import { bar, divided, swatch } from "../shares.js";
 import { plural } from "../words.js";
 import { annealingPlot, errorPlot } from "./plots.js";
 
@@ -116,6 +116,31 @@ export function criteriaSection({ criteria, criterion }) {
   const best = CRITERIA[criteria.best] ?? criteria.best;
   const why = `Least predicted error: ${best} (${criteria.why}).`;
   return section("criteria", "Criteria on the same data", table(columns, criteria.rows), el("p", {}, why));
+}
+
+const MOST_SEAMS = 8; // of the budget, those with the largest errors
+
+/** What the predicted errors consist of; null where bodies moved, which have errors of their own. */
+export function budgetSection({ budget, bodies }) {
+  if (!budget?.seams.length || bodies) return null;
+  const parts = budget.contributions.filter(({ name }) => budget.seams.some(({ shares }) => shares[name] >= 0.001));
+  const percent = ({ shares }) => parts.map(({ name }) => `${name} ${fixed(100 * shares[name], 0)} %`).join(", ");
+  const columns = [
+    { title: "seam", cell: ({ seam }) => el("strong", {}, seam || "fitted points") },
+    { title: "95 % error mm", number: true, cell: ({ error_95_mm }) => fixed(error_95_mm, 3) },
+    { title: "u mm", number: true, cell: (row) => fixed(row.standard_uncertainty_mm, 3) },
+    { title: "k", number: true, cell: ({ coverage_factor }) => (coverage_factor ? fixed(coverage_factor, 2) : "–") },
+    { title: "", cell: ({ shares }) => divided(parts.map(({ name }) => shares[name])) },
+    { title: "shares of the variance", cell: percent },
+  ];
+  const worstFirst = [...budget.seams].sort((a, b) => b.error_95_mm - a.error_95_mm).slice(0, MOST_SEAMS);
+  const legend = parts.map(({ name, type, source }, k) =>
+    el("li", {}, swatch(k), ` ${name} (type ${type}): ${source}`),
+  );
+  const caption =
+    "Where the error of each seam comes from, at its worst point: standard uncertainty u, coverage factor k, and the " +
+    "share of each contribution (type A: from these touches; type B: known otherwise).";
+  return section("budget", "Error budget", table(columns, worstFirst, { caption }), el("ul", {}, legend));
 }
 
 /** The pose of the part as the pendants of the makers show it; `orientations` has one text per maker. */
