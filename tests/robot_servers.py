@@ -24,6 +24,7 @@ from wpcal.core.rotations import zyx_from_rotation
 from wpcal.core.transform import RigidTransform
 
 USER, PASSWORD = "Default User", "not a secret: a fake"
+NO_AXES = dict.fromkeys([f"eax{dash}{axis}" for axis in "abcdef" for dash in ("", "_")], "8999999488.000000")
 RTDE_TYPES = {"timestamp": "DOUBLE", "actual_TCP_pose": "VECTOR6D", "actual_q": "VECTOR6D", "tcp_offset": "VECTOR6D"}
 
 
@@ -67,8 +68,8 @@ class Robot:
             raise CutError
 
     @contextlib.contextmanager
-    def serve(self, kind: str, tls: ssl.SSLContext | None = None) -> Iterator[int]:
-        """Serve a protocol on a free port of this machine."""
+    def serve(self, kind: str, tls: ssl.SSLContext | None = None, port: int = 0) -> Iterator[int]:
+        """Serve a protocol on a port of this machine."""
         robot, answer = self, {"ur": rtde, "kuka": kukavar, "fanuc": web, "fanuc-ftp": ftp, "abb": rws}[kind]
 
         class Handler(socketserver.BaseRequestHandler):
@@ -76,10 +77,11 @@ class Robot:
                 with contextlib.suppress(CutError, OSError, EOFError):
                     self.request.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                     found = self.request if tls is None else tls.wrap_socket(self.request, server_side=True)
-                    answer(robot, found)
+                    with found:
+                        answer(robot, found)
 
         socketserver.ThreadingTCPServer.allow_reuse_address = True
-        with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Handler) as server:
+        with socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler) as server:
             server.daemon_threads, server.block_on_close = True, False
             threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
             try:
@@ -150,7 +152,7 @@ def rtde(robot: Robot, connection: socket.socket) -> None:
         robot.asked.append(chr(kind))
         body = b"\x01"
         if kind == ord("O"):
-            (hertz,), names = struct.unpack("!d", data[:8]), data[8:].decode().split(",")
+            (hertz,), names = struct.unpack("!d", data[:8]), data[8:].decode().rstrip(",").split(",")
             known = {**RTDE_TYPES} if robot.knows_offset else {k: v for k, v in RTDE_TYPES.items() if k != "tcp_offset"}
             types = [known.get(name, "NOT_FOUND") for name in names]
             body = bytes([recipe]) + ",".join(types).encode()
@@ -275,10 +277,9 @@ def ftp(robot: Robot, connection: socket.socket) -> None:
                 high, low = divmod(listening.getsockname()[1], 256)
                 robot.send(connection, f"227 Entering Passive Mode (127,0,0,1,{high},{low})\r\n".encode())
             elif word == "RETR":
-                data, _ = listening.accept()
                 body = page(robot, is_new=False).encode() if name == "curpos.dg" else robot.files.get(name)
-                robot.send(connection, b"550 not found\r\n" if body is None else b"150 opening\r\n")
-                with data:
+                with listening.accept()[0] as data:
+                    robot.send(connection, b"550 not found\r\n" if body is None else b"150 opening\r\n")
                     if body is not None:
                         robot.send(data, body)
                 if body is not None:
@@ -309,17 +310,23 @@ def rws(robot: Robot, connection: socket.socket) -> None:
         state: dict[str, str] = {"_type": "ms-mechunit", "tool-name": robot.tool, "wobj-name": robot.frame}
         if "/robtarget" in path:
             state = {"_type": "ms-robtargets", **{key: f"{v:.6f}" for key, v in zip("xyz", T.t_mm, strict=True)}}
+            state |= {**dict.fromkeys(("cf1", "cf4", "cf6", "cfx"), "0"), **NO_AXES}
             state |= {f"q{row}": f"{q[column]:.9f}" for row, column in ((1, 3), (2, 0), (3, 1), (4, 2))}
         elif "/jointtarget" in path:
-            state = {f"rax_{row}": f"{value:.5f}" for row, value in enumerate(robot.joints_deg, 1)}
+            state = {f"rax_{row}": f"{value:.5f}" for row, value in enumerate(robot.joints_deg, 1)} | NO_AXES
+            state["_type"] = "ms-jointtarget"
         inner = {"state": [state]} if is_second else {"_links": {}, "_embedded": {"_state": [state]}}
         body = json.dumps(inner).encode()
-        name = path.rpartition("/")[2].lower()
-        if "/fileservice/" in path:
+        name = path.partition("?")[0].rpartition("/")[2].lower()
+        if "/fileservice/" in path and name != "$home":
             body = robot.files.get(name, b"")
+        elif "/fileservice/" in path:
+            body = json.dumps({"_embedded": {"_state": [{"_title": each} for each in robot.files]}}).encode()
         status = "404 Not Found" if "/fileservice/" in path and not body else "200 OK"
         cookie = "Set-Cookie: -http-session-=4::http.session::1; path=/"
-        first = f"HTTP/1.1 {status}\r\n{cookie}\r\nContent-Length: {len(body)}\r\n\r\n"
+        first = (
+            f"HTTP/1.1 {status}\r\n{cookie}\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+        )
         robot.send(connection, first.encode() + body)
 
 

@@ -18,14 +18,22 @@ if TYPE_CHECKING:
 
 @command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught", metavar="TAUGHT", type=click.Path(path_type=Path))
+@click.argument("taught", metavar="[TAUGHT]", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "--from",
+    "results_from",
+    metavar="KIND:ADDRESS",
+    help="With --touches: read the results over the network (fanuc, fanuc-ftp, abb, omnicore) into the folder TAUGHT.  "
+    "[default: results, beside the plan]",
+)
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
 @takes("request", REQUEST, later=True)
 @no_cache_option
 def calibrate(
     *,
     part_step: Path,
-    taught: Path,
+    taught: Path | None,
+    results_from: str | None,
     out: Path,
     request: Callable[[], Request],
     no_cache: bool,
@@ -34,7 +42,8 @@ def calibrate(
 
     TAUGHT is a table (.csv) or the controller's own program (`wpcal taught` shows what it reads).
     With --touches, TAUGHT is the file (or a folder with the files) in which a touch program stored its results; the
-    criterion is then weighted if none is given, and the place of the part in the plan is the nominal place.
+    criterion is then weighted if none is given, and the place of the part in the plan is the nominal place. With --from
+    these files are read from the robot.
 
     A table has the columns name, x_mm, y_mm, z_mm. Optional columns: feature (or model_x_mm, model_y_mm, model_z_mm)
     and use (yes, check, no). Without them, name is the name of the feature (`wpcal features` lists the names). If the
@@ -57,6 +66,9 @@ def calibrate(
 
     with noted_files() as read:
         asked = request()
+        taught = taught if results_from is None else results_of_robot(results_from, asked, taught)
+        if taught is None:
+            raise click.UsageError("Missing argument 'TAUGHT'.")
         arguments = calibrate_arguments(asked, part=part_step, taught=taught, out=out)
         inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256, read)
     written: WrittenCalibration = run_on_part(
@@ -74,6 +86,35 @@ def calibrate(
     else:
         show_written(written, out, details=asked.output.details)
     return exit_code(written.result, accept_unsure=asked.output.accept_unsure)
+
+
+def results_of_robot(robot: str, asked: Request, folder: Path | None) -> Path:
+    """Read the results of a touch program from a controller into a folder, and return the folder.
+
+    Raises `InputError` when no plan is given, they cannot be read, or other results are there.
+    """
+    from cad.cli.pick_start import credentials_asked
+    from wpcal.core.errors import ErrorCode, InputError
+    from wpcal.core.records import write_file
+    from wpcal.links.registry import link_opener
+
+    plan = asked.touching.touches
+    if plan is None:
+        raise InputError("--from reads the results of a touch program; give its plan with --touches")
+    folder = folder or plan.parent / "results"
+    link = link_opener(robot, credentials_asked())[1]()
+    try:
+        files = link.results()
+    finally:
+        link.close()
+    folder.mkdir(exist_ok=True)
+    for name, data in files.items():
+        path = folder / Path(name).name
+        if path.exists() and path.read_bytes() != data and not asked.output.force:
+            raise InputError(f"{path}: holds other results; --force replaces them", code=ErrorCode.EXISTS)
+        write_file(path, data, overwrite=True)
+    click.echo(f"read {', '.join(sorted(files))} from {robot.partition(',')[0]} into {folder}", err=True)
+    return folder
 
 
 def show_written(written: WrittenCalibration, out: Path, *, details: bool = False) -> None:

@@ -18,7 +18,9 @@ BODY = """
 """
 
 
-def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = (), revision: int = 1) -> str:
+def build_pick_page(
+    part: PickPart, options: CalibrateOptions, *, notes: Sequence[str] = (), revision: int = 1, robot: str = ""
+) -> str:
     """Return the page. It asks its own server for the table, so that a reload shows the table as it is."""
     shown = seams_of(part)
     features = [
@@ -35,6 +37,7 @@ def build_pick_page(part: PickPart, options: CalibrateOptions, *, notes: Sequenc
         **solids_record(part),
         "choices": {"use": list(USES), "kind": list(KINDS)},
         "tolerance_mm": options.tolerance_mm,
+        "robot": robot.partition(",")[0],
     }
     blobs = {"features": json_blob(features), "frames": json_blob(shown["frames"])}
     if part.part_glb is not None:

@@ -45,6 +45,7 @@ from cad.workpiece.moving import MovingChoice
 from wpcal.cli.signals import ENDING
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError, WpcalError
+from wpcal.links.watch import Watch
 
 LARGEST_BYTES = 8_000_000  #: Largest request: the longest list of points accepted, in base64.
 TOKEN_BYTES = 18  #: 144 bits cannot be guessed.
@@ -77,13 +78,14 @@ class PickServer:
         seams: SharedSeams | None = None,
         host: str = LOCAL,
         port: int = 0,
+        watch: Watch | None = None,
     ) -> None:
         listening = listen(host, port)
         self._socket, self.is_local = listening.socket, listening.is_local
         token = secrets.token_urlsafe(TOKEN_BYTES)
         self.url = f"http://{listening.hosts[0]}/{token}/"
         guard = Guard(
-            build_app(session, table, seams or SharedSeams(session), page, token=token),
+            build_app(session, table, seams or SharedSeams(session), page, token=token, watch=watch),
             hosts=listening.hosts,
             token=token,
         )
@@ -167,13 +169,15 @@ class Guard:
         return None
 
 
-def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page: str, *, token: str) -> Starlette:
+def build_app(
+    session: PickSession, table: SharedTable, seams: SharedSeams, page: str, *, token: str, watch: Watch | None = None
+) -> Starlette:
     """Return the application: ``GET /token/`` is the page; the actions take JSON by ``POST``.
 
     ``fit``, ``suggest``, ``promise``, ``touch`` and ``read`` are answered by the session. ``table``, ``keep``,
     ``save``, ``open`` and ``moving`` concern the table that all windows share, ``seams``, ``decide`` and ``solid``
-    their decisions about seams and solids. Answers are ``{"answer": …}`` or ``{"fault": …}``, a record of
-    `cad.session.session.fault_record`.
+    their decisions about seams and solids. ``robot`` reads the position of a robot. Answers are ``{"answer": …}`` or
+    ``{"fault": …}``, a record of `cad.session.session.fault_record`.
     """
 
     async def show(_: Request) -> Response:
@@ -203,6 +207,7 @@ def build_app(session: PickSession, table: SharedTable, seams: SharedSeams, page
         "save": lambda record: _save(table, record),
         "moving": lambda record: {"answer": _choose(session, table, record)},
         "open": lambda record: {"answer": table.open_file()},
+        **({} if watch is None else {"robot": lambda record: {"answer": watch.take().to_record()}}),
         "seams": lambda record: {"answer": seams.changes_since(_field(record, "revision", int))},
         "decide": lambda record: {
             "answer": seams.decide(_field(record, "decisions", list), revision=_field(record, "revision", int))

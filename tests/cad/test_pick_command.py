@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cad.cli.pick import pick, require_table, table_of
+from cad.cli.pick import pick
+from cad.cli.pick_start import require_table, table_of
 from tests.running import needs_proc
 from wpcal.core.errors import InputError
 

@@ -11,7 +11,8 @@ from cad.workpiece.fit_taught import prepare_fit
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.few import few
 from tests.record_checks import check_record
-from tests.running import run_here
+from tests.robot_servers import PASSWORD, USER, Robot
+from tests.running import FINISHED, run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import DIGITS_MM, WRITERS
 from wpcal.brep.surfaces import project_to_faces
@@ -301,6 +302,27 @@ def test_the_command_fits_results_and_says_which_searches_it_used(exact: dict[st
     assert record["criterion"] == "weighted"
     t = np.array(record["T_base_part"])[:3, 3]
     np.testing.assert_allclose(t, (PLAN.T_base_part @ MOVED).t_mm, rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize(("kind", "brand"), [("fanuc", "fanuc"), ("fanuc-ftp", "fanuc"), ("abb", "rapid")])
+def test_results_read_from_the_robot_are_those_of_its_files(
+    exact: dict[str, FloatArray], kind: str, brand: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WPCAL_LINK_USER", USER)
+    monkeypatch.setenv("WPCAL_LINK_PASSWORD", PASSWORD)
+    plan, written_here = TEE_PLAN / "touches.json", written(tmp_path / "files", brand, exact).parent
+    files = {each.name.lower(): each.read_bytes() for each in written_here.iterdir()}
+    with Robot(files=files).serve(kind) as port:
+        words = (TEE / "tee.step", tmp_path / "read", "--touches", plan, "--from", f"{kind}:127.0.0.1:{port}")
+        done = run_here("calibrate", *words, "-o", tmp_path / "out")
+        again = run_here("calibrate", *words, "-o", tmp_path / "again")
+    assert done.returncode in FINISHED
+    assert again.returncode in FINISHED
+    assert {each.name: each.read_bytes() for each in (tmp_path / "read").iterdir()} == files
+    run_here("calibrate", TEE / "tee.step", written_here, "--touches", plan, "-o", tmp_path / "from_files")
+    one, other = (json.loads((tmp_path / name / "calibration.json").read_text()) for name in ("out", "from_files"))
+    assert one["T_base_part"] == other["T_base_part"]
+    assert PASSWORD not in (tmp_path / "out" / "job.json").read_text() + done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("criterion", few([Criterion.WEIGHTED, Criterion.LEAST_SQUARES], 1))

@@ -17,7 +17,7 @@ OUR_PACKAGES = ("wpcal", "cad")
 SECTIONS: Mapping[str, Sequence[str]] = {
     "Begin": ("demo", "shop"),
     "Look at the part": ("features", "seams", "bodies", "torches"),
-    "Choose and teach points": ("advise", "sheet", "touches", "pick", "taught", "match"),
+    "Choose and teach points": ("advise", "sheet", "touches", "pick", "teach", "taught", "match"),
     "Calibrate": ("calibrate", "report"),
     "Weld data, programs and plans": ("welds", "export", "cell", "place", "plan", "bases"),
     "Batches and records": ("batch", "drift", "verify", "diff", "audit"),

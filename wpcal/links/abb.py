@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 from urllib.parse import quote
@@ -22,6 +22,7 @@ from wpcal.links.wire import Web
 
 HTTP, HTTPS = 80, 443
 UNIT = "ROB_1"
+RESULTS = "_touch_res.mod"  #: How the names of modules of results end, lower case.
 UNIT_LENGTH = 1e-3  #: A quaternion printed with six digits is nearer to length one.
 JSON_2 = "application/hal+json;v=2.0"  #: What Robot Web Services 2 is asked to answer.
 FOLDER = "$HOME"  #: Where touch programs write their results: the folder HOME: of the controller.
@@ -57,15 +58,21 @@ class AbbLink:
         angles = numbers([joints.get(f"rax_{row}", "") for row in range(1, 7)])
         return Reading(T, Setting(tool), Setting(frame), np.radians(angles), asked)
 
-    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
-        """Return the files of these names in the folder HOME:."""
-        found = {name: self._web.get(f"/fileservice/{FOLDER}/{quote(name)}") for name in names}
+    def results(self) -> dict[str, bytes]:
+        """Return the modules of results in the folder HOME:."""
+        folder = f"/fileservice/{FOLDER}"
+        listed = self._web.get(f"{folder}?{self._question}" if self._question else folder) or b"{}"
+        names = {str(each.get("_title", "")) for each in _records_of(listed)}
+        found = {name: self._web.get(f"{folder}/{quote(name)}") for name in names if name.lower().endswith(RESULTS)}
+        if not found:
+            raise LinkError(f"the folder HOME: has no module {RESULTS.strip('_')}; has the touch program run?")
         return {name: body for name, body in found.items() if body is not None}
 
     def close(self) -> None:
         """End the session, of which a controller has few, and the connection."""
         with suppress(LinkError):
-            self._web.get("/logout")
+            if self._web.is_open:
+                self._web.get("/logout")
         self._web.close()
         self._other.close()
 
@@ -87,13 +94,18 @@ class AbbLink:
         body = web.answer()
         if body is None:
             raise LinkError(f"the controller has no mechanical unit {self._unit}")
-        try:
-            found = next((each for each in _records(json.loads(body)) if key in each), None)
-        except (ValueError, RecursionError):
-            raise LinkError("the controller does not answer in JSON") from None
+        found = next((each for each in _records_of(body) if key in each), None)
         if found is None:
             raise LinkError(f"the controller answered without {key}")
         return {name: str(value) for name, value in found.items() if isinstance(value, str | int | float)}
+
+
+def _records_of(body: bytes) -> list[dict[str, Any]]:
+    """Return every object within a JSON text."""
+    try:
+        return list(_records(json.loads(body)))
+    except (ValueError, RecursionError):
+        raise LinkError("the controller does not answer in JSON") from None
 
 
 def _records(value: Any) -> Iterator[dict[str, Any]]:

@@ -26,6 +26,7 @@ from wpcal.links.wire import Web, Wire
 
 HTTP, FTP = 80, 21
 PAGE = "curpos.dg"
+RESULTS = ("posreg.va", "numreg.va")
 GROUP = re.compile(r"^Group #:\s*(\d+)\s*$", re.MULTILINE)
 SETTINGS = re.compile(r"^Frame #:\s*(\S+)\s+Tool #:\s*(\S+)\s*$", re.MULTILINE)
 JOINT = re.compile(r"^(?:Joint|EXTAXS:?)\s*(\d+):\s*(\S+)\s*$", re.MULTILINE)
@@ -146,9 +147,12 @@ class FanucLink:
             raise LinkError(f"the controller has no {PAGE}; is its web server on?")
         return reading_of_page(page.decode("latin-1"), asked, group=self._group)
 
-    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
-        """Return the files of these names."""
-        found = {name: self._files.get(name) for name in names}
+    def results(self) -> dict[str, bytes]:
+        """Return the position registers and the registers."""
+        found = {name: self._files.get(name) for name in RESULTS}
+        missing = [name for name, body in found.items() if body is None]
+        if missing:
+            raise LinkError(f"the controller has no {' and no '.join(missing)}")
         return {name: body for name, body in found.items() if body is not None}
 
     def close(self) -> None:

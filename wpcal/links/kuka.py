@@ -32,7 +32,8 @@ class KukaLink:
     def __init__(self, address: Address) -> None:
         self._wires = [Wire(address.host, address.port or PORT)]
         with suppress(LinkError):
-            self._wires += [Wire(address.host, address.port or PORT) for _ in range(CONNECTIONS - 1)]
+            while len(self._wires) < CONNECTIONS:
+                self._wires.append(Wire(address.host, address.port or PORT))
         self._number = 0
 
     def read(self) -> Reading:
@@ -52,7 +53,7 @@ class KukaLink:
         position = base @ _frame(then["$POS_ACT"], "shown", "tool")
         return Reading(position, tool, Setting(setting_name(first["$ACT_BASE"]), base), joints, asked)
 
-    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
+    def results(self) -> dict[str, bytes]:
         """Refuse: the bridge has no files."""
         raise LinkError("no files are read from this kind of robot; copy the data list (.dat) from the controller")
 

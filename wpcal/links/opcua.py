@@ -7,7 +7,6 @@ the address (``arm=kr16.json``), and the tool by ``--tool``.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from wpcal.robot.kinematics.arm_file import find_arm
 PORT = 4840
 AXES = "Axes"  #: Folder of a motion device; in each of its objects is ParameterSet/ActualPosition.
 DEPTH = 6  #: From the folder of objects to a motion device: DeviceSet, system, MotionDevices, device, Axes.
+OF_SERVER = ("Server", "Aliases", "Locations")  #: Folders of every server: not of a robot.
 MOST_NODES = 500  #: Looked at for the axes.
 
 
@@ -54,7 +54,7 @@ class OpcUaLink:
         T = RigidTransform.from_matrix(self._arm.forward(shown[None])[0], target="base", source="tool")
         return Reading(T, Setting("0"), Setting("base"), shown, asked)
 
-    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
+    def results(self) -> dict[str, bytes]:
         """Refuse: no files are read."""
         raise LinkError("no files are read over OPC UA")
 
@@ -72,12 +72,12 @@ class OpcUaLink:
             inner = []
             for node in layer:
                 for child in node.get_children():
-                    seen += 1
+                    seen, name = seen + 1, child.read_browse_name().Name
                     if seen > MOST_NODES:
                         raise LinkError(f"no folder {AXES} among {MOST_NODES} nodes")
-                    if child.read_browse_name().Name == AXES:
+                    if name == AXES:
                         return self._positions(child)
-                    inner.append(child)
+                    inner += [child] if name not in OF_SERVER else []
             layer = inner
         return []
 

@@ -62,10 +62,10 @@ class RobotLink(Protocol):
         Raises `LinkError` when the controller does not answer in time, or not with a position.
         """
 
-    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
-        """Return those of these files that are on the controller.
+    def results(self) -> dict[str, bytes]:
+        """Return the files in which touch programs of this controller store their results, by name.
 
-        Raises `LinkError` when files cannot be read over this link, or the controller does not answer in time.
+        Raises `LinkError` when there is none, or files are not read over this link.
         """
 
     def close(self) -> None:

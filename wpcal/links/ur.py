@@ -2,7 +2,7 @@
 
 Only the requests that set up and start the stream are implemented; there is no input recipe, so nothing can be written.
 The position is that of the active TCP in the base. `tcp_offset` tells the TCP on controllers that know this output
-(PolyScope 5.10 and later); others do not tell which tool is active.
+(PolyScope 3.12.3 and 5.5.1, and later); others do not tell which tool is active.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ class UrLink:
                 return reading
         raise LinkError(f"{self._where}: only old positions arrive")
 
-    def fetch(self, names: Sequence[str]) -> dict[str, bytes]:
+    def results(self) -> dict[str, bytes]:
         """Refuse: RTDE has no files."""
-        raise LinkError("no files are read from this kind of robot")
+        raise LinkError("no files are read from this kind of robot; copy its log file")
 
     def close(self) -> None:
         """End the stream."""

@@ -136,6 +136,11 @@ class Web:
         self._secure.check_hostname, self._secure.verify_mode = False, ssl.CERT_NONE
         self._check = check
 
+    @property
+    def is_open(self) -> bool:
+        """Whether there is a connection."""
+        return self._wire is not None
+
     def get(self, path: str) -> bytes | None:
         """Return the body at a path; None if there is none (404).
 

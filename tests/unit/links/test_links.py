@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
+import socket
+import ssl
+import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -43,6 +48,11 @@ def credentials(_: str) -> tuple[str, str]:
 
 def opened(kind: str, port: int) -> RobotLink:
     return OPEN[kind](Address(host="127.0.0.1", port=port), credentials)
+
+
+def read_once(link: RobotLink) -> Reading:
+    with contextlib.closing(link):
+        return link.read()
 
 
 @pytest.mark.parametrize("kind", OPEN)
@@ -158,6 +168,52 @@ def test_a_robot_that_is_not_there_is_one_line_at_once_and_found_when_it_is_back
     with pytest.raises(LinkError, match="no connection"):
         watch.take()
     watch.close()
+
+
+def test_the_certificate_of_the_first_connection_is_pinned_and_said(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(abb, "_PINNED", {})
+    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    tls.load_cert_chain(Path(__file__).parents[2] / "samples" / "fake_robot.pem")
+    robot = Robot()
+    with robot.serve("abb", tls) as port:
+        address = Address(host="127.0.0.1", port=port)
+        found = read_once(abb.open_omnicore(address, credentials))
+        said = capsys.readouterr().err
+        assert said.count("certificate pinned for this run") == 1
+        pin = said.partition("pin=")[2].split()[0]
+        read_once(abb.open_omnicore(replace(address, pin=pin), credentials))
+        asked = len(robot.asked)
+        with pytest.raises(LinkError, match="not the pinned one"):
+            read_once(abb.open_omnicore(replace(address, pin="0" * 64), credentials))
+    assert found.T_base_tool.is_close(robot.T_base_tool, atol_mm=1e-5, atol_rad=1e-7)
+    assert len(robot.asked) == asked, "something was sent to a controller with another certificate"
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("kind", ["ur", "kuka", "fanuc", "fanuc-ftp", "abb"])
+@pytest.mark.parametrize(
+    "answer", [b"", b"\xff" * 70_000, b"HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n", "drip"]
+)
+def test_half_huge_and_endless_answers_are_one_line(kind: str, answer: bytes | str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=pour, args=(server, answer), daemon=True).start()
+        with pytest.raises(LinkError) as error:
+            read_once(opened(kind, server.getsockname()[1]))
+    assert "\n" not in str(error.value)
+
+
+def pour(server: socket.socket, answer: bytes | str) -> None:
+    """Answer each connection with the same bytes, or one byte at a time without an end."""
+    with contextlib.suppress(OSError):
+        while True:
+            connection, _ = server.accept()
+            with connection, contextlib.suppress(OSError):
+                while answer == "drip":
+                    connection.sendall(b"2")
+                    time.sleep(0.05)
+                connection.sendall(answer)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("count", few([400, CASES], 1))

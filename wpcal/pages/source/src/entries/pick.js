@@ -25,7 +25,7 @@ const NOTHING = {};
 
 class Picker {
   constructor(root, { data, start, features, frames, part }) {
-    Object.assign(this, { data, root, answered: { answer: null, fault: null }, version: 0 });
+    Object.assign(this, { data, root, answered: { answer: null, fault: null }, version: 0, isStepping: false });
     this.rows = new Rows(start.table);
     this.fitting = latestOnly(() => this.fit(), PAUSE_MS);
     this.promising = latestOnly(() => this.promise(), PAUSE_MS);
@@ -96,6 +96,7 @@ class Picker {
       onExchange: (row, feature) => this.table.exchange(row, feature),
       onFiles: (files) => this.files.read(files),
       onCopy: () => this.copy(),
+      onRobot: () => this.readRobot(),
     });
   }
 
@@ -107,6 +108,7 @@ class Picker {
         if (!isTaken) this.status.say("the pasted text is not a table and contains no positions", "wrong");
       },
       onSave: () => this.saving.save(),
+      onRobot: () => this.readRobot(),
       canUndo: () => this.status.undo !== null,
       onUndo: () => this.status.undo(),
       isAtRisk: () => this.draft.isAtRisk,
@@ -194,6 +196,26 @@ class Picker {
     }
     this.answered = { answer, fault };
     this.show();
+    if (this.isStepping) this.stepOn(answer);
+  }
+
+  /** The robot's position goes into the selected row. One at a time. */
+  async readRobot() {
+    const { robotButton } = this.layout;
+    if (!robotButton || robotButton.disabled) return;
+    const row = this.table.rowForRobot();
+    robotButton.disabled = true;
+    this.status.say(`reading the robot for ${row.name} …`);
+    const { answer, fault } = await post("robot", {});
+    robotButton.disabled = false;
+    if (fault) this.status.say(`${row.name}: ${fault.message}`, "wrong");
+    else this.isStepping = this.table.takeRobot(row, answer) === null && this.rows.rows.includes(row);
+  }
+
+  /** All rows have coordinates: what to touch next, unless it is enough. */
+  stepOn(answer) {
+    this.isStepping = false;
+    if (answer?.verdict !== "PASS" && !("kind" in this.rows.rows[0])) this.suggest();
   }
 
   /** What touches promise before they are made, if the table has such rows. */

@@ -1,9 +1,9 @@
-// What a person does anywhere on the page: drop files, paste, press Ctrl-S or Ctrl-Z, close the window.
+// What a person does anywhere on the page: drop files, paste, press F2, Ctrl-S or Ctrl-Z, close the window.
 
 /**
  * @param {HTMLElement} root  marked while files are dragged over the page
  * @param {{onFiles: function(File[]), onText: function(string), onSave: function, canUndo: function(): boolean,
- *   onUndo: function, isAtRisk: function(): boolean}} page
+ *   onUndo: function, onRobot: function, isAtRisk: function(): boolean}} page
  */
 export function listenToGestures(root, page) {
   listenToDrops(root, page.onFiles);
@@ -15,6 +15,7 @@ export function listenToGestures(root, page) {
     if (text.trim()) page.onText(text);
   });
   addEventListener("keydown", (event) => {
+    if (event.key === "F2" && !event.repeat) page.onRobot();
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
     const key = event.key.toLowerCase();
     const isUndo = key === "z" && page.canUndo() && !isTypedInto(event.target);

@@ -9,7 +9,8 @@ import { el } from "../dom.js";
  * @param {string} savesTo  the file that the page saves
  * @param {{table: HTMLElement, frameForm: HTMLElement, saveForm: HTMLElement, status: HTMLElement,
  *   editor: HTMLElement, seams: HTMLElement[]}} parts
- * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function}} on
+ * @param {{onSave: function, onAdd: function, onSuggest: function, onFiles: function(File[]), onCopy: function,
+ *   onRobot: function}} on
  */
 export function buildLayout(root, data, savesTo, parts, on) {
   const view = el("section", { id: "view", "aria-label": "3-D view" });
@@ -21,9 +22,12 @@ export function buildLayout(root, data, savesTo, parts, on) {
   const saveButton = el("button", { type: "button", id: "save", class: "main", onclick: () => on.onSave() });
   const showName = (name) => saveButton.replaceChildren(`Save ${name}`);
   showName(savesTo);
+  const robotButton = data.robot ? button("robot", "Read the robot (F2)", on.onRobot) : null;
+  robotButton?.setAttribute("title", `${data.robot}: only read, never written to`);
   const buttons = el(
     "div",
     { class: "buttons" },
+    robotButton,
     saveButton,
     addButton,
     suggestButton,
@@ -53,7 +57,7 @@ export function buildLayout(root, data, savesTo, parts, on) {
     list.replaceChildren(...texts.map((text) => el("li", {}, text)));
     notes.hidden = !texts.length;
   };
-  return { view, state, gauges, addButton, suggestButton, showNotes, showName, showPromise };
+  return { view, state, gauges, addButton, suggestButton, robotButton, showNotes, showName, showPromise };
 }
 
 function button(id, text, onclick) {

@@ -41,7 +41,10 @@ function missingText(rows) {
 
 function answerText(rows, answer) {
   const waiting = waitingIn(rows);
-  const wait = waiting ? ` ${plural(waiting, "row")} ${waiting === 1 ? "has" : "have"} no coordinates yet.` : "";
+  const enough = answer.verdict === "PASS" ? "; it is enough without" : "";
+  const wait = waiting
+    ? ` ${plural(waiting, "row")} ${waiting === 1 ? "has" : "have"} no coordinates yet${enough}.`
+    : "";
   return `${answer.verdict}: ${verdictText(answer)}${wait}`;
 }
 

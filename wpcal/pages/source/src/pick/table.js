@@ -144,6 +144,32 @@ export class Table {
     return true;
   }
 
+  /** The row that the robot's position is for: the selected one, else the next without coordinates, else a new one. */
+  rowForRobot() {
+    const isThere = this.selected && this.rows.rows.includes(this.selected);
+    const row = isThere ? this.selected : this.rows.rows.find((one) => this.rows.isWaiting(one));
+    if (!row) this.addNameless();
+    return row ?? this.rows.rows.at(-1);
+  }
+
+  /** The position of the robot in a row; the caret goes on to the next row without coordinates. Can be undone. */
+  takeRobot(row, { xyz_mm: xyz, note }) {
+    const { rows } = this.rows;
+    if (!rows.includes(row)) return null; // it was removed meanwhile
+    const before = this.rows.toRecord();
+    this.rows.typing = null;
+    PLACE.forEach((name, axis) => (row[name] = xyz[axis].toFixed(3)));
+    this.draw();
+    const at = rows.indexOf(row);
+    const next = [...rows.slice(at), ...rows.slice(0, at)].find((one) => this.rows.isWaiting(one)) ?? null;
+    if (next) this.lines.focus(next);
+    else document.activeElement?.blur();
+    this.select(next);
+    this.callbacks.onChange();
+    this.callbacks.onUndoable(`${row.name}: ${PLACE.map((name) => row[name]).join("  ")} (${note})`, before);
+    return next;
+  }
+
   /** A click on a feature of the part: goes to its row, to the selected row if that has no feature, or to a new row. */
   pick(feature) {
     let row = this.rows.of(feature);
