@@ -38,11 +38,22 @@ def tube_triangles(
     best, nearest = np.full(len(tips), radius_mm), np.full(len(tips), -1)
     for first in range(0, len(row), CHUNK):
         own, which = row[first : first + CHUNK], triangle[first : first + CHUNK]
+        kept = _comes_near(starts[own], ends[own], corners[which], radius_mm)
+        own, which = own[kept], which[kept]
         found = _axis_distances(corners[which] - tips[own, None], back[own], low[own], high[own])
         order = np.argsort(-found, kind="stable")  # the nearest of each tube is written last
         closer = order[found[order] < best[own[order]]]
         best[own[closer]], nearest[own[closer]] = found[closer], which[closer]
     return nearest
+
+
+def _comes_near(starts: FloatArray, ends: FloatArray, corners: FloatArray, radius_mm: float) -> BoolArray:
+    """Tell which axes come within a radius of the plane of a triangle, shape (k,): the others are not compared."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    far = radius_mm * np.sqrt(np.einsum("ki,ki->k", normal, normal))
+    first, last = np.einsum("ki,ki->k", starts - a, normal), np.einsum("ki,ki->k", ends - a, normal)
+    return np.asarray((np.minimum(first, last) <= far) & (np.maximum(first, last) >= -far), dtype=np.bool_)
 
 
 def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:

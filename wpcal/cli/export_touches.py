@@ -117,7 +117,7 @@ def with_touches(
     Raises `InputError` when the plan, or the language, cannot be used for it.
     """
     from wpcal.controllers.judge.written import Written, write_judged
-    from wpcal.controllers.program.in_run import welds_after
+    from wpcal.controllers.program.frame_correction import welds_after
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.rotations import quaternion_from_rotation
-from wpcal.core.same_bits import arc_tangent, cosine, product, sine
+from wpcal.core.same_bits import arc_tangent, product, sine_cosine
 from wpcal.core.tangent import exp_rotation
 
 LARGEST_TURN_RAD = np.radians(170.0)  #: Of the tool within one move.
@@ -63,21 +63,24 @@ class Moves:
         via : shape (m, 3). A point of each arc between its ends; NaN for a line.
         """
         chord = p1 - p0
-        is_arc = np.isfinite(via[:, 0])
+        is_arc, is_held = np.isfinite(via[:, 0]), np.linalg.norm(turn, axis=1) < LARGEST_TURN_RAD
+        if not is_arc.any():
+            zero = np.zeros_like(chord)
+            return cls(p0, chord, R0, turn, zero, zero, zero, np.zeros(len(p0)), is_held)
         b = np.where(is_arc[:, None], via - p0, 0.0)
-        normal = np.cross(b, chord)
+        normal = _cross(b, chord)
         square = np.einsum("ij,ij->i", normal, normal)
         lengths = [np.einsum("ij,ij->i", x, x) for x in (b, chord, chord - b)]
         is_round = is_arc & (square > 1e-18 * lengths[0] * lengths[1]) & (np.min(lengths, axis=0) > LEAST_CHORD_MM**2)
-        from_start = np.cross(lengths[1][:, None] * b - lengths[0][:, None] * chord, -normal)
+        from_start = _cross(lengths[1][:, None] * b - lengths[0][:, None] * chord, -normal)
         from_start /= np.where(is_round, 2.0 * square, 1.0)[:, None]
         centre = np.where(is_round[:, None], p0 + from_start, 0.0)
         u = np.where(is_round[:, None], -from_start, 0.0)
-        v = np.cross(normal / np.sqrt(np.where(is_round, square, 1.0))[:, None], u)
+        v = _cross(normal / np.sqrt(np.where(is_round, square, 1.0))[:, None], u)
         end = np.where(is_round[:, None], p1 - centre, 0.0)
         sweep = arc_tangent(np.einsum("ij,ij->i", end, v), np.einsum("ij,ij->i", end, u)) % (2.0 * np.pi)
         sweep = np.where(is_round, sweep, 0.0)
-        sound = (np.linalg.norm(turn, axis=1) < LARGEST_TURN_RAD) & (is_round == is_arc)
+        sound = is_held & (is_round == is_arc)
         sound &= ~is_arc | ((sweep >= LEAST_SWEEP_RAD) & (sweep <= LARGEST_SWEEP_RAD))
         return cls(p0, chord, R0, turn, centre, u, v, sweep, sound)
 
@@ -93,6 +96,8 @@ class Moves:
         """
         length = np.einsum("ij,ij->i", self.chord, self.chord)
         along = np.einsum("ij,ij->i", points - self.p0, self.chord) / np.where(length > 0.0, length, 1.0)
+        if not self.sweep.any():
+            return np.asarray(np.clip(along, 0.0, 1.0), dtype=np.float64)
         w = points - self.centre
         angle = arc_tangent(np.einsum("ij,ij->i", w, self.v), np.einsum("ij,ij->i", w, self.u)) % (2.0 * np.pi)
         is_before = (angle - self.sweep) > (2.0 * np.pi - angle)
@@ -101,9 +106,11 @@ class Moves:
 
     def positions(self, share: FloatArray) -> FloatArray:
         """Return where the tool centre points are at shares of shape (m,); shape (m, 3), mm."""
-        angle = (share * self.sweep)[:, None]
-        on_arc = self.centre + cosine(angle) * self.u + sine(angle) * self.v
-        return np.where(self.sweep[:, None] > 0.0, on_arc, self.p0 + share[:, None] * self.chord)
+        on_line = self.p0 + share[:, None] * self.chord
+        if not self.sweep.any():
+            return np.asarray(on_line, dtype=np.float64)
+        sine, cosine = sine_cosine((share * self.sweep)[:, None])
+        return np.where(self.sweep[:, None] > 0.0, self.centre + cosine * self.u + sine * self.v, on_line)
 
     def rotations(self, share: FloatArray) -> FloatArray:
         """Return the axes of the tools at shares of shape (m,); shape (m, 3, 3)."""
@@ -115,15 +122,23 @@ class Moves:
         size = np.linalg.norm(self.turn, axis=1, keepdims=True)
         about = self.turn / np.where(size > NO_TURN_RAD, size, 1.0)
         along = np.einsum("ij,ij->i", about, first)[:, None] * about
-        angle = share[:, None] * size
-        return np.asarray(along + cosine(angle) * (first - along) + sine(angle) * np.cross(about, first))
+        sine, cosine = sine_cosine(share[:, None] * size)
+        return np.asarray(along + cosine * (first - along) + sine * _cross(about, first))
 
     def headings(self, share: FloatArray) -> FloatArray:
         """Return unit directions of travel at shares of shape (m,); shape (m, 3). Zero for a move without length."""
-        angle = (share * self.sweep)[:, None]
-        way = np.where(self.sweep[:, None] > 0.0, cosine(angle) * self.v - sine(angle) * self.u, self.chord)
+        sine, cosine = sine_cosine((share * self.sweep)[:, None])
+        way = np.where(self.sweep[:, None] > 0.0, cosine * self.v - sine * self.u, self.chord)
         length = np.linalg.norm(way, axis=1, keepdims=True)
         return np.asarray(way / np.where(length > 0.0, length, 1.0), dtype=np.float64)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the vector products, shape (m, 3): those of `np.cross` to the bit, in a third of its time for few rows."""
+    (x, y, z), (u, v, w) = a.T, b.T
+    found = np.empty_like(a)
+    found[:, 0], found[:, 1], found[:, 2] = y * w - z * v, z * u - x * w, x * v - y * u
+    return found
 
 
 def turns_between(R0: FloatArray, R1: FloatArray) -> FloatArray:
@@ -140,7 +155,7 @@ def swings_between(d0: FloatArray, d1: FloatArray) -> FloatArray:
 
     `d0`, `d1`: shape (m, 3). Unit vectors.
     """
-    normal = np.cross(d0, d1)
+    normal = _cross(d0, d1)
     sine = np.linalg.norm(normal, axis=1)
     angle = arc_tangent(sine, np.einsum("ij,ij->i", d0, d1))
     return np.asarray((angle / np.where(sine > NO_TURN_RAD, sine, 1.0))[:, None] * normal, dtype=np.float64)
@@ -152,9 +167,9 @@ def turns_through(d0: FloatArray, middle: FloatArray, d1: FloatArray) -> FloatAr
     `d0`, `middle`, `d1`: shape (m, 3). Unit vectors.
     Returns ndarray, shape (m, 3). Rotation vectors, rad; NaN where the three do not differ.
     """
-    normal = np.cross(middle - d0, d1 - middle)
+    normal = _cross(middle - d0, d1 - middle)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     about = np.where(length > NO_TURN_RAD, normal / np.where(length > NO_TURN_RAD, length, 1.0), np.nan)
     e0, e1 = (d - np.einsum("ij,ij->i", about, d)[:, None] * about for d in (d0, d1))
-    angle = arc_tangent(np.einsum("ij,ij->i", np.cross(e0, e1), about), np.einsum("ij,ij->i", e0, e1)) % (2.0 * np.pi)
+    angle = arc_tangent(np.einsum("ij,ij->i", _cross(e0, e1), about), np.einsum("ij,ij->i", e0, e1)) % (2.0 * np.pi)
     return np.asarray(angle[:, None] * about, dtype=np.float64)
