@@ -14,6 +14,7 @@ import numpy as np
 
 from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
+from cad.workpiece.touched_bodies import bodies_touched
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Touches, calibrate
 from wpcal.calibrate.errors.prediction import Sigma, TeachingError
@@ -91,6 +92,7 @@ class Observed:
     #: shape (3, 3). The axes of the tool in `base` by the names of the rows that say them.
     postures: dict[str, FloatArray] = field(default_factory=dict)
     silent: SilentSearches | None = None  #: Searches of a touch program that found nothing.
+    body_of: dict[str, str] = field(default_factory=dict)  #: The solid that each row lies on, by its name.
 
 
 def prepare_fit(
@@ -107,7 +109,11 @@ def prepare_fit(
     features = workpiece.features
     if not taught.has_touches:
         places = {feature.name: feature.p_mm for feature in features if feature.kind.is_point}
-        return Observed(*pair_points(taught, features), taught.tcp_bias_mm, places, taught.postures)
+        solids = {feature.name: feature.solid for feature in features}
+        named = zip(taught.names, taught.features, strict=True)
+        bodies = {row: solids.get(feature or row, "") for row, feature in named}
+        found = pair_points(taught, features)
+        return Observed(*found, taught.tcp_bias_mm, places, taught.postures, body_of=bodies)
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
     fitted = replace(find(use="yes"), axes=named_axes(features))
@@ -115,7 +121,9 @@ def prepare_fit(
     if silent is not None:
         ends = touches_of(silent.ends, workpiece.trimmed, features, use="yes", T_nominal_part=T_nominal_part)
         unmet = SilentSearches(ends, silent.starts, silent.was_active)
-    return Observed(fitted, checked, taught.tcp_bias_mm, postures=taught.postures, silent=unmet)
+    names, solid = workpiece.graph.solid_names, bodies_touched(fitted, workpiece.graph.face_solid)
+    bodies = {row: names[k] for row, k in zip(fitted.names, solid.tolist(), strict=True) if k >= 0}
+    return Observed(fitted, checked, taught.tcp_bias_mm, postures=taught.postures, silent=unmet, body_of=bodies)
 
 
 def next_point(
@@ -181,6 +189,7 @@ def run_fit(
         features=observed.features,
         postures=observed.postures,
         silent=observed.silent,
+        body_of=observed.body_of,
     )
     if not seams:
         return result, ()

@@ -34,6 +34,7 @@ from wpcal.calibrate.trust.scale import ScaleFit, fit_scale
 from wpcal.calibrate.trust.silent import SilentSearches, silent_issues
 from wpcal.calibrate.trust.touch_evidence import TouchEvidence
 from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge_evidence, verdict_issues
+from wpcal.calibrate.trust.which_body import explain_by_body
 from wpcal.calibrate.trust.without import Distrusted, compare_without
 from wpcal.core.arrays import FloatArray, as_points
 from wpcal.core.errors import FrameError, GeometryError, InputError
@@ -67,6 +68,7 @@ def calibrate(
     features: Mapping[str, FloatArray] | None = None,
     postures: Mapping[str, FloatArray] | None = None,
     silent: SilentSearches | None = None,
+    body_of: Mapping[str, str] | None = None,
 ) -> CalibrationResult:
     """Find the pose of the real part.
 
@@ -104,6 +106,9 @@ def calibrate(
     silent : SilentSearches, optional
         Searches of a touch program that found nothing. They are not fitted; the verdict is not ``PASS`` if one of them
         should have met the part.
+    body_of : mapping of str to str, optional
+        The body of the part that each observation lies on, by its name. Several wrong ones on one body are then first
+        explained by that body: it may have been tacked elsewhere, or be of another revision.
 
     Returns
     -------
@@ -137,7 +142,7 @@ def calibrate(
     fits = _Fits(problem)
     fit = fits.of(criterion or (Criterion.WEIGHTED if problem.has_covariances else Criterion.LEAST_SQUARES))
     points = _paired(observed, fit.T).p_source if given is None else given
-    criteria, found, distrusted = _assess(fits, fit, points)
+    criteria, found, distrusted = _assess(fits, fit, points, body_of or {})
     if criterion is None and criteria is not None:
         fit = fits.of(criteria.least)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
@@ -308,7 +313,7 @@ class _Fits:
 
 
 def _assess(
-    fits: _Fits, fit: CriterionFit, seam_points: FloatArray
+    fits: _Fits, fit: CriterionFit, seam_points: FloatArray, body_of: Mapping[str, str]
 ) -> tuple[CriteriaComparison | None, Diagnosis, Distrusted | None]:
     """Compare the criteria, find what is wrong with the observations, and fit without those that are named."""
     problem = fits.problem
@@ -316,7 +321,7 @@ def _assess(
     if n > COMPARED:
         message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
         return None, Diagnosis((Issue("not-compared", message),)), None
-    found = problem.diagnose(fit)
+    found = explain_by_body(problem, problem.diagnose(fit), body_of)
     comparison = compare_criteria(problem, fits.of, seam_points=seam_points, issues=found.issues)
     wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:

@@ -237,6 +237,7 @@ class Suspect(Record):
     )
     at_least: Number = D("Least number of wrong points.")
     rivals: list[Rival] = D("Other points that may be the wrong ones.")
+    body: Maybe[str] = D("The body that explains them if it stands elsewhere than in the model.")
     exchanges: list[Exchange] = D("Rows that fit if they were touched on another feature.")
     sentence: str
 

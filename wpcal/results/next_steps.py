@@ -45,7 +45,7 @@ def _contradiction(calibration: Mapping[str, Any], judgement: Mapping[str, Any])
     if suspect.get("exchanges"):
         return [_exchanged(one) for one in suspect["exchanges"]]
     if suspect.get("names"):
-        return _named(calibration, suspect)
+        return _elsewhere(suspect) if suspect.get("body") else _named(calibration, suspect)
     return _unnamed(calibration, suspect, judgement)
 
 
@@ -69,6 +69,15 @@ def _named(calibration: Mapping[str, Any], suspect: Mapping[str, Any]) -> list[s
     if near and stated.get("provenance") == "stated":  # a stated error that is too small blames good rows
         steps += _state_sigma(calibration)
     return steps
+
+
+def _elsewhere(suspect: Mapping[str, Any]) -> list[str]:
+    body = suspect["body"]
+    return [
+        f"Measure where {body} stands against the model. If it was tacked there, calibrate with --bodies.",
+        f"If {body} is drawn there in another revision, calibrate with the model of that revision.",
+        f"If it stands as in the model, touch {_list(suspect['names'])} again: do the rows name what you touched?",
+    ]
 
 
 def _unnamed(calibration: Mapping[str, Any], suspect: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:

@@ -48,6 +48,8 @@ from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
 from wpcal.optim.annealing import AnnealingSchedule
 
+LEAST_AGREEING = 4  #: Points that can contradict each other: three that agree tell little.
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointProblem(FitProblem):
@@ -145,6 +147,13 @@ class PointProblem(FitProblem):
         if fit.criterion is Criterion.MINIMAX and fit.objective_mm - fit.lower_bound_mm > CERTIFIED_MM:
             issues.append(_not_proved(fit))
         return replace(found, issues=tuple(issues))
+
+    def agrees(self, rows: IntArray) -> bool:
+        """Whether some points, indices of shape (m,), fix the part and contradict none of each other."""
+        rest = self.pairs.select(rows)
+        if len(rest) < LEAST_AGREEING or not ErrorRows.of(rest, None).fixes_rotation():
+            return False
+        return contradicted_points(rest, sigma_mm=self._tested_sigma_mm, seed=self.seed).at_least == 0
 
     @property
     def _tested_sigma_mm(self) -> float | None:

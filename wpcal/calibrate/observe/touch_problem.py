@@ -18,6 +18,7 @@ from wpcal.calibrate.solve.touches import Pose, fit_minimax, fit_squares, scaled
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.trust.blame import Diagnosis, Suspect
 from wpcal.calibrate.trust.contradiction import (
+    HELD,
     contradiction_issues,
     find_contradicted,
     least_without,
@@ -36,6 +37,9 @@ from wpcal.optim.annealing import AnnealingSchedule
 
 BESIDE_MM = 1.0
 """A contact further than this beyond the border of its face is reported: a teaching error does not explain it."""
+
+
+LEAST_AGREEING = 8  #: Touches that can contradict each other: six hold the part.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +97,15 @@ class TouchProblem(FitProblem):
     def select(self, rows: IntArray) -> Self:
         """Return the problem of some of the touches, indices of shape (m,)."""
         return replace(self, touches=self.touches.select(rows), contradicted=None, check=None)
+
+    def agrees(self, rows: IntArray) -> bool:
+        """Whether some touches, indices of shape (m,), hold the part and contradict none of each other."""
+        rest = self.touches.select(rows)
+        pose, _, J = squares_of(rest, Pose.of(rest, self.start.R, self.start.t), None)
+        holds = (
+            len(rest) >= LEAST_AGREEING and np.linalg.matrix_rank(J.reshape(-1, 6), tol=HELD * np.linalg.norm(J)) == 6
+        )
+        return holds and find_contradicted(rest, pose, self.teaching.tested_sigma_mm(rest.p_base)) is None
 
     def judge_residuals(self, fit: CriterionFit, check: Touches | None = None) -> ResidualEvidence:
         """Say how the fitted touches agree, and which of them neither the others nor the check touches test."""

@@ -51,10 +51,17 @@ class Suspect:
     rivals: tuple[tuple[tuple[str, ...], float], ...] = ()
     exchanges: tuple[Exchange, ...] = ()  #: Observations that fit if they were touched on another feature.
     word: str = "point"  #: What one observation is called.
+    body: str = ""  #: The body that explains them if it stands elsewhere than in the model; they are all on it.
 
     @property
     def sentence(self) -> str:
         """Say who is suspected, how far off, and how sure that is."""
+        if self.body:
+            return (
+                f"{self.body} stands elsewhere than in the model, by up to {max(self.off_mm):.3g} mm at its "
+                f"{len(self.names)} {plural(self.word)}, and all others agree: let its tacks move (--bodies), or take "
+                "the model of this revision"
+            )
         if self.exchanges:
             return "; ".join(exchange.sentence for exchange in self.exchanges)
         if not self.names:
@@ -87,6 +94,7 @@ class Suspect:
             "probability": self.probability,
             "at_least": self.at_least,
             "rivals": [{"names": list(names), "probability": p} for names, p in self.rivals],
+            **({"body": self.body} if self.body else {}),
             "exchanges": [exchange.to_record() for exchange in self.exchanges],
             "sentence": self.sentence,
         }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, Self
@@ -114,6 +114,16 @@ class FitProblem(ABC):
     @abstractmethod
     def diagnose(self, fit: CriterionFit) -> Diagnosis:
         """Say what is wrong with the observations. Wrong ones are the ids of an issue with the code `BLUNDER`."""
+
+    @abstractmethod
+    def agrees(self, rows: IntArray) -> bool:
+        """Whether some of the observations, indices of shape (m,), hold the part and contradict none of each other."""
+
+    def off_mm(self, names: Sequence[str]) -> tuple[float, ...]:
+        """Return how far observations are from the least-squares fit of all others, mm."""
+        rest = np.flatnonzero(~np.isin(self.names, names))
+        distance = self.distances_mm(self.select(rest).fit(Criterion.LEAST_SQUARES).T)
+        return tuple(float(distance[self.names.index(name)]) for name in names)
 
     @property
     def names(self) -> tuple[str, ...]:
