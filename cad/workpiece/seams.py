@@ -25,8 +25,8 @@ from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
 from wpcal.seam.judge.doubted import why_none_is_taken, why_nothing_is_found
 from wpcal.seam.judge.other_torches import with_other_torches
-from wpcal.seam.member.members import find_whole_solids, left_out
 from wpcal.seam.member.note import MemberNotes, take_members
+from wpcal.seam.member.one_piece import find_whole_solids, left_out
 from wpcal.seam.names import seams_named
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import SeamPieces

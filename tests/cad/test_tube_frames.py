@@ -12,7 +12,7 @@ from cad.kernel.to_brep import to_brep
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import JointType, Seam, detect_seams
 from wpcal.seam.find.tubes import find_tubes
-from wpcal.seam.member.members import why_one_piece
+from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.seam import SeamSource
 
 ALONG = (Align.CENTER, Align.CENTER, Align.MIN)

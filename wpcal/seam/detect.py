@@ -33,7 +33,7 @@ from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.judge.wrapping import weld_round_corners
-from wpcal.seam.member.members import are_weldments
+from wpcal.seam.member.one_piece import are_weldments
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space

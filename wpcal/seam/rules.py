@@ -128,7 +128,7 @@ class Rule(Enum):
     MASSIVE = RuleRow(
         0.3,
         f"Concave edge: both members are thicker than {THICKEST_MM:g} mm.",
-        "The part is a casting or a building.",
+        "The part is a casting or a building. A box that was drawn solid does not count.",
         "shape: depth behind both faces",
     )
     NAMED_PART = RuleRow(
@@ -232,11 +232,10 @@ class Rule(Enum):
     )
     ONE_PIECE = RuleRow(
         0.52,
-        "A solid is neither a plate, a bar, a tube or a profile, nor turned: it looks cast, moulded, printed or milled "
-        "in one piece.",
+        "A solid is neither turned, nor explained by members: it looks cast, moulded, printed or milled in one piece.",
         "Members of a weldment are cut from plate, bar and tube. Such a solid is rather bolted or clamped; a milled "
         "clevis is welded now and then, so `--generous` takes it, also between two of them.",
-        "shape: less than 80 % of the surface on plates, bars and tubes",
+        "shape: the members into which the solid is taken apart",
     )
     ONE_LINED_UP = RuleRow(
         0.75,

@@ -23,7 +23,7 @@ from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.judge.other_torches import felt_within_mm
-from wpcal.seam.member.members import are_weldments
+from wpcal.seam.member.one_piece import are_weldments
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
 from wpcal.seam.seam import Seam, SeamPieces

@@ -15,7 +15,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, SeamSource, detect_seams
 from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.strips import find_strips
-from wpcal.seam.member.members import are_weldments
+from wpcal.seam.member.one_piece import are_weldments
 
 EXACT_MM = 1e-9
 """Lines and circles are closed form; the ends are those of the bead's side, good to the kernel's 1e-12."""

@@ -10,7 +10,8 @@ from wpcal.seam import ConcaveEdges, Seam, SeamOptions, detect_seams
 from wpcal.seam.find.built_up import LEAST_BUILT_UP, built_up_share
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.formed import are_bends
-from wpcal.seam.member.members import left_out, members_of
+from wpcal.seam.member.members import members_of
+from wpcal.seam.member.one_piece import left_out
 
 
 def trimmed(name: str) -> tuple[BrepGraph, TrimmedFaces]:

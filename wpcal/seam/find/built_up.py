@@ -8,7 +8,6 @@ its shape (Cauchy-Crofton).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +28,7 @@ THICKNESSES = 3
 """A weldment is cut from this many thicknesses of plate at most; what has others does not count. Round tubes count
 whatever their walls: a bicycle frame has five."""
 SAME_THICKNESS = 0.02  #: Relative difference of thicknesses that are one.
+POINTS = 600  #: Random points on the surface of a solid that are to be explained.
 LINES, ROUNDS = 500, 40  #: Random lines per round, and most rounds.
 LOOKS = ((60, 0.35), (250, 0.15), (1200, 0.0))
 """Points on the surface that are looked at. A share that is lower than `LEAST_BUILT_UP` by so much is the answer (more
@@ -42,22 +42,24 @@ ROUND_KINDS = (SurfaceKind.CYLINDER, SurfaceKind.CONE, SurfaceKind.TORUS)
 TURNED_SIN, TURNED_MM = 1e-6, 1e-3  #: Faces are round about one axis if their axes agree within this.
 
 
-def is_turned(graph: BrepGraph, solid: int, *, but: BoolArray | None = None) -> bool:
-    """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones and tori about it.
+def is_turned(graph: BrepGraph, solid: int) -> bool:
+    """Tell whether all faces of a solid are round about one axis: planes across it, cylinders, cones, tori about it."""
+    return bool(are_round(graph, np.flatnonzero(graph.face_solid == solid)).all())
 
-    `but`: shape (F,). Faces that do not count, such as holes.
-    """
-    faces = np.flatnonzero(graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but)
+
+def are_round(graph: BrepGraph, faces: IntArray) -> BoolArray:
+    """Tell which faces are round about the axis of the first round one that bulges, if one does, shape (n,)."""
     kinds = graph.face_kind[faces]
     about = faces[np.isin(kinds, ROUND_KINDS)]
-    if len(about) == 0 or not np.isin(kinds, (*ROUND_KINDS, SurfaceKind.PLANE, SurfaceKind.SPHERE)).all():
-        return False
-    o, z = graph.face_frame[about[0], 0], graph.face_frame[about[0], 3]
+    if len(about) == 0:
+        return np.zeros(len(faces), dtype=bool)
+    first = about[np.argmax(graph.face_outward[about] > 0)]
+    o, z = graph.face_frame[first, 0], graph.face_frame[first, 3]
     across = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1) <= TURNED_SIN
     arm = graph.face_frame[faces, 0] - o
     off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1) <= TURNED_MM
     fits = np.where(kinds == SurfaceKind.PLANE, across, np.where(kinds == SurfaceKind.SPHERE, off, across & off))
-    return bool(fits.all())
+    return np.asarray(fits & np.isin(kinds, (*ROUND_KINDS, SurfaceKind.PLANE, SurfaceKind.SPHERE)), dtype=bool)
 
 
 def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: BoolArray | None = None) -> float:
@@ -65,25 +67,13 @@ def built_up_share(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, *, but: 
 
     `but`: shape (F,). Faces that do not count.
     """
-    share = 0.0
-    looks = built_up_shares(graph, trimmed, solid, [hits for hits, _ in LOOKS], but=but)
-    for (share, _), (_, clearly) in zip(looks, LOOKS, strict=True):
+    counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
+    lines, share = _Lines.known(trimmed, solid), 0.0
+    for count, clearly in LOOKS:
+        share = lines.share(graph, trimmed, counted, count)
         if share < LEAST_BUILT_UP - clearly:
             break
     return share
-
-
-def built_up_shares(
-    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, counts: Sequence[int], *, but: BoolArray | None = None
-) -> Iterator[tuple[float, int]]:
-    """Yield the share of `built_up_share` after each of some numbers of points on the surface, and the true number.
-
-    `but`: shape (F,). Faces that do not count.
-    """
-    counted = graph.face_solid == solid if but is None else (graph.face_solid == solid) & ~but
-    lines = _Lines.known(trimmed, solid)
-    for count in counts:
-        yield lines.share(graph, trimmed, counted, count)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,10 +88,10 @@ class Surface:
     mm2: float  #: The area that each point stands for.
 
 
-def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, count: int) -> Surface:
-    """Return about `count` points on the surface of a solid."""
+def sampled_surface(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Surface:
+    """Return about `POINTS` points on the surface of a solid."""
     lines = _Lines.known(trimmed, solid)
-    sent = lines.send(graph, trimmed, graph.face_solid == solid, count)
+    sent = lines.send(graph, trimmed, graph.face_solid == solid, POINTS)
     rows = np.flatnonzero(np.linalg.norm(lines.normal[: lines.rounds[sent - 1]], axis=1) > ON_SURFACE)
     mm2 = 2.0 * np.pi * lines.radius**2 / (sent * LINES)
     return Surface(lines.p[rows], lines.normal[rows], lines.face[rows], lines.thick[rows], lines.flat[rows], mm2)
@@ -144,13 +134,12 @@ class _Lines:
         low, high = trimmed.face_box[0][own].min(axis=0), trimmed.face_box[1][own].max(axis=0)
         return cls(solid, (low + high) / 2, float(np.linalg.norm(high - low)) / 2, np.random.default_rng(0))
 
-    def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> tuple[float, int]:
-        """Return the share of `built_up_share` after so many hits on the counted faces, and their true number."""
+    def share(self, graph: BrepGraph, trimmed: TrimmedFaces, counted: BoolArray, hits: int) -> float:
+        """Return the share of `built_up_share` after so many hits on the counted faces."""
         sent = self.send(graph, trimmed, counted, hits)
         rows = np.flatnonzero(counted[self.face[: self.rounds[sent - 1]]])
         if len(rows) == 0:
-            return 0.0, 0
-        count = len(rows)
+            return 0.0
         rows = rows[np.linalg.norm(self.normal[rows], axis=1) > ON_SURFACE]
         # a line through the ball meets a surface as often as the two areas say
         hit = np.bincount(self.face[rows], minlength=graph.face_count)
@@ -166,7 +155,7 @@ class _Lines:
         rim = rows[~is_plate & ~is_tube]
         self._feel_rim(graph, trimmed, rim)
         near = np.abs(self.across[rim][..., None] - used) <= SAME_THICKNESS * used
-        return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows), count
+        return (plates + int(near.any(axis=(1, 2)).sum())) / len(rows)
 
     def _walls(self, graph: BrepGraph, trimmed: TrimmedFaces) -> FloatArray:
         if self.walls is None:

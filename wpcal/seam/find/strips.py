@@ -57,10 +57,9 @@ def find_strips(
     for face, others in sorted(beside.items()):
         long = sorted(others, key=lambda other: (-float(lengths[others[other]].sum()), other))[:2]
         if len(long) == 2 and all(lengths[others[other]].sum() >= min_length_mm for other in long):
-            strip = Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]])))
-            if _is_concave_corner(graph, strip) and not _is_bend(graph, face):
-                found.append(strip)
-    return found
+            found.append(Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]]))))
+    corners = zip(found, _are_concave_corners(graph, found).tolist(), strict=True)
+    return [strip for strip, is_corner in corners if is_corner and not _is_bend(graph, strip.face)]
 
 
 def _is_bend(graph: BrepGraph, face: int) -> bool:
@@ -79,19 +78,18 @@ def _is_bend(graph: BrepGraph, face: int) -> bool:
     return bool(((turn <= SAME_AXIS_SIN) & (off <= SAME_AXIS_MM) & wider).any())
 
 
-def _is_concave_corner(graph: BrepGraph, strip: Strip) -> bool:
-    """Tell whether a strip is narrow, its sides are at an angle, and its middle lies behind the chord across it."""
-    first, second = (edges[0] for edges in strip.edges)
-    p = evaluate_edges(graph, [first], [graph.edge_range[first].mean()])[0]
-    across = evaluate_edges(
-        graph,
-        np.full(ACROSS_POINTS, second),
-        np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], ACROSS_POINTS),
-    )[0]
-    q = across[np.argmin(np.linalg.norm(across - p, axis=1))][None]
-    n1, n2 = (project_to_faces(graph, [side], at).normal[0] for side, at in zip(strip.sides, (p, q), strict=True))
-    middle = (p + q) / 2
-    foot = project_to_faces(graph, [strip.face], middle)
-    behind = float((foot.p[0] - middle[0]) @ foot.normal[0]) < 0
-    width = float(np.linalg.norm(q - p))
-    return behind and 0 < width <= WIDEST_MM and float(n1 @ n2) < LEAST_CORNER_COS
+def _are_concave_corners(graph: BrepGraph, strips: list[Strip]) -> BoolArray:
+    """Tell which strips are narrow, with sides at an angle, and their middles behind the chords across them."""
+    first, second = np.array([[edges[0] for edges in strip.edges] for strip in strips], dtype=np.int64).reshape(-1, 2).T
+    side = np.array([strip.sides for strip in strips], dtype=np.int64).reshape(-1, 2)
+    p = evaluate_edges(graph, first, graph.edge_range[first].mean(axis=1))[0]
+    at = np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], ACROSS_POINTS, axis=1)
+    across = evaluate_edges(graph, np.repeat(second, ACROSS_POINTS), at.ravel())[0].reshape(-1, ACROSS_POINTS, 3)
+    nearest = np.argmin(np.linalg.norm(across - p[:, None], axis=2), axis=1)
+    q = across[np.arange(len(strips)), nearest]
+    n1, n2 = project_to_faces(graph, side[:, 0], p).normal, project_to_faces(graph, side[:, 1], q).normal
+    middle, width = (p + q) / 2, np.linalg.norm(q - p, axis=1)
+    foot = project_to_faces(graph, [strip.face for strip in strips], middle)
+    behind = np.einsum("ki,ki->k", foot.p - middle, foot.normal) < 0
+    at_an_angle = np.einsum("ki,ki->k", n1, n2) < LEAST_CORNER_COS
+    return np.asarray(behind & (width > 0) & (width <= WIDEST_MM) & at_an_angle, dtype=bool)

@@ -340,6 +340,6 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
             found[row].append(Rule.CUT_OUT.found("the corner of an opening in one member, not a joint of two"))
         if bent[owner == row].all():
             found[row].append(Rule.BENT.found("the inner corner of one bent sheet, or of two of the same thickness"))
-        if massive[owner == row].all():
+        if massive[owner == row].all() and not members_of(graph, trimmed, number[seams[row].solids[0]]).is_box:
             found[row].append(Rule.MASSIVE.found(f"both members are thicker than {THICKEST_MM:g} mm"))
     return found

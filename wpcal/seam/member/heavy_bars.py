@@ -15,8 +15,8 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray, IntArray
-from wpcal.seam.find.built_up import OPPOSITE_COS, SKIN_MM, way_out
+from wpcal.core.arrays import FloatArray
+from wpcal.seam.find.built_up import sampled_surface
 
 STEEL_KG_M_MM2 = 7.85e-3  #: Weight of a steel bar, kg per metre of length and mm² of section.
 HEAVY_KG_M = 10.0  #: A solid bar that would weigh as much as a tube of 80 x 80 x 4: from 36 x 36 mm on.
@@ -28,7 +28,6 @@ SPREAD = 3.0  #: A body is a frame if its box is wider than this, in widths of i
 SLAB_MM, SLAB_MM2 = 25.0, 0.25e6
 """A slab is thicker and larger than this: as steel it would weigh 49 kg. Foot plates and table tops of steel are
 thinner or smaller."""
-LARGEST_FACES, POINTS = 12, 12  #: Planes of a solid that are looked at, the largest first, and points on each of them.
 LEAST_SHARE = 0.1  #: A thickness counts if so much of the plane surface has it or less: not a notch or a chamfer.
 ACROSS_COS = 0.3  #: Faces are across to each other within 17 degrees of square.
 
@@ -95,58 +94,23 @@ def find_bar(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Bar | None:
     The thickness is felt through the material, so that a ring of one section, such as the frame of a window, is a bar.
     """
     own = np.flatnonzero(graph.face_solid == solid)
-    flat = own[graph.face_kind[own] == SurfaceKind.PLANE]
-    if len(flat) == 0 or (graph.face_kind[own] >= SurfaceKind.NURBS).any():
+    if (graph.face_kind[own] >= SurfaceKind.NURBS).any():
         return None
-    area = _areas(trimmed, flat)
-    chosen = np.argsort(-area)[:LARGEST_FACES]
-    flat, area = flat[chosen], area[chosen]
-    row, p = _points_on(trimmed, flat)
-    normal = (graph.face_frame[flat, 3] * graph.face_outward[flat][:, None])[row]
-    thick, other = way_out(graph, trimmed, solid, p - SKIN_MM * normal, -normal)
-    thick = np.where(np.einsum("ki,ki->k", normal, other) < OPPOSITE_COS, thick, np.inf)
-    weight = (area / np.maximum(np.bincount(row, minlength=len(flat)), 1))[row]
-    first = _least(thick, weight, float(area.sum()))
+    surface = sampled_surface(graph, trimmed, solid)
+    plane = np.flatnonzero(graph.face_kind[surface.face] == SurfaceKind.PLANE)
+    thick, normal = np.where(surface.flat, surface.thick, np.inf)[plane], surface.normal[plane]
+    first = _least(thick)
     if first is None:
         return None
-    across = np.abs(normal @ normal[first]) < ACROSS_COS
-    second = _least(np.where(across, thick, np.inf), weight, float(area.sum()))
+    second = _least(np.where(np.abs(normal @ normal[first]) < ACROSS_COS, thick, np.inf))
     wide = np.inf if second is None else float(thick[second])
     low, high = (corner[own] for corner in trimmed.face_box)
     box = np.sort(high.max(axis=0) - low.min(axis=0))
     return Bar(float(thick[first]), wide, float(box[2]), float(box[1]))
 
 
-def _least(thick: FloatArray, weight: FloatArray, total: float) -> int | None:
+def _least(thick: FloatArray) -> int | None:
     """Return the point with the least thickness that `LEAST_SHARE` of the surface has, or less."""
-    order = np.argsort(thick)
-    reached = np.flatnonzero(np.cumsum(weight[order]) >= LEAST_SHARE * total)
-    if len(reached) == 0 or not np.isfinite(thick[order[reached[0]]]):
-        return None
-    return int(order[reached[0]])
-
-
-def _areas(trimmed: TrimmedFaces, faces: IntArray) -> FloatArray:
-    """Return the areas of planes, mm²."""
-    found = np.zeros(len(faces))
-    for row, face in enumerate(faces.tolist()):
-        own = slice(trimmed.start[face], trimmed.start[face + 1])
-        (u0, v0), (u1, v1) = trimmed.uv0[own].T, trimmed.uv1[own].T
-        found[row] = abs(float((u0 * v1 - u1 * v0).sum())) / 2
-    return found
-
-
-def _points_on(trimmed: TrimmedFaces, faces: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return points spread over planes, and the row of the plane of each; the same ones in every run."""
-    graph, rng = trimmed.graph, np.random.default_rng(0)
-    row, uv = np.repeat(np.arange(len(faces)), POINTS), np.zeros((len(faces), POINTS, 2))
-    for k, face in enumerate(faces.tolist()):
-        known = trimmed.uv0[trimmed.start[face] : trimmed.start[face + 1]]
-        if len(known):
-            low, high = known.min(axis=0), known.max(axis=0)
-            uv[k] = low + rng.uniform(size=(POINTS, 2)) * (high - low)
-    places = uv.reshape(-1, 2)
-    inside = trimmed.contains(faces[row], places)
-    row, places = row[inside], places[inside]
-    o, x, y = (graph.face_frame[faces[row], k] for k in (0, 1, 2))
-    return row, o + places[:, :1] * x + places[:, 1:] * y
+    row = int(np.ceil(LEAST_SHARE * len(thick))) - 1
+    least = int(np.argsort(thick, kind="stable")[row]) if len(thick) else 0
+    return least if len(thick) and np.isfinite(thick[least]) else None

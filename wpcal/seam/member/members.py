@@ -16,34 +16,23 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array, eye_array, hstack
 
-from wpcal.brep.boxes import BoxTree, boxes_of_solids
+from wpcal.brep.concavity import are_concave
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.issue import Issue
-from wpcal.core.wording import counted
 from wpcal.seam.find.built_up import (
     FLATTEST,
     LEAST_BUILT_UP,
     SAME_THICKNESS,
     Surface,
-    built_up_share,
-    is_turned,
     sampled_surface,
 )
-from wpcal.seam.find.concave import find_concave_edges
-from wpcal.seam.find.covered import count_solids
-from wpcal.seam.find.crumbs import are_crumbs
-from wpcal.seam.find.strips import find_strips
 from wpcal.seam.find.tubes import find_tubes
-from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2, THIN_MM
+from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
 from wpcal.seam.member.prisms import Contour, Prism, find_prisms
 
-POINTS = 600  #: Random points on the surface that are to be explained.
-LEAST_EXPLAINED = 0.95
-"""Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
 COST_ROOT = 0.02  #: Of two that explain as much, the one with fewer inner corners is taken.
 COST_UNEXPLAINED = 0.6  #: A face of which nothing is explained costs as much as so many members.
 COST_SURFACE = 20.0  #: The whole surface, unexplained, costs as much as so many members.
@@ -55,15 +44,14 @@ THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height
 ENDS_TOGETHER = 0.2
 """The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
 are plates on which others stand."""
-LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
-DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
-DRAWN_APART, MOST_ASKED = 4, 40
-"""So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
-MOST_TOLD = 3  #: Most solids that are told of.
 MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
 SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
-SMALLEST_PROFILE_MM = 10.0  #: The smallest angle that is sold is so high.
+SMALLEST_PROFILE_MM, THICKEST_PROFILE_MM = 10.0, 40.0
+"""The smallest angle that is sold is so high, and the heaviest I section has flanges of so much."""
 SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
+STOUT_MM = (20.0, 100.0)
+"""A stout piece of bar is a member if it is so long, at most so thick, and the whole solid."""
+DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
 MOST_HYPOTHESES = 400  #: Of a solid; the largest are kept.
@@ -78,6 +66,7 @@ class MemberKind(Enum):
     ROUND = "round bar or tube"
     PROFILE = "rolled profile"
     SHEET = "formed sheet"
+    BOX = "box drawn solid"
 
 
 COST = dict.fromkeys(MemberKind, 1.0) | {MemberKind.SHEET: 0.5}
@@ -98,10 +87,21 @@ class Member:
     roots: frozenset[tuple[int, int]] = frozenset()  #: Pairs of faces at corners that are inside the member.
 
     @property
+    def is_drawn_solid(self) -> bool:
+        """Tell whether it is so thick that it was built up of plates round a hollow, and drawn without it."""
+        return self.kind in (MemberKind.PLATE, MemberKind.BOX) and self.thickness_mm >= DRAWN_SOLID_MM
+
+    @property
     def is_slab(self) -> bool:
         """Tell whether it is a thick board of some size."""
-        is_board = self.kind in (MemberKind.PLATE, MemberKind.BAR)
+        is_board = self.kind in (MemberKind.PLATE, MemberKind.BAR) and not self.is_drawn_solid
         return is_board and self.section[0] >= SLAB_MM and self.section[1] * self.length_mm >= SLAB_MM2
+
+    @property
+    def is_stout(self) -> bool:
+        """Tell whether it is a bar about as thick as it is long."""
+        is_thin = self.thickness_mm <= FLATTEST * np.sqrt(self.length_mm * self.section[1])
+        return self.kind is MemberKind.BAR and not is_thin
 
     @property
     def in_words(self) -> str:
@@ -116,6 +116,17 @@ class Decomposition:
     members: tuple[Member, ...]
     share: float  #: Of the surface that they explain.
     straight_share: float  #: That is explained without formed sheets.
+
+    @property
+    def is_one(self) -> bool:
+        """Tell whether one member explains the solid; the two sides of a formed sheet are one."""
+        return sum(COST[one.kind] for one in self.members) <= 1.0 and self.share >= LEAST_BUILT_UP
+
+    @property
+    def is_box(self) -> bool:
+        """Tell whether others stand on a box that was drawn solid: its thickness says nothing."""
+        solid = [one.is_drawn_solid for one in self.members]
+        return any(solid) and not all(solid)
 
     def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float) -> Member | None:
         """Return the member inside which a straight corner between two faces is.
@@ -145,7 +156,7 @@ def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposi
 def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposition:
     if not (graph.face_solid == solid).any():
         return Decomposition((), 0.0, 0.0)
-    surface = sampled_surface(graph, trimmed, solid, POINTS)
+    surface = sampled_surface(graph, trimmed, solid)
     pairs = [*_hypotheses(graph, trimmed, solid, surface)]
     pairs = sorted((pair for pair in pairs if pair[1].any()), key=lambda pair: -int(pair[1].sum()))[:MOST_HYPOTHESES]
     if not pairs or not len(surface.p):
@@ -181,15 +192,16 @@ def _hypotheses(
 ) -> Iterator[tuple[Member, BoolArray]]:
     """Yield every hypothesis with the points of the surface that it explains."""
     yield from _plates(graph, solid, surface)
-    stretches = find_prisms(graph, trimmed, solid)
+    stretches, convex = find_prisms(graph, trimmed, solid), _convex_faces(graph, solid)
     for stretch in stretches:
         if not stretch.contour.is_bore:
             member = _of_stretch(graph, stretch, stretches)
             if member is not None:
-                cover = _on_stretch(surface, stretch, member) | _in_holes(graph, solid, surface, member)
+                cover = _on_details(graph, surface, member, convex, _on_stretch(surface, stretch, member))
                 is_stub = stretch.contour.sharp > 0 and member.length_mm < SLENDER * member.section[1]
                 is_stub |= len(member.faces) > len(stretch.faces)  # a hollow extrusion
-                if member.kind is not MemberKind.PROFILE or not is_stub or cover.mean() >= WHOLE:
+                is_stub &= member.kind is MemberKind.PROFILE
+                if not (is_stub or member.is_stout) or cover.mean() >= WHOLE:
                     yield member, cover
     yield from _rounds(graph, trimmed, solid, surface)
     yield from _sheets(graph, _smooth_edges(graph, solid), surface)
@@ -202,7 +214,7 @@ def _beside(graph: BrepGraph, faces: frozenset[int] | set[int]) -> set[int]:
 
 
 def _plates(graph: BrepGraph, solid: int, surface: Surface) -> Iterator[tuple[Member, BoolArray]]:
-    """Yield the pairs of parallel planes between which there is material, and much less of it than they are wide."""
+    """Yield pairs of parallel planes with material between: much less of it than they are wide, or a box."""
     rows = np.flatnonzero(surface.flat & (graph.face_kind[surface.face] == SurfaceKind.PLANE))
     normal = surface.normal[rows]
     sign = np.where(normal[np.arange(len(rows)), np.abs(normal).argmax(axis=1)] < 0, -1.0, 1.0)
@@ -223,13 +235,16 @@ def _plates(graph: BrepGraph, solid: int, surface: Surface) -> Iterator[tuple[Me
         both = frozenset(faces | set(planes[on].tolist()))
         flat = np.isin(surface.face, list(both)) & (np.abs(surface.thick - t) <= SAME_THICKNESS * t + ON_MM)
         wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
-        if t > FLATTEST * wide:
+        if t > FLATTEST * wide and not DRAWN_SOLID_MM <= t <= wide:
             continue
         rim = np.isin(surface.face, list(_beside(graph, both)))
         at_all = surface.p @ way
         rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
         rim &= at_all < high[row] + ON_MM
-        yield Member(MemberKind.PLATE, both, way, np.array([t, wide]), t, wide), flat | rim
+        kind = MemberKind.PLATE if t <= FLATTEST * wide else MemberKind.BOX
+        if kind is MemberKind.BOX and not (rim.any() and np.median(surface.thick[rim]) >= DRAWN_SOLID_MM):
+            continue
+        yield Member(kind, both, way, np.array([t, wide]), t, wide), flat | rim
 
 
 def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
@@ -261,8 +276,13 @@ def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> 
         kind = MemberKind.TUBE if thick <= THIN_SECTION * sides[0] else None
     elif not contour.roots:
         thick = float(sides[0])
-        kind = MemberKind.BAR if thick <= FLATTEST * np.sqrt(stretch.length_mm * sides[1]) else None
-    elif SMALLEST_PROFILE_MM <= sides[1] >= thick / THIN_SECTION and _is_rolled(graph, stretch, others):
+        is_stout = max(stretch.length_mm, sides[1]) >= STOUT_MM[0] and thick <= STOUT_MM[1]
+        kind = MemberKind.BAR if is_stout or thick <= FLATTEST * np.sqrt(stretch.length_mm * sides[1]) else None
+    elif (
+        sides[1] >= max(SMALLEST_PROFILE_MM, thick / THIN_SECTION)
+        and thick <= THICKEST_PROFILE_MM
+        and _is_rolled(graph, stretch, others)
+    ):
         kind = MemberKind.PROFILE
     return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots)
 
@@ -325,13 +345,37 @@ def _on_stretch(surface: Surface, stretch: Prism, member: Member) -> BoolArray:
     return sides | ends
 
 
-def _in_holes(graph: BrepGraph, solid: int, surface: Surface, member: Member) -> BoolArray:
-    """Tell which points are on walls of holes through a member: hollow cylinders that only it and its ends touch."""
-    own = graph.face_solid == solid
-    ends = own & (graph.face_kind == SurfaceKind.PLANE) & (np.abs(graph.face_frame[:, 3] @ member.axis) > ON_COS)
-    hollow = own & (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0)
-    known = member.faces | set(np.flatnonzero(ends | hollow).tolist())
-    return np.isin(surface.face, [face for face in np.flatnonzero(hollow) if _beside(graph, {int(face)}) <= known])
+def _on_details(graph: BrepGraph, surface: Surface, member: Member, convex: BoolArray, cover: BoolArray) -> BoolArray:
+    """Return what a member explains, with its holes: hollow cylinders that only it and its ends touch.
+
+    With its broken edges and mitred ends as well if that is the whole solid: faces beside it without a hollow corner.
+    `convex`: shape (F,). As `_convex_faces` returns them.
+    """
+    cos = np.abs(graph.face_frame[:, 3] @ member.axis)
+    is_plane, is_round = (graph.face_kind == kind for kind in (SurfaceKind.PLANE, SurfaceKind.CYLINDER))
+    hollow = is_round & (graph.face_outward < 0)
+    known = (is_plane & (cos > ON_COS)) | hollow
+    known[list(member.faces)] = True
+    cover = cover | (hollow & _are_only_beside(graph, known))[surface.face]
+    broken = convex & ~np.where(is_plane, cos < 1.0 - ON_COS, is_round & (cos > ON_COS))
+    whole = cover | (broken & _are_only_beside(graph, known | broken))[surface.face]
+    return whole if whole.mean() >= WHOLE else cover
+
+
+def _are_only_beside(graph: BrepGraph, known: BoolArray) -> BoolArray:
+    """Tell which faces have only some faces beside them, shape (F,)."""
+    found = np.ones(graph.face_count, dtype=bool)
+    own, other = np.concatenate([graph.edge_faces, graph.edge_faces[:, ::-1]]).T
+    found[own[(own >= 0) & (other >= 0) & (own != other) & ~known[other]]] = False
+    return found
+
+
+def _convex_faces(graph: BrepGraph, solid: int) -> BoolArray:
+    """Tell which faces belong to a solid that has no hollow corner beside them, shape (F,)."""
+    edges = _edges_inside(graph, solid)
+    convex = graph.face_solid == solid
+    convex[graph.edge_faces[edges[are_concave(graph, edges)]]] = False
+    return convex
 
 
 def _is_inside(surface: Surface, stretch: Prism) -> BoolArray:
@@ -411,10 +455,15 @@ def _linked(graph: BrepGraph, smooth: IntArray, faces: set[int]) -> Iterator[fro
         yield frozenset(group)
 
 
+def _edges_inside(graph: BrepGraph, solid: int) -> IntArray:
+    """Return the edges of a solid that have a face on both sides."""
+    edges = np.flatnonzero((graph.edge_solid == solid) & (graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
+    return np.asarray(edges[graph.edge_kind[edges] != CurveKind.DEGENERATE])
+
+
 def _smooth_edges(graph: BrepGraph, solid: int) -> IntArray:
     """Return the edges of a solid along which its faces run smoothly into each other."""
-    edges = np.flatnonzero((graph.edge_solid == solid) & (graph.edge_faces >= 0).all(axis=1) & ~graph.is_seam_edge)
-    edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
+    edges = _edges_inside(graph, solid)
     p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
     left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
     return np.asarray(edges[np.einsum("ki,ki->k", left, right) > SMOOTH_COS])
@@ -426,109 +475,3 @@ def _commonest(thick: FloatArray) -> list[float]:
     for t in thick[np.isfinite(thick) & (thick > 0)].tolist():
         found[round(np.log(t) / SAME_THICKNESS)].append(t)
     return [float(np.median(own)) for own in found.values() if len(own) > 2]
-
-
-def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment.
-
-    Strips that may be beads do not count. Found once, and kept in `trimmed.known`.
-    """
-    key = ("one piece", solid)
-    if key not in trimmed.known:
-        trimmed.known[key] = _why_one_piece(graph, trimmed, solid)
-    why: str | None = trimmed.known[key]
-    return why
-
-
-def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
-    if is_turned(graph, solid):
-        return "all its faces are round about one axis, as on a turned part"
-    strips = np.zeros(graph.face_count, dtype=bool)
-    strips[[strip.face for strip in find_strips(graph, np.arange(len(graph.solid_names)) == solid)]] = True
-    share = built_up_share(graph, trimmed, solid, but=strips)
-    found = members_of(graph, trimmed, solid)
-    if share < LEAST_BUILT_UP and found.straight_share < LEAST_EXPLAINED:
-        return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
-    slab = next((one for one in found.members if one.is_slab), None)
-    if slab is not None and all(one.thickness_mm >= THIN_MM for one in found.members):
-        return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
-    return None
-
-
-def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
-    """Tell which solids may have been welded from several members, shape (n,).
-
-    Of the solids that others touch, those are left out that are one plate with steps or mostly free-form sheet, and
-    those that are small beside the part while its other members were drawn as bodies of their own: they are rather
-    milled, pressed or forged.
-    """
-    found = count_solids(graph, trimmed, solids)
-    touched = _are_touched(graph, trimmed, gap_mm)
-    for row in np.flatnonzero(found).tolist():
-        solid = int(solids[row])
-        found[row] = why_one_piece(graph, trimmed, solid) is None
-        if found[row] and touched[solid]:
-            apart = members_of(graph, trimmed, solid)
-            members = apart.members
-            axes = np.array([one.axis for one in members]).reshape(-1, 3)
-            is_stepped = {one.kind for one in members} == {MemberKind.PLATE}
-            is_stepped &= bool((np.abs(axes @ axes[:1].T) > ON_COS).all())
-            sheets = [face for one in members if one.kind is MemberKind.SHEET for face in one.faces]
-            is_formed = apart.straight_share < LEAST_STRAIGHT
-            is_formed &= bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
-            found[row] = not is_stepped and not is_formed and not _is_detail(graph, trimmed, solid)
-    return found
-
-
-def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
-    """Tell which solids have boxes that are near those of others, crumbs left out, shape (S,)."""
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
-    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other] & count_solids(graph, trimmed, other)]
-    return np.asarray(np.bincount(near, minlength=len(low)) > 0, dtype=bool)
-
-
-def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
-    """Tell whether a solid is small beside a part of which several larger bodies are one member each."""
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    size = np.where((high >= low).all(axis=1), np.linalg.norm(high - low, axis=1), 0.0)
-    if size[solid] >= DETAIL * graph.size_mm:
-        return False
-    larger = [other for other in np.argsort(-size, kind="stable").tolist() if size[other] > size[solid]]
-    single = 0
-    for other in larger[:MOST_ASKED]:
-        members = members_of(graph, trimmed, other)
-        single += len(members.members) == 1 and members.share >= LEAST_BUILT_UP
-        if single >= DRAWN_APART:
-            return True
-    return False
-
-
-def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
-    """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
-
-    Returns
-    -------
-    list of Issue
-        One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
-    """
-    told = []
-    for solid, count, why in find_whole_solids(graph, trimmed):
-        name = graph.solid_names[solid]
-        corners = counted(count, "inner corner")
-        text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
-        told.append(Issue("one-piece", text, (name,)))
-    return told
-
-
-def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int, str]]:
-    """Find the solids with concave edges that look as if made as one piece, at most `MOST_TOLD`.
-
-    Returns list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
-    """
-    solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
-    solids, counts = np.unique(solid_of, return_counts=True)
-    most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
-    pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
-    asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
-    return [(solid, count, why) for solid, count, why in asked if why is not None]

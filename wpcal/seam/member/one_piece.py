@@ -1,9 +1,8 @@
-"""Solids that were cast, moulded, forged, printed or milled as one piece: neither cut from plate or bar, nor turned.
+"""Whether a solid is a member, was built up of members, or was cast, moulded, printed or milled as one piece.
 
-Members of a weldment are plates, bars, tubes, profiles and turned pieces. A solid is taken for one of these if it is
-round about one axis, if it has one section from end to end apart from holes, or if most of its surface is on plates,
-bars and tubes (`find.built_up`). What is none of these was made as one piece. Such a solid is rather bolted or clamped,
-or the other one sits in it. A clevis that was milled from a block is welded now and then, so this is a doubt only.
+This is asked in one way of a solid with inner corners and of one that touches others. A solid that is round about one
+axis, or that one member explains, is that member. One that several members explain was built up. All others were made
+as one piece: they are rather bolted or clamped. A clevis that was milled from a block is welded now and then.
 """
 
 from __future__ import annotations
@@ -12,24 +11,31 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.curves import edge_lengths
-from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.built_up import built_up_shares, is_turned
+from wpcal.core.issue import Issue
+from wpcal.core.wording import counted
+from wpcal.seam.find.built_up import LEAST_BUILT_UP, are_round, built_up_share, is_turned, sampled_surface
+from wpcal.seam.find.concave import find_concave_edges
+from wpcal.seam.find.covered import count_solids
+from wpcal.seam.find.crumbs import are_crumbs
+from wpcal.seam.find.strips import find_strips
+from wpcal.seam.member.heavy_bars import THIN_MM
+from wpcal.seam.member.members import ON_COS, MemberKind, members_of
 
-STRAIGHT = (SurfaceKind.PLANE, SurfaceKind.CYLINDER)  #: Surfaces of a bar.
-LEAST_MEMBER = 0.8
-"""A solid with less of its surface on plates, bars and tubes was made as one piece. Members of 40 parts with lists have
-0.88 or more, apart from those with one section and those that are round; castings, mouldings and milled bodies have
-0.00 to 0.81."""
-LOOKS = ((100, 0.12), (400, 0.0))
-"""Points on the surface that are looked at, and how far from `LEAST_MEMBER` a share of so many is sure (3 sigma)."""
-FEWEST_POINTS = 50  #: Of fewer points nothing is said: the box around a thin bent solid holds too little of it.
-ALONG_COS = 1e-6  #: A face is along a bar within this.
-END_SHARE = 0.4  #: Each end of a bar, with mitre and cope, takes less than this share of its length.
-LARGEST_ROUND = 0.35
-"""Rounds of edges have a radius of at most this share of the thickness; what is rounder is an end of another shape."""
+LEAST_EXPLAINED = 0.94
+"""Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
+LEAST_TOUCHED = 0.75
+"""Of a solid of several members that touches others, at least so much of the surface is on plates, bars and tubes; what
+is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
+LEAST_STRAIGHT = 0.3  #: A body of which straight members explain less is a pressed sheet, if it is free-form.
+DETAIL = 0.3  #: A solid is small if its box has less than this share of the diagonal of the part.
+DRAWN_APART, MOST_ASKED = 4, 40
+"""So many larger bodies that are one member each say that members were drawn apart; how many bodies are asked."""
+MOST_TOLD = 3  #: Most solids that are told of.
 SAME_LENGTH_MM = 0.01
 """Edges whose lengths agree within this are equal. Solids with equal edges and faces are one body."""
 
@@ -41,19 +47,16 @@ class OnePieces:
     #: `graph`, `trimmed`: The part.
     graph: BrepGraph
     trimmed: TrimmedFaces
-    _why: dict[int, str | None] = field(default_factory=dict)
     _equal: dict[bytes, str | None] = field(default_factory=dict)
     _signatures: dict[int, bytes] = field(default_factory=dict)
     _lengths: FloatArray | None = None
 
     def why(self, solid: int) -> str | None:
-        """Tell why a solid looks as if made as one piece; None if it may be cut from plate, bar or tube, or turned."""
-        if solid not in self._why:
-            key = self.signature(solid)
-            if key not in self._equal:
-                self._equal[key] = self._look(solid)
-            self._why[solid] = self._equal[key]
-        return self._why[solid]
+        """Tell why a solid looks as if made as one piece; None if it is a member, or built up of members."""
+        key = self.signature(solid)
+        if key not in self._equal:
+            self._equal[key] = self._look(solid)
+        return self._equal[key]
 
     def signature(self, solid: int) -> bytes:
         """Return what equal solids have in common: the kinds of their faces, and the lengths of their edges."""
@@ -69,69 +72,125 @@ class OnePieces:
         return kinds.astype(np.int64).tobytes() + lengths.astype(np.int64).tobytes()
 
     def _look(self, solid: int) -> str | None:
-        graph, trimmed = self.graph, self.trimmed
-        if is_turned(graph, solid, but=are_holes(graph)) or has_one_section(graph, trimmed, solid):
+        if members_of(self.graph, self.trimmed, solid).is_one or self._is_turned(solid):
             return None
-        share = 1.0
-        looks = built_up_shares(graph, trimmed, solid, [hits for hits, _ in LOOKS])
-        for (so_far, count), (_, clearly) in zip(looks, LOOKS, strict=True):
-            share = so_far if count >= FEWEST_POINTS else 1.0
-            if abs(share - LEAST_MEMBER) > clearly:
-                break
-        if share >= LEAST_MEMBER:
-            return None
-        return (
-            f"only {share:.0%} of its surface is on plates, bars or tubes, and it is neither turned nor of one section:"
-            " it looks cast, moulded or milled"
-        )
+        why = why_one_piece(self.graph, self.trimmed, solid)
+        if why is None and (share := built_up_share(self.graph, self.trimmed, solid)) < LEAST_TOUCHED:
+            why = f"several members explain it, but only {share:.0%} of its surface is on plates, bars or tubes"
+        return None if why is None else f"{why}: it looks cast, moulded or milled"
+
+    def _is_turned(self, solid: int) -> bool:
+        """Tell whether nearly the whole surface is round about one axis, holes and keyways left out."""
+        graph = self.graph
+        hollow = np.isin(graph.face_kind, (SurfaceKind.CYLINDER, SurfaceKind.CONE)) & (graph.face_outward < 0)
+        faces = np.flatnonzero(graph.face_solid == solid)
+        round_ = are_round(graph, faces)
+        points = sampled_surface(graph, self.trimmed, solid).face
+        fits = np.isin(points, faces[round_ | hollow[faces]])
+        return bool(round_.any() and len(fits) and fits.mean() >= LEAST_BUILT_UP)
 
 
-def has_one_section(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
-    """Tell whether a solid has one section from end to end, as if cut from plate, bar or profile.
+def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    """Tell why a solid looks as if it had been made as one piece; None if it may be a weldment.
 
-    All faces run along one direction, apart from holes and ends. Ends may be mitred, coped, chamfered or rounded; their
-    planes look outward, and they leave the middle of the solid alone. The end of a pocket looks inward.
+    Strips that may be beads do not count. Found once, and kept in `trimmed.known`.
     """
-    faces = np.flatnonzero(graph.face_solid == solid)
-    kind, hole = graph.face_kind[faces], are_holes(graph)[faces]
-    plane = kind == SurfaceKind.PLANE
-    if np.isin(kind, (SurfaceKind.NURBS, SurfaceKind.NONE)).any() or not (np.diff(trimmed.start)[faces] > 0).all():
+    key = ("one piece", solid)
+    if key not in trimmed.known:
+        trimmed.known[key] = _why_one_piece(graph, trimmed, solid)
+    why: str | None = trimmed.known[key]
+    return why
+
+
+def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
+    if is_turned(graph, solid):
+        return "all its faces are round about one axis, as on a turned part"
+    strips = np.zeros(graph.face_count, dtype=bool)
+    strips[[strip.face for strip in find_strips(graph, np.arange(len(graph.solid_names)) == solid)]] = True
+    share = built_up_share(graph, trimmed, solid, but=strips)
+    found = members_of(graph, trimmed, solid)
+    if share < LEAST_BUILT_UP and found.straight_share < LEAST_EXPLAINED:
+        return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
+    slab = next((one for one in found.members if one.is_slab), None)
+    if slab is not None and not found.is_box and all(one.thickness_mm >= THIN_MM for one in found.members):
+        return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
+    return None
+
+
+def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
+    """Tell which solids may have been welded from several members, shape (n,).
+
+    Of the solids that others touch, those are left out that are one plate with steps or mostly free-form sheet, and
+    those that are small beside the part while its other members were drawn as bodies of their own: they are rather
+    milled, pressed or forged.
+    """
+    found = count_solids(graph, trimmed, solids)
+    touched = _are_touched(graph, trimmed, gap_mm)
+    for row in np.flatnonzero(found).tolist():
+        solid = int(solids[row])
+        found[row] = why_one_piece(graph, trimmed, solid) is None
+        if found[row] and touched[solid]:
+            apart = members_of(graph, trimmed, solid)
+            members = apart.members
+            axes = np.array([one.axis for one in members]).reshape(-1, 3)
+            is_stepped = {one.kind for one in members} == {MemberKind.PLATE}
+            is_stepped &= bool((np.abs(axes @ axes[:1].T) > ON_COS).all())
+            sheets = [face for one in members if one.kind is MemberKind.SHEET for face in one.faces]
+            is_formed = apart.straight_share < LEAST_STRAIGHT
+            is_formed &= bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
+            found[row] = not is_stepped and not is_formed and not _is_detail(graph, trimmed, solid)
+    return found
+
+
+def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
+    """Tell which solids have boxes that are near those of others, crumbs left out, shape (S,)."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    own, other = BoxTree.of(low, high).meeting(low - gap_mm, high + gap_mm)
+    near = own[(own != other) & ~are_crumbs(graph, trimmed)[other] & count_solids(graph, trimmed, other)]
+    return np.asarray(np.bincount(near, minlength=len(low)) > 0, dtype=bool)
+
+
+def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
+    """Tell whether a solid is small beside a part of which several larger bodies are one member each."""
+    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
+    size = np.where((high >= low).all(axis=1), np.linalg.norm(high - low, axis=1), 0.0)
+    if size[solid] >= DETAIL * graph.size_mm:
         return False
-    z = graph.face_frame[faces, 3]
-    count = np.diff(trimmed.start)[faces]
-    points = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in faces.tolist()])
-    first = np.cumsum(count) - count
-    lines = (graph.edge_solid == solid) & (graph.edge_kind == CurveKind.LINE)
-    ways = _ways(np.concatenate([z, graph.edge_frame[lines, 1]]))
-    thin = np.ptp(points @ ways.T, axis=0).min()
-    may_end = plane | (_radii(graph, faces) <= LARGEST_ROUND * thin)
-    for way in ways:
-        at, cos = points @ way, z @ way
-        low, high = np.minimum.reduceat(at, first), np.maximum.reduceat(at, first)
-        near_end = END_SHARE * (high.max() - low.min())
-        looks = np.where(plane, cos * graph.face_outward[faces], 0.0)
-        is_end = (looks <= 0) & (high < low.min() + near_end) | (looks >= 0) & (low > high.max() - near_end)
-        along = np.where(plane, np.abs(cos) < ALONG_COS, np.abs(cos) > 1.0 - ALONG_COS) & np.isin(kind, STRAIGHT)
-        if (along | hole | (may_end & is_end)).all():
+    larger = [other for other in np.argsort(-size, kind="stable").tolist() if size[other] > size[solid]]
+    single = 0
+    for other in larger[:MOST_ASKED]:
+        members = members_of(graph, trimmed, other)
+        single += len(members.members) == 1 and members.share >= LEAST_BUILT_UP
+        if single >= DRAWN_APART:
             return True
     return False
 
 
-def _radii(graph: BrepGraph, faces: IntArray) -> FloatArray:
-    """Return the radii of rounds: of cylinders and spheres, of the bars of tori; of chamfers round an axis, zero."""
-    kind, param = graph.face_kind[faces], graph.face_param[faces]
-    radius = np.where(kind == SurfaceKind.TORUS, param[:, 1], param[:, 0])
-    return np.where(kind == SurfaceKind.CONE, 0.0, radius)
+def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
+    """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
+
+    Returns
+    -------
+    list of Issue
+        One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
+    """
+    told = []
+    for solid, count, why in find_whole_solids(graph, trimmed):
+        name = graph.solid_names[solid]
+        corners = counted(count, "inner corner")
+        text = f"{name} has {corners}, none taken for a weld: {why}. If they are welds: --concave always"
+        told.append(Issue("one-piece", text, (name,)))
+    return told
 
 
-def are_holes(graph: BrepGraph) -> BoolArray:
-    """Tell which faces are walls of holes, or of round roots: hollow cylinders and cones; shape (F,)."""
-    round_ = np.isin(graph.face_kind, (SurfaceKind.CYLINDER, SurfaceKind.CONE))
-    return np.asarray(round_ & (graph.face_outward < 0), dtype=bool)
+def find_whole_solids(graph: BrepGraph, trimmed: TrimmedFaces) -> list[tuple[int, int, str]]:
+    """Find the solids with concave edges that look as if made as one piece, at most `MOST_TOLD`.
 
-
-def _ways(z: FloatArray) -> FloatArray:
-    """Return the different directions among unit vectors, opposite ones once."""
-    turned = z * np.where(z[np.arange(len(z)), np.abs(z).argmax(axis=1)] < 0, -1.0, 1.0)[:, None]
-    rows: IntArray = np.unique(np.round(turned, 6), axis=0, return_index=True)[1]
-    return turned[rows]
+    Returns list of tuple. Number of the solid, how many concave edges it has, and why it is not a weldment.
+    """
+    solid_of = graph.face_solid[find_concave_edges(graph).pieces.wall]
+    solids, counts = np.unique(solid_of, return_counts=True)
+    most = np.argsort(-counts, kind="stable")[:MOST_TOLD]
+    pairs = zip(solids[most].tolist(), counts[most].tolist(), strict=True)
+    asked = [(solid, count, why_one_piece(graph, trimmed, solid)) for solid, count in pairs]
+    return [(solid, count, why) for solid, count, why in asked if why is not None]
