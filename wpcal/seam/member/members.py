@@ -359,7 +359,7 @@ def _on_details(graph: BrepGraph, surface: Surface, member: Member, convex: Bool
     cover = cover | (hollow & _are_only_beside(graph, known))[surface.face]
     broken = convex & ~np.where(is_plane, cos < 1.0 - ON_COS, is_round & (cos > ON_COS))
     whole = cover | (broken & _are_only_beside(graph, known | broken))[surface.face]
-    return whole if whole.mean() >= WHOLE else cover
+    return np.asarray(whole if whole.mean() >= WHOLE else cover, dtype=bool)
 
 
 def _are_only_beside(graph: BrepGraph, known: BoolArray) -> BoolArray:
@@ -373,7 +373,7 @@ def _are_only_beside(graph: BrepGraph, known: BoolArray) -> BoolArray:
 def _convex_faces(graph: BrepGraph, solid: int) -> BoolArray:
     """Tell which faces belong to a solid that has no hollow corner beside them, shape (F,)."""
     edges = _edges_inside(graph, solid)
-    convex = graph.face_solid == solid
+    convex = np.asarray(graph.face_solid == solid, dtype=bool)
     convex[graph.edge_faces[edges[are_concave(graph, edges)]]] = False
     return convex
 
