@@ -13,13 +13,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 115_750,
-    "lines of tests": 60_250,
+    "lines of wpcal and cad": 117_400,
+    "lines of tests": 60_900,
     "rooms": 20,
-    "arrows between rooms": 101,
+    "arrows between rooms": 102,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
-    "functions with more than 6 parameters": 87,
+    "functions with more than 6 parameters": 88,
     "functions with more than 10 branches, per thousand": 32,
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension, ast.Assert, ast.match_case)

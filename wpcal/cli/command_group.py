@@ -19,7 +19,7 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "Look at the part": ("features", "seams", "bodies", "torches"),
     "Choose and teach points": ("advise", "sheet", "touches", "pick", "teach", "taught", "match"),
     "Calibrate": ("calibrate", "report"),
-    "Weld data, programs and plans": ("welds", "export", "cell", "place", "plan", "bases"),
+    "Weld data, programs and plans": ("welds", "export", "touchup", "cell", "place", "plan", "bases"),
     "Batches and records": ("batch", "drift", "verify", "diff", "audit"),
     "A better robot": ("identify", "tcp", "correct"),
     "Without a part": ("fit", "study"),

@@ -32,6 +32,7 @@ RECORDS: Mapping[str, str] = {
     "wpcal/ros-sidecar/1": "wpcal.records.programs:RosSidecar",
     "wpcal/compas/1": "wpcal.records.programs:Compas",
     "wpcal/formats/1": "wpcal.records.programs:Formats",
+    "wpcal/touchup/1": "wpcal.records.programs:TouchUp",
     "wpcal/audit/1": "wpcal.records.programs:Audit",
     "wpcal/taught/1": "wpcal.records.points:Taught",
     "wpcal/match/1": "wpcal.records.points:Match",

@@ -8,6 +8,7 @@ from wpcal.records.parts import (
     Count,
     D,
     Matrix,
+    MatrixByRows,
     Maybe,
     NotNegative,
     Number,
@@ -254,3 +255,61 @@ class Audit(Record):
     files: list[File]
     not_audited: list[str] = D("Files of kinds that wpcal neither reads nor writes, or does not read back.")
     repaired: list[str] = D("Place and words of each repair that --fix made.")
+
+
+class CommonMotion(Record):
+    what: Literal["frame", "tool"]
+    T: MatrixByRows = D("frame: new = T old; tool: new = old T.")
+
+
+class ToolNames(Record):
+    written: list[str]
+    changed: list[str]
+
+
+class CorrectedPoint(Record):
+    seam: str
+    place: str = D("File and line in the changed program.")
+    p_base_mm: Vector = D("Where it was, before the frame or the tool was changed.")
+    moved_mm: Vector = D("From there, in base.")
+    along_mm: float = D("Of that, along the seam.")
+    across_mm: NotNegative
+    is_added: bool
+    is_end: bool = D("Whether a weld begins or ends there.")
+    is_used: bool = D("False: --not.")
+    is_exception: bool = D("Whether it contradicts the other corrections.")
+
+
+class KindOffset(Record):
+    kind: str = D("Kind of seam, or all seams.")
+    y_mm: float = D("In the axes of the seam.")
+    z_mm: float
+    sigma_mm: list[NotNegative] = D("Standard deviations of both.")
+
+
+class TouchedUpSeam(Record):
+    seam: str
+    corrected: Count = D("Points.")
+    was_off_mm: NotNegative = D("How far the program as written was off, at most, as far as is known now.")
+    error_95_before_mm: NotNegative | None = D("As the calibration stated it.")
+    error_95_mm: NotNegative = D("Error that is not exceeded with 95 % probability after the corrections.")
+    says: Text
+
+
+class TouchUp(Record):
+    """wpcal touch-up, version 1
+
+    Points corrected on the pendant, and what they say of every seam (wpcal touchup; touchup.json).
+    """
+
+    schema: Literal["wpcal/touchup/1"]
+    common: CommonMotion | None = D("By which most poses moved together.")
+    tools: ToolNames
+    points: list[CorrectedPoint]
+    deleted: list[str] = D("Files and lines of the program as written.")
+    unread: list[str] = D("Lines of the changed program that were not followed.")
+    hand_mm: Positive | None = D("Error of a correction per axis, stated or found.")
+    robot_mm: NotNegative | None = D("Amplitude of the robot's own error that explains them best.")
+    bodies: list[str] = D("Bodies that moved against the others.")
+    offsets: list[KindOffset] = D("Offsets that the person prefers.")
+    seams: list[TouchedUpSeam]

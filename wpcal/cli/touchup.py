@@ -1,0 +1,105 @@
+"""`wpcal touchup`: points that were corrected on the pendant, read back and used for the whole part."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wpcal.cli.option_groups import command, takes
+from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+
+if TYPE_CHECKING:
+    from wpcal.controllers.touchup.study import TouchUp, TouchUpOptions
+
+
+@command()
+@click.argument("program", metavar="CHANGED", type=click.Path(path_type=Path))
+@click.option("--of", "result", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Result: a folder.")
+@click.option(
+    "--written",
+    metavar="PROGRAM",
+    type=click.Path(path_type=Path),
+    help="The program as wpcal wrote it: a folder or a file.  [default: DIR/FORMAT]",
+)
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Output: a folder.  [default: nothing is written]")
+@takes("options", "wpcal.controllers.touchup.study:TouchUpOptions")
+@click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
+@click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was corrected, and what follows.")
+def touchup(
+    *,
+    program: Path,
+    result: Path,
+    written: Path | None,
+    out: Path | None,
+    options: TouchUpOptions,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Read CHANGED, a program of wpcal as it came back from the robot with points corrected on the pendant.
+
+    A corrected weld point says where its seam is. The error of every seam is computed anew, and with --out the program
+    is written again: what was corrected by hand stays to the digit, the other points of seams go where the corrections
+    have them.
+
+    Ends with code 1 if a correction contradicts the others, or a seam is less sure than the calibration promised.
+    """
+    from wpcal.controllers.touchup.poses import read_program
+    from wpcal.controllers.touchup.record import sentences, touch_up_record
+    from wpcal.controllers.touchup.rewrite import moved_text
+    from wpcal.controllers.touchup.study import TouchUp
+    from wpcal.core.records import check_writable, new_directory, to_json
+    from wpcal.results.folder import read_finished
+
+    if out is not None:
+        check_writable(out, overwrite=force)
+    finished = read_finished(result)
+    before = read_program(written or _written_of(program, result))
+    found = TouchUp(finished, before, read_program(program, like=before), options)
+    record = touch_up_record(found)
+    if as_json:
+        click.echo(to_json(record), nl=False)
+    else:
+        _show(found)
+        for sentence in sentences(found):
+            click.echo(sentence)
+    if out is not None:
+        texts = moved_text(found.changed, found.shifts)
+        with new_directory(out, overwrite=force, head="touchup.json") as folder:
+            for name, data in texts.items():
+                (folder / name).write_bytes(data)
+            (folder / "touchup.json").write_text(to_json(record), encoding="utf-8")
+        click.echo(f"wrote {', '.join([*texts, 'touchup.json'])} to {out}; NOT CHECKED: RUN IT DRY FIRST", err=as_json)
+    return 1 if found.exceptions or any("less sure" in each.says for each in found.seams) else 0
+
+
+def _written_of(program: Path, result: Path) -> Path:
+    """Return where `wpcal export` puts programs of this language."""
+    from wpcal.controllers.registry import controller_of_program
+    from wpcal.core.errors import InputError
+
+    files = sorted(program.iterdir()) if program.is_dir() else [program]
+    for path in files:
+        controller = controller_of_program(path)
+        if controller is not None and (result / controller.name).is_dir():
+            return result / controller.name
+    raise InputError(f"{result}: no program as written is in it for {program}; give it as --written")
+
+
+def _show(found: TouchUp) -> None:
+    from rich.table import Table
+
+    from wpcal.cli.console import plain_console
+
+    table = Table(title=f"{len(found.points)} corrected points")
+    table.add_column("seam")
+    for heading in ("corrected", "was off mm", "95 % before mm", "95 % now mm"):
+        table.add_column(heading, justify="right")
+    table.add_column("")
+    for each in found.seams:
+        before = "" if each.before_95_mm is None else f"{each.before_95_mm:.2f}"
+        table.add_row(
+            each.name, str(each.corrected or ""), f"{each.was_off_mm:.2f}", before, f"{each.after_95_mm:.2f}", each.says
+        )
+    plain_console().print(table)

@@ -1,0 +1,100 @@
+"""``touchup.json``: what was corrected on the pendant and what follows, as plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from wpcal.calibrate.corrections import KindOffset
+from wpcal.controllers.touchup.study import CorrectedPoint, TouchUp
+
+SCHEMA = "wpcal/touchup/1"
+
+
+def touch_up_record(found: TouchUp) -> dict[str, Any]:
+    """Return plain values for a JSON file."""
+    explained = found.explanation
+    exceptions = {point.row for point in found.exceptions}
+    return {
+        "schema": SCHEMA,
+        "common": None
+        if found.common is None
+        else {"what": "tool" if found.common[1] else "frame", "T": found.common[0].tolist()},
+        "tools": {"written": sorted(found.written.tools), "changed": sorted(found.changed.tools)},
+        "points": [_point(point, found, exceptions) for point in found.points],
+        "deleted": [found.written.poses[row].where for row in found.pairs.deleted],
+        "unread": list(found.changed.unread),
+        "hand_mm": None if explained is None else explained.node.hand_mm,
+        "robot_mm": None if explained is None else explained.node.amplitude_mm,
+        "bodies": list(found.bodies),
+        "offsets": [
+            {"kind": kind, "y_mm": float(c.mean_mm[0]), "z_mm": float(c.mean_mm[1]), "sigma_mm": c.sigma_mm.tolist()}
+            for kind, c in found.offsets.items()
+        ],
+        "seams": [
+            {
+                "seam": each.name,
+                "corrected": each.corrected,
+                "was_off_mm": each.was_off_mm,
+                "error_95_before_mm": each.before_95_mm,
+                "error_95_mm": each.after_95_mm,
+                "says": each.says,
+            }
+            for each in found.seams
+        ],
+    }
+
+
+def _point(point: CorrectedPoint, found: TouchUp, exceptions: set[int]) -> dict[str, Any]:
+    return {
+        "seam": found.part.seams[point.seam].name,
+        "place": point.place,
+        "p_base_mm": point.at.tolist(),
+        "moved_mm": point.moved.tolist(),
+        "along_mm": float(point.in_seam[0]),
+        "across_mm": float(np.linalg.norm(point.in_seam[1:])),
+        "is_added": point.is_added,
+        "is_end": point.is_end,
+        "is_used": point.is_used,
+        "is_exception": point.row in exceptions,
+    }
+
+
+def sentences(found: TouchUp) -> list[str]:
+    """Return what a person should know, one sentence each."""
+    old, new = (", ".join(sorted(program.tools)) for program in (found.written, found.changed))
+    deleted = "; ".join(found.written.poses[row].where for row in found.pairs.deleted)
+    return [
+        *_common(found),
+        *([f"the tool was {old}, now {new}"] if old != new else ()),
+        *(f"{name} has moved against the other bodies" for name in found.bodies),
+        *(_offset(kind, offset) for kind, offset in found.offsets.items()),
+        *(
+            f"{point.place} ({found.part.seams[point.seam].name}) contradicts the other corrections by "
+            f"{np.linalg.norm(point.in_seam[1:]):.2f} mm: kept, but taken for an exception (a clamp, a tack)"
+            for point in found.exceptions
+        ),
+        *([f"deleted on the pendant: {deleted}"] if deleted else ()),
+        *(f"NOT READ: {each}" for each in found.changed.unread),
+    ]
+
+
+def _common(found: TouchUp) -> list[str]:
+    if found.common is None:
+        return []
+    T, is_tool = found.common
+    turn = np.degrees(np.arccos(np.clip((np.trace(T[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
+    what, place = ("tool was changed", "tool") if is_tool else ("frame was moved", "place of the part")
+    return [
+        f"the {what}: all poses by {np.linalg.norm(T[:3, 3]):.2f} mm at its origin and {turn:.2f}°; this counts as the "
+        f"{place}, not as corrections"
+    ]
+
+
+def _offset(kind: str, offset: KindOffset) -> str:
+    (y, z), (sy, sz) = offset.mean_mm, 2.0 * offset.sigma_mm
+    return (
+        f"{kind}: corrections are offset by y {y:+.2f} ± {sy:.2f} mm, z {z:+.2f} ± {sz:.2f} mm in the seam's axes, "
+        "taken for a preference, not for the part's place (--keep-offset gives it to all such seams)"
+    )
