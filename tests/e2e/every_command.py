@@ -10,6 +10,7 @@ import numpy as np
 
 from tests.drift_jobs import Planted, simulated_jobs, write_batch
 from tests.one_robot_cells import one_robot_record, write_cell
+from tests.running import run_here
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -47,6 +48,7 @@ COMMANDS = {
     "tcp": "joints.csv --robot mh6",
     "torches": "-o torches.svg",
     "touches": "tee.step --touches 6 -o new",
+    "touchup": "back/WPCAL.mod --of out --written written -o new",
     "verify": "out",
     "welds": "out",
 }
@@ -94,5 +96,11 @@ def write_inputs(folder: Path) -> None:
     (folder / "touched.csv").write_text(touched_rows())
     write_batch(folder / "many", simulated_jobs(40, seed=1, planted=(Planted("P3", 20, 1.0),)), failed=1)
     (folder / "jobs.csv").write_text("job,part,taught\none,tee.step,taught.csv\n")
+    done = run_here("export", FIXTURES / "tee" / "golden", "-f", "rapid", "-o", folder / "as", "--only", "W2,W3")
+    assert done.returncode == 0, done.stderr
+    (folder / "as" / "rapid").rename(folder / "written")
+    text = (folder / "written" / "WPCAL.mod").read_text(encoding="utf-8")
+    (folder / "back").mkdir()
+    (folder / "back" / "WPCAL.mod").write_text(text.replace("56.00000,10.00000]", "55.60000,10.30000]"))
     target = "[[812.29,-240.62,165.80],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     (folder / "points.mod").write_text(f"MODULE M\n  CONST robtarget V2:={target};\nENDMODULE\n")

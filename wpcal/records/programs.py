@@ -276,7 +276,7 @@ class CorrectedPoint(Record):
     across_mm: NotNegative
     is_added: bool
     is_end: bool = D("Whether a weld begins or ends there.")
-    is_used: bool = D("False: --not.")
+    is_used: bool = D("False: --set-aside.")
     is_exception: bool = D("Whether it contradicts the other corrections.")
 
 
@@ -313,3 +313,4 @@ class TouchUp(Record):
     bodies: list[str] = D("Bodies that moved against the others.")
     offsets: list[KindOffset] = D("Offsets that the person prefers.")
     seams: list[TouchedUpSeam]
+    sentences: list[str] = D("What a person should know.")

@@ -103,6 +103,14 @@ def test_corrections_are_read_and_only_poses_are_written(written: Path, language
         places(texts, OTHER, unit)  # the other seam went along
 
 
+def test_an_arc_instruction_leads_to_the_start_and_an_output_burns_from_the_pose_before() -> None:
+    from wpcal.controllers.touchup.poses import read_program
+
+    examples = Path(__file__).parents[3] / "docs" / "examples" / "programs"
+    found = [pose for pose in read_program(examples / "abb-2").poses if pose.seam]
+    assert [pose.text.split(",")[0] for pose in found] == ["ArcLStart W2_0001", "ArcLEnd W2_0002"]
+
+
 def test_what_else_a_person_does_on_the_pendant_is_understood(written: Path, tmp_path: Path) -> None:
     shutil.copytree(written / "rapid", tmp_path / "back")
     path = tmp_path / "back" / "WPCAL.mod"

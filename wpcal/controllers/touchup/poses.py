@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -94,22 +94,28 @@ def _files_at(path: Path, like: ProgramText | None) -> dict[str, bytes]:
 
 
 def _poses(trace: Trace, files: Mapping[str, bytes]) -> Iterator[ProgramPose]:
-    """Yield poses; moves to joints have none. Along a seam are those between its marks, and the last one before."""
+    """Yield poses; moves to joints have none.
+
+    Along a seam are those between its marks. Where the arc is on before the first of them, the weld begins at the one
+    before; an instruction of arc welding leads to its start and then lights the arc.
+    """
     motions = iter(trace.motions)
-    seam, count, found = 0, 0, list[ProgramPose]()
+    seam, count, is_dry, lit, found = 0, 0, False, 0, list[ProgramPose]()
     for event in trace.events:
         if event.does is Does.MOVE:
             motion = next(motions)
+            is_lit = is_dry or (motion.arc_on and motion.place.line != lit)
+            if seam and found and not found[-1].seam and is_lit:
+                found[-1] = replace(found[-1], seam=seam)
             text = NUMBERED.sub("", text_at(motion.place, files)).strip()
             for T, is_via in ((motion.via, True), (motion.goal, False)):
                 if T is not None:
                     found.append(ProgramPose(motion.place, text, T, seam, is_via))
+        elif event.does is Does.ON:
+            lit = event.place.line
         elif event.does in (Does.START, Does.DRY) and not seam:
             count += 1
-            seam = count
-            if found:
-                before = found.pop()
-                found.append(ProgramPose(before.place, before.text, before.T, seam, before.is_via))
+            seam, is_dry, lit = count, event.does is Does.DRY, 0
         elif event.does in (Does.END, Does.DRY, Does.STOP):
             seam = 0
     yield from found

@@ -43,6 +43,7 @@ def touch_up_record(found: TouchUp) -> dict[str, Any]:
             }
             for each in found.seams
         ],
+        "sentences": sentences(found),
     }
 
 

@@ -39,11 +39,11 @@ class TouchUpOptions:
         None, "Error of a correction by hand per axis: 0.2, or from 8 points on what they show.", above=0.0
     )
     tack_mm: float | None = opt(
-        None, "Bodies may be off by so much per axis; without it they moved only if that explains much.", above=0.0
+        None, "Tack tolerance of the place of a body: standard deviation. Without it few bodies moved."
     )
-    tack_mrad: float = opt(3.0, "And turned by so much, with --tack-mm.", least=0.0)
+    tack_mrad: float = opt(3.0, "Tack tolerance of the turn of a body: standard deviation, with --tack-mm.")
     without: tuple[str, ...] = opt(
-        (), "Corrections of this seam are kept, but say nothing of the part.", "--not", many=True, metavar="SEAM"
+        (), "Corrections of this seam are kept, but say nothing of the part.", "--set-aside", many=True, metavar="SEAM"
     )
     smooth: bool = opt(False, "Put corrected points where the fit has them, all but exceptions.", "--smooth")
     keep_offset: bool = opt(False, "Give the offset that seams of a kind got to all of them.", "--keep-offset")
