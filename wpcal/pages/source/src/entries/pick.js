@@ -215,7 +215,7 @@ class Picker {
   /** All rows have coordinates: what to touch next, unless it is enough. */
   stepOn(answer) {
     this.isStepping = false;
-    if (answer?.verdict !== "PASS" && !("kind" in this.rows.rows[0])) this.suggest();
+    if (answer?.verdict !== "PASS" && !("kind" in this.rows.rows[0])) this.suggest(false);
   }
 
   /** What touches promise before they are made, if the table has such rows. */
@@ -246,13 +246,14 @@ class Picker {
     layout.showNotes(notes, answer?.exchanges ?? []);
   }
 
-  /** Asks which features to touch next, and adds rows for them. */
-  async suggest() {
+  /** Asks which features to touch next, and adds rows for them; unasked, only while no row is selected. */
+  async suggest(isAsked = true) {
     const { suggestButton } = this.layout;
     suggestButton.disabled = true;
-    this.status.say("choosing points …");
+    if (isAsked) this.status.say("choosing points …");
     const { answer, fault } = await post("suggest", this.rows.toRecord());
     suggestButton.disabled = false;
+    if (!isAsked && this.table.selected) return null; // the person went on meanwhile
     if (fault) return this.status.say(fault.message, "wrong");
     const { features, error_95_mm, seam, sigma_mm, touches = [] } = answer;
     const error = `${fixed(error_95_mm)} mm, on ${seam}, for a teaching error of ${short(sigma_mm)} mm per axis`;
