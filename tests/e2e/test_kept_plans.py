@@ -69,6 +69,22 @@ def test_names_are_changed_without_planning(kept: Path, tmp_path: Path, monkeypa
     assert text == before.replace("WPCAL", "NIGHT").replace("tTorch", "tGun")
 
 
+def test_the_tool_is_set_where_it_is_asked_for(kept: Path, tmp_path: Path) -> None:
+    """The judge executes the programs with the tool that they set."""
+    formats = ("rapid", "krl", "fanuc", "urscript", "as")
+    words = [word for name in formats for word in ("-f", name)]
+    done = run_here("export", kept, *words, "--set-tool", "-o", tmp_path / "set")
+    assert done.stdout.count(f" in {tmp_path}") >= 4  # the arm has no coupling as FANUC needs it
+    record = json.loads((kept / "input" / "cell.json").read_text())["torch_robot"]["T_flange_tool"]
+    x = record["xyz_mm"][0] if isinstance(record, dict) else record[0][3]
+    for name, before in (("rapid", "tTorch.tframe:=[["), ("krl", "TOOL_DATA[1]={X "), ("as", "tTorch ")):
+        text = "".join(path.read_text() for path in (tmp_path / "set" / name).iterdir())
+        assert f"{before}{x:g}." in text or f"{before}{x:.3f}" in text, name
+        assert "SETS THE TOOL DATA" in text
+    done = run_here("export", kept, "-f", "inform", "--set-tool", "-o", tmp_path / "no")
+    assert (done.returncode, "programs do not set the tool data" in done.stderr) == (2, True)
+
+
 def test_the_arc_is_switched_on_later(kept: Path, tmp_path: Path) -> None:
     words = ("--arc", "on", "--welds", welds_file(tmp_path))
     done = run_here("export", kept, "-f", "rapid", *words, "-o", tmp_path / "again")

@@ -109,7 +109,7 @@ def _external(axes: list[str]) -> str:
 
 class _Rapid(WeldWriter):
     format, names, longest_comment, zone_mm = "rapid", NAMES, LONGEST_COMMENT, ZONE_MM
-    starts_in_air = False
+    starts_in_air, sets_tool = False, True
     air = "vAir"
 
     def __init__(self, program: WeldProgram) -> None:
@@ -131,7 +131,7 @@ class _Rapid(WeldWriter):
         head = [f"MODULE {module}", *self.post.header(self._about()), *self._data()]
         self.tool = own_name(program.controller.tool_name, NAMES, what="tool")
         off, on = ((), ()) if program.arm is not None else (OFF, ON)
-        between, calls, procedures = self.between(), list[str](), list[str]()
+        between, calls, procedures = self.between(), self._tool_lines(), list[str]()
         if self.follows:
             calls.append(f"    ActUnit {UNIT};")
         for (before, last), path in zip(between, program.paths, strict=False):
@@ -158,8 +158,13 @@ class _Rapid(WeldWriter):
         """Return the procedure that welds one seam from home."""
         stem = self.stems[path.seam.name]
         lines = self.alone(row, [f"    {PROCEDURE}{stem};"])
+        lines = [*self._tool_lines(), *lines] if lines else []
         unit = [f"    ActUnit {UNIT};"] if self.follows else []
         return ["", f"  PROC {ALONE}{stem}()", *self.run([*unit, *lines]), "  ENDPROC"] if lines else []
+
+    def _tool_lines(self) -> list[str]:
+        tool = self.program.tool_data
+        return [] if tool is None else [f"    {self.tool}.tframe:=[{rapid_frame(tool)[0]}];"]
 
     def _about(self) -> list[str]:
         program = self.program

@@ -21,7 +21,6 @@ import numpy as np
 
 from wpcal.controllers.fanuc.write import (
     CONFIGURATION,
-    DECIMALS,
     JOINT_PERCENT,
     LANGUAGE,
     LONGEST_REMARK,
@@ -33,7 +32,6 @@ from wpcal.controllers.fanuc.write import (
     tp_file,
     tp_speed,
 )
-from wpcal.controllers.language.rounding import zyx_degrees
 from wpcal.controllers.language.touch import NOT_RUN, Numbers, SearchText, TouchWriter
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
 from wpcal.core.errors import InputError
@@ -89,7 +87,6 @@ class _TpTouches(TouchWriter):
     def files(self) -> dict[str, str]:
         setup = self.setup.fanuc
         signal, enable = f"DI[{self.signal}]", f"DO[{self.enable}]" if self.enable else ""
-        frame = [*self.frame.t_mm.tolist(), *zyx_degrees(self.frame.R, decimals=DECIMALS).tolist()]
         count, halves = len(self.plan.searches), halves_of(self.plan.fingerprint)
         tool = self.controller.tool_number
         lines = self.lines(
@@ -99,7 +96,7 @@ class _TpTouches(TouchWriter):
             first=setup.first_register,
             place=setup.first_position_register,
             schedule=setup.schedule,
-            frame=set_frame(self.setup.frame_number, setup.first_position_register, frame),
+            frame=set_frame(self.setup.frame_number, setup.first_position_register, self.frame),
             registers=(*halves, self.setup.frame_number, tool, count, *[NOT_RUN] * count, 0),
             near_speed=lambda: tp_speed(self.setup.approach_speed_mm_s),
             search_speed=lambda: tp_speed(self.setup.search_speed_mm_s),

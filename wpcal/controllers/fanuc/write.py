@@ -28,6 +28,7 @@ from wpcal.controllers.program.describe import describe_path
 from wpcal.controllers.program.planned import JointMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
 
 NAMES = NameRules("FANUC", 32, "aux com1 com2 con lpt1 lpt2 nul prn")
 """Names of programs have up to 36 characters. A file must not have the name of a device of the controller."""
@@ -156,18 +157,20 @@ def joint_bodies(head: str, joints: FloatArray) -> list[Body]:
 FRAME_REGISTER = 51  #: The position register by which a program sets its user frame, as touch programs do by default.
 
 
-def set_frame(number: int, register: int, values: Sequence[float]) -> list[str]:
-    """Return what sets a user frame: X Y Z W P R, mm and deg. LPOS makes the register one of six numbers."""
+def set_frame(number: int, register: int, T: RigidTransform, *, what: str = "UFRAME") -> list[str]:
+    """Return what sets a user frame or a tool: X Y Z W P R, mm and deg. LPOS makes the register one of six numbers."""
+    values = [*T.t_mm.tolist(), *zyx_degrees(T.R, decimals=DECIMALS).tolist()]
     texts = [f"({v:.{DECIMALS}f})" if v < 0.0 else f"{v:.{DECIMALS}f}" for v in values]  # TP wants brackets
     return [
         f"  PR[{register}]=LPOS",
         *(f"  PR[{register},{row}]={text}" for row, text in enumerate(texts, 1)),
-        f"  UFRAME[{number}]=PR[{register}]",
+        f"  {what}[{number}]=PR[{register}]",
     ]
 
 
 class _Tp(JobWriter):
     format, names, longest_comment, zone_mm, language = "fanuc", NAMES, LONGEST_REMARK, ZONE_MM, LANGUAGE
+    sets_tool = True
     first = f"{JOINT_PERCENT}%"
 
     def __init__(self, program: WeldProgram) -> None:
@@ -175,8 +178,11 @@ class _Tp(JobWriter):
         controller = program.controller
         self.head = f"\tUF : {controller.frame_number}, UT : {controller.tool_number},"
         self.frame = [f"  UFRAME_NUM={controller.frame_number}", f"  UTOOL_NUM={controller.tool_number}"]
-        values = [*self.T_base_frame.t_mm.tolist(), *zyx_degrees(self.T_base_frame.R, decimals=DECIMALS).tolist()]
-        own = set_frame(controller.frame_number, FRAME_REGISTER, values) if controller.frame_number else []
+        own, tool = list[str](), program.tool_data
+        if tool is not None:
+            own = [*set_frame(controller.tool_number, FRAME_REGISTER, tool, what="UTOOL"), self.frame[1]]
+        if controller.frame_number:
+            own += set_frame(controller.frame_number, FRAME_REGISTER, self.T_base_frame)
         self.start = [self.frame[1], *own, self.frame[0]]
         self.groups = TWO_GROUPS if self.planned is not None and self.planned.turning else ONE_GROUP
 

@@ -54,7 +54,8 @@ def asked_of(program: WeldProgram, *, alone: bool = False) -> Asked:
     p = np.array([np.full(3, np.nan) if at is None else at[0] for at, _, _ in rows]).reshape(-1, 3)
     R = np.array([nowhere if at is None else at[1] for at, _, _ in rows]).reshape(-1, 3, 3)
     joints = np.array([no_joints if q is None else q for _, q, _ in rows]).reshape(-1, 6)
-    return Asked(p, R, joints, np.array([stops for *_, stops in rows], dtype=bool))
+    tool = TOOL_OF_CONTROLLER if program.tool_data is None else program.tool_data.matrix
+    return Asked(p, R, joints, np.array([stops for *_, stops in rows], dtype=bool), T_flange_tool=tool)
 
 
 def asked_of_touches(program: TouchProgram) -> Asked:

@@ -114,7 +114,8 @@ class Interpreter(BlockInterpreter):
         self.latched: list[Transformation] = []
         self.latch: int | None = None
         super().__init__(files, *args, **given)
-        self.values |= {name.upper(): Transformation(T) for name, T in {**self.tools, **self.bases}.items()}
+        given = {name.upper(): Transformation(T) for name, T in {**self.tools, **self.bases}.items()}
+        self.values = given | self.values  # a file that is loaded sets what it declares
 
     # -- loading ---------------------------------------------------------------------------------------------------
 

@@ -106,7 +106,7 @@ def as_frame_text(T: RigidTransform) -> str:
 
 class _As(WeldWriter):
     format, names, longest_comment, zone_mm = "as", NAMES, LONGEST_COMMENT, ACCURACY_MM
-    starts_in_air = False
+    starts_in_air, sets_tool = False, True
     first = f"{JOINT_PERCENT}"
 
     def __init__(self, program: WeldProgram) -> None:
@@ -129,7 +129,8 @@ class _As(WeldWriter):
 
     def files(self) -> dict[str, str]:
         program, between = self.program, self.between()
-        points = [f"{PART} {as_frame_text(self.T_base_frame)}"]
+        points, tool = [f"{PART} {as_frame_text(self.T_base_frame)}"], program.tool_data
+        points += [] if tool is None else [f"{program.controller.tool_name} {as_frame_text(as_frame(tool))}"]
         if program.safe_point is not None:
             points += self._points([SAFE_POINT], program.safe_point)
         seams = list[str]()

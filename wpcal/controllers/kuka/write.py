@@ -105,7 +105,7 @@ def _external(axes: Sequence[str]) -> str:
 
 class _Krl(WeldWriter):
     format, names, longest_comment, zone_mm = "krl", NAMES, LONGEST_COMMENT, BLEND_MM
-    starts_in_air = False
+    starts_in_air, sets_tool = False, True
 
     def __init__(self, program: WeldProgram) -> None:
         super().__init__(program)
@@ -226,10 +226,11 @@ class _Krl(WeldWriter):
 
     def _start(self) -> list[str]:
         controller = self.program.controller
-        turns = self.planned is not None and self.planned.turning
+        turns, tool = self.planned is not None and self.planned.turning, self.program.tool_data
         return [
             "BAS(#INITMOV,0)",
             f"BAS(#VEL_PTP,{self.percent:.0f})",
+            *(() if tool is None else (f"TOOL_DATA[{controller.tool_number}]={krl_frame_text(tool)}",)),
             f"$TOOL=TOOL_DATA[{controller.tool_number}]",
             *(() if turns else (f"BASE_DATA[{controller.frame_number}]=WP_PART",)),
             f"$BASE={'EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,WP_PART)' if self.follows else 'WP_PART'}",

@@ -12,6 +12,7 @@ from wpcal.controllers.language.post import Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import ArcSettings, end_time_s, has_weave, refuse
 from wpcal.controllers.program.describe import describe_path
+from wpcal.core.errors import InputError
 from wpcal.robot.moves import Arc
 
 Instructions = Callable[[], Sequence[str]]
@@ -44,9 +45,12 @@ class WeldWriter:
     #: Whether a seam is a routine of its own, to which the last joint move of a plan before it belongs: the seam can
     #: then be run alone.
     calls_seams: ClassVar[bool] = True
+    sets_tool: ClassVar[bool] = False  #: Whether programs can set the tool data.
 
     def __init__(self, program: WeldProgram) -> None:
         self.program, self.planned = program, program.planned
+        if program.tool_data is not None and not self.sets_tool:
+            raise InputError(f"{self.names.language}: programs do not set the tool data (--set-tool): type them in")
         self.post = Post(self.format, program)
 
     @property

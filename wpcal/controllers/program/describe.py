@@ -107,6 +107,8 @@ def describe(program: WeldProgram) -> list[str]:
             lines.append(record["judgement"]["sentence"])
     if program.planned is not None:
         lines += program.planned.about
+        if program.tool_data is not None:
+            lines.append("SETS THE TOOL DATA to this tool: a tool centre point that was measured is overwritten")
         lines += [] if program.tolerance is None else [describe_moves(program)]
         return [*lines, arc_in_words(program.arc), *(program.checked or [UNCHECKED]), *woven, *PLAN_NOT_CHECKED]
     lines += [

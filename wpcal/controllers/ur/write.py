@@ -83,7 +83,7 @@ def poses_in_part(p: FloatArray, R: FloatArray) -> list[str]:
 
 class _Script(WeldWriter):
     format, names, longest_comment, zone_mm = "urscript", NAMES, LONGEST_COMMENT, BLEND_MM
-    calls_seams = False
+    calls_seams, sets_tool = False, True
     first = JOINT_LIMITS
 
     @property
@@ -94,12 +94,13 @@ class _Script(WeldWriter):
         program, self.T_base_frame = self.program, script_frame(self.program.T_base_part)
         if self.planned is not None:
             self.joints = np.concatenate([moves.joints for moves in self.planned.air])
-        name, between = safe_name(program.controller.program_name, NAMES), self.between()
+        name, between, tool = safe_name(program.controller.program_name, NAMES), self.between(), program.tool_data
         frame = poses_of(self.T_base_frame.t_mm[None], self.T_base_frame.R[None])[0]
         lines = [
             f"def {name}():",
             *self.post.header(self._about()),
             f"  wp_part = {frame}",
+            *(() if tool is None else (f"  set_tcp({poses_of(tool.t_mm[None], tool.R[None])[0]})",)),
             *self.post.hook("before_run"),
         ]
         safe = [] if program.safe_point is None else poses_in_part(*program.safe_point.poses_in(self.T_base_frame))
