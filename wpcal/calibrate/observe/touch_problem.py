@@ -138,9 +138,13 @@ class TouchProblem(FitProblem):
         sigma_mm = self.teaching.tested_sigma_mm(posed.p_base)
         pose, information, J = squares_of(posed, self.start, sigma_mm)
         frames = np.array([self.postures[name] for name in posed.names])
+        stated = self.teaching.tcp_bias_mm**2 / 3.0 * np.eye(3)
+        if posed.shared is not None:  # an error that is the same in the tool at all touches, as that of the stick-out
+            fixed = frames.swapaxes(1, 2) @ posed.shared
+            stated = stated + fixed.mean(axis=0) @ fixed.mean(axis=0).T
         is_scaled = self.has_covariances or sigma_mm is not None
         numbers = int(pose.at.rank.sum())
-        rows = PosedRows(pose.at.d, J, pose.at.A @ frames, information, numbers, is_scaled)
+        rows = PosedRows(pose.at.d, J, pose.at.A @ frames, information, numbers, is_scaled, stated)
         wrong = () if self.contradicted is None else self.contradicted.names
         rest = least_without(posed, pose, sigma_mm, wrong)
         return find_tool_offset(rows, rival_squares=rest, rival_count=max(len(wrong), 1))

@@ -1,10 +1,11 @@
 r"""Which touches do the others contradict? One touch or a pair is left out in turn, and the fits are compared.
 
 With a the residuals of the fit in units of their errors and :math:`Q = I - H` the matrix that leaves of an error what
-the residuals show of it, leaving out the numbers K of one or two touches lowers the sum of squares by
-:math:`a_K^\top Q_{KK}^{-1} a_K`. That is exact while nothing turns; the best sets are therefore fitted again. The drop
-is :math:`\chi^2` with as many degrees of freedom as the touches gave numbers, or F if no error is stated. The level is
-divided by the number of sets (Bonferroni), and a set is the answer only if the rest agrees.
+the residuals show of it beside the pose and errors that all touches share, leaving out the numbers K of one or two
+touches lowers the sum of squares by :math:`a_K^\top Q_{KK}^{-1} a_K`. That is exact while nothing turns; the best sets
+are therefore fitted again. The drop is :math:`\chi^2` with as many degrees of freedom as the touches gave numbers, or F
+if no error is stated. The level is divided by the number of sets (Bonferroni), and a set is the answer only if the rest
+agrees.
 
 References
 ----------
@@ -14,7 +15,7 @@ Baarda (1968), A testing procedure for use in geodetic networks. Cook, Weisberg 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb, log
 
@@ -55,16 +56,21 @@ class _Rows:
 
     @classmethod
     def of(cls, touches: Touches, start: Pose, sigma_mm: float | None) -> _Rows:
-        stated = touches.covariances is not None
+        stated, shared = touches.covariances is not None, touches.shared
         unit = 1.0 if stated or sigma_mm is None else max(sigma_mm, LEAST_SIGMA_MM)
-        pose, information, jacobians = squares_of(touches, start, sigma_mm)
+        own = touches
+        if touches.covariances is not None and shared is not None:
+            own = replace(touches, covariances=touches.covariances - shared @ shared.swapaxes(1, 2))
+        pose, information, jacobians = squares_of(own, start, sigma_mm)
         values, vectors = np.linalg.eigh(information)
         owner, axis = np.nonzero(values > 1e-9 * values.max(axis=1, keepdims=True))
         root = np.sqrt(values[owner, axis])[:, None] * vectors[owner, :, axis]
         J = np.einsum("mi,mik->mk", root, jacobians[owner])
-        U, S, _ = np.linalg.svd(J, full_matrices=False)
+        common = J if shared is None else np.column_stack([J, np.einsum("mi,mik->mk", root, shared[owner])])
+        U, S, _ = np.linalg.svd(common / np.maximum(np.linalg.norm(common, axis=0), 1e-300), full_matrices=False)
         U = U[:, HELD * S[0] < S]
         a = np.einsum("mi,mi->m", root, pose.at.d[owner])
+        a = a if shared is None else a - U @ (U.T @ a)
         return cls(touches, pose, stated or sigma_mm is not None, unit, a, U, owner, J)
 
     @property
@@ -73,7 +79,7 @@ class _Rows:
 
     @property
     def freedom(self) -> int:
-        return len(self.a) - 6
+        return len(self.a) - max(int(self.U.shape[1]), 6)
 
     def floor(self, freedom: int) -> float:
         """Sum of squares that a controller's last digit alone leaves."""
@@ -93,8 +99,8 @@ class _Rows:
 
     def totals_without(self, sets: Sequence[Sequence[int]]) -> list[float]:
         """Fit again without each of some sets of touches, all fits at once; return the sums of squares."""
-        if not sets:
-            return []
+        if not sets or self.touches.shared is not None:  # the fit has no unknowns for errors that all touches share
+            return [max(self.total - self.without(left_out)[0], 0.0) for left_out in sets]
         kept = np.ones((len(sets), len(self.touches)))
         for k, left_out in enumerate(sets):
             kept[k, list(left_out)] = 0.0

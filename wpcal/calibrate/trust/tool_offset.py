@@ -6,15 +6,15 @@ which leaves no residual. In several postures it does:
 
 .. math:: r_i = J_i \xi + R_i b + e_i.
 
-b is estimated together with the small motion of the part, and tested against zero (F test; :math:`\chi^2` where the
-teaching error is stated). A single wrong touch takes as many numbers as b. The two explanations are therefore compared
-by their likelihood.
+b is estimated together with the small motion of the part, and tested against zero, or against what is stated of it (F
+test; :math:`\chi^2` where the teaching error is stated). A single wrong touch takes as many numbers as b. The two
+explanations are therefore compared by their likelihood.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,6 +43,8 @@ class PosedRows:
     information: FloatArray  #: shape (n, 3, 3). Inverse covariances, mm⁻²; of unit size if no error is stated.
     numbers: int  #: How many numbers were observed: 3 at a point, 1 on a face.
     is_scaled: bool  #: Whether the information is known with its size.
+    #: shape (3, 3). What is stated of b, as of the stick-out of the wire, in the axes of the tool, mm².
+    stated: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +131,10 @@ def find_tool_offset(rows: PosedRows, *, rival_squares: float | None = None, riv
     total, drop = float(r @ r), float(along @ along)
     rest = max(total - drop, 0.0)
     floor = left * float(np.trace(rows.information, axis1=1, axis2=2).mean()) / 3.0 * FLOOR_MM**2
-    chance = float(chdtrc(k, drop) if rows.is_scaled else fdtrc(k, left, drop / k / ((rest + floor) / left)))
+    unit = 1.0 if rows.is_scaled else (rest + floor) / left
+    shown = S[:k, None] * Vt[:k]
+    unexpected = float(along @ np.linalg.solve(unit * np.eye(k) + shown @ rows.stated @ shown.T, along))
+    chance = float(chdtrc(k, unexpected) if rows.is_scaled else fdtrc(k, left, unexpected / k))
     b = Vt[:k].T @ (along / S[:k])
     if chance >= FALSE_ALARM or np.linalg.norm(b) <= FLOOR_MM:
         return None

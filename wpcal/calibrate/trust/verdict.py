@@ -280,10 +280,14 @@ class VerdictEvidence:
             for issue in self.issues:
                 if issue.code == SCALE:
                     yield Ground.told(VerdictReason.SCALE, issue.message)
+            than = f"larger than the stated teaching error of {self.sigma.mm:.3g} mm per axis explains"
+            rows = self.fit.budget.belief.rows
+            if self.problem.has_covariances and rows is not None:
+                times = float(np.sqrt(np.mean(rows.y**2)))
+                than = f"{times:.2g} times as large as the stated errors of the {plural(self.word)} explain"
             sentence = (
-                f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are larger than the stated teaching error of "
-                f"{self.sigma.mm:.3g} mm per axis explains: a {self.word} is wrong, the part differs from its model, "
-                "or the stated error is too small"
+                f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are {than}: a {self.word} is wrong, the part "
+                "differs from its model, or the stated error is too small"
             )
             yield Ground(VerdictReason.STATED_ERROR, sentence)
 
