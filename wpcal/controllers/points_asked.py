@@ -34,7 +34,8 @@ class PointsAsked:
     )
     robot: str | None = opt(
         None,
-        "Arm: the name of a shipped arm, an arm file or a URDF file. For points stored as joint angles.",
+        "Arm: the name of a shipped arm, an arm file or a URDF file. For points stored as joint angles. For `wpcal "
+        "pick` and `wpcal teach` also the robot itself, as KIND:ADDRESS: its position is read.",
         metavar="ARM",
     )
     points: str | None = opt(None, "Only these points of a program.", metavar="P1,P2")

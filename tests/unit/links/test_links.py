@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from tests.few import few
-from tests.robot_servers import PASSWORD, USER, Robot, damaged
+from tests.robot_servers import PASSWORD, USER, Robot, damaged, page
 from wpcal.core.transform import RigidTransform
 from wpcal.links import abb, fanuc, judge, kuka, ur, wire
-from wpcal.links.judge import STILL_MM, ArmMovesError, RowJudge
+from wpcal.links.judge import STILL_MM, Accepted, ArmMovesError, RowJudge
 from wpcal.links.reading import Address, LinkError, Reading, RobotLink, Setting
 from wpcal.links.registry import installed_links, link_opener
 from wpcal.links.watch import Watch
@@ -167,7 +167,34 @@ def test_a_robot_that_is_not_there_is_one_line_at_once_and_found_when_it_is_back
     watch = Watch(lambda: opened("kuka", port), RowJudge())
     with pytest.raises(LinkError, match="no connection"):
         watch.take()
+    with robot.serve("kuka", port=port):
+        assert found_again(watch).T_base_tool.is_close(robot.T_base_tool, atol_mm=1e-4, atol_rad=1e-6)
     watch.close()
+
+
+def found_again(watch: Watch) -> Accepted:
+    """Press the key until the robot answers."""
+    while True:
+        with contextlib.suppress(LinkError):
+            return watch.take()
+
+
+@pytest.mark.parametrize("is_new", [True, False])
+def test_the_page_of_a_public_controller_is_read(is_new: bool) -> None:
+    """As printed by R-30iA (V7.70) and R-30iB Plus (V9.40): zeros before the point are dropped, other groups follow."""
+    place = RigidTransform.from_six_tuple([-0.06, 836.54, 328.94, 0.2, 0, -1.5], target="base", source="tool")
+    text = page(Robot(T_base_tool=place), is_new=is_new).replace("-0.06", " -.06")
+    found = fanuc.reading_of_page(text, 0.0)
+    assert found.T_base_tool.is_close(place, atol_mm=2 * PRINTED_MM, atol_rad=2 * PRINTED_RAD)
+    for wrong in (
+        text.replace("  -.06", "******"),
+        text.replace("Group #:  1", "Group #:  3"),
+        text[:400],
+        "",
+        "4" * 9000,
+    ):
+        with pytest.raises(LinkError):
+            fanuc.reading_of_page(wrong, 0.0)
 
 
 def test_the_certificate_of_the_first_connection_is_pinned_and_said(
