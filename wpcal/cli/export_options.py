@@ -128,7 +128,7 @@ class WeldProgramAsked:
     touches: Path | None = opt(
         None,
         "A plan of touches (touches.json) of the part: the program searches, corrects the frame of the seams by what "
-        "it finds, and welds, in one run. RAPID and KRL.",
+        "it finds, and welds, in one run; a language that cannot is refused.",
         metavar="PLAN",
         type=Path,
     )

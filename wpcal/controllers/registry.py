@@ -54,6 +54,8 @@ class Controller:
     writer: str
     suffixes: tuple[str, ...] = ()  #: Suffixes of the files that `reader` reads: lower case, with the dot.
     reader: str | None = None  #: A `wpcal.taught.programs.ProgramReader`.
+    #: Names of files that `reader` reads although their suffix is of another controller, lower case.
+    variables: tuple[str, ...] = ()
     sync_writer: str | None = None  #: A function from `SyncProgram` to file names and contents.
     coordinated_writer: str | None = None  #: A function from `CoordinatedProgram` to file names and contents.
     touch_writer: str | None = None  #: A function from `TouchProgram` to file names and contents.
@@ -209,11 +211,12 @@ def suggestion(name: str, known: Sequence[str]) -> str:
 
 
 def controller_of_file(path: Path) -> Controller | None:
-    """Return the controller whose taught points a file holds, by its suffix; None when no controller claims it.
+    """Return the controller whose taught points a file holds, by its name or suffix; None when none claims it.
 
     Raises `InputError` when two controllers claim the suffix.
     """
-    return _claiming(path, lambda controller: controller.suffixes)
+    named = [each for each in controllers() if path.name.lower() in each.variables]
+    return named[0] if named else _claiming(path, lambda controller: controller.suffixes)
 
 
 def grammar_of_file(path: Path) -> Grammar | None:

@@ -103,7 +103,7 @@ def test_our_own_data_list_is_read_in_the_frame_it_carries(tmp_path, make_progra
 def test_a_file_without_points_and_an_unknown_kind_are_refused(tmp_path):
     with pytest.raises(FormatError, match="holds no stored positions"):
         taught(tmp_path, "DEFDAT X\nENDDAT\n")
-    known = re.escape(".as, .dat, .jbi, .ls, .mod, .pdl, .prg, .sys")
+    known = re.escape(".as, .dat, .dg, .jbi, .ls, .mod, .pdl, .prg, .sys, .va")
     with pytest.raises(InputError, match=rf"unknown kind of program '\.src'; known: {known}"):
         read_taught_program(tmp_path / "x.src")
     with pytest.raises(InputError, match="no such file"):

@@ -1,4 +1,4 @@
-"""Taught points from a FANUC TP program as ASCII (``.ls``): the Cartesian positions of the first motion group.
+"""Taught points of FANUC: the Cartesian positions of the first motion group in a TP program as ASCII (``.ls``).
 
 A position names its user frame by number only. Frame 0 is the world, which is the base. Tool 0 is the flange. A point's
 name is its comment (``P[1:"corner"]``) if no other point has the same comment, and otherwise ``P1``.
@@ -11,6 +11,7 @@ from collections import Counter
 
 import numpy as np
 
+from wpcal.controllers.fanuc.registers import POSITIONS, WORLD, read_page, read_registers
 from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.taught.programs import (
@@ -38,10 +39,14 @@ JOINT = re.compile(r"\bJ([1-6])\s*+=\s*+([^\s,=]{1,40}+)")
 
 
 def read_fanuc(text: str, path: str) -> ProgramPoints:
-    """Read the section ``/POS``.
+    """Read the section ``/POS``, the position registers of ``posreg.va``, or the position of ``curpos.dg``.
 
     Raises `FormatError` when a position lacks a coordinate, or a coordinate is not a number.
     """
+    if POSITIONS.search(text):
+        return read_registers(text, path)
+    if WORLD.search(text):
+        return read_page(text, path)
     start = re.search(r"^/POS\b", text, re.MULTILINE)
     if start is None:
         raise FormatError("has no section /POS", path=path)

@@ -2,7 +2,7 @@
 
 A point ``XP1`` taught in an inline form has its base and tool in ``FP1`` (FDAT): ``BASE_NO``, ``TOOL_NO`` and
 ``IPO_FRAME``. Its name is ``P1``, as on the pendant. ``BASE_DATA[n]`` and FRAME variables of the same file give the
-values of frames.
+values of frames; in a file without positions, as ``$config.dat``, these frames are the taught points.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ def read_krl(text: str, path: str) -> ProgramPoints:
     """
     positions: list[tuple[str, int, RigidTransform | JointValues | None]] = []
     frames: dict[str, RigidTransform] = {}
+    taught: list[tuple[str, int, RigidTransform]] = []
     used: dict[str, dict[str, str]] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         match = DECLARATION.match(line)
@@ -55,15 +56,19 @@ def read_krl(text: str, path: str) -> ProgramPoints:
         fields = {key.lower(): value for key, value in FIELD.findall(match["body"].removeprefix("FRAME:"))}
         base = re.fullmatch(r"BASE_DATA\[(\d+)\]", name, re.IGNORECASE)
         if base or kind == "frame":
-            frames[base[1] if base else name] = _pose(fields, name, path, number)
+            frames[base[1] if base else name] = pose = _pose(fields, name, path, number)
+            if np.any(pose.t_mm):
+                taught.append((name, number, pose))
         elif kind in POSITION_TYPES:
             positions.append((name, number, _pose(fields, name, path, number)))
         elif kind in JOINT_TYPES:
             positions.append((name, number, joint_values([fields.get(key, "") for key in AXES])))
         elif kind == "fdat":
             used[name.lower()] = fields
-    points = tuple(_point(name, line, pose, used.get(f"f{name[1:]}".lower()), path) for name, line, pose in positions)
-    return ProgramPoints(points, frames)
+    points = [_point(name, line, pose, used.get(f"f{name[1:]}".lower()), path) for name, line, pose in positions]
+    if not points:  # frames that were taught as points, as in $config.dat
+        points = [ProgramPoint(name, line, pose.t_mm, pose.R, BASE) for name, line, pose in taught]
+    return ProgramPoints(tuple(points), frames)
 
 
 def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTransform:

@@ -70,7 +70,7 @@ class TouchWriter:
             what = f"{self.language}: wpcal writes no searches of a touch-sensing package"
             raise InputError(f"{what}: with_package = false in the touch setup")
         if program.welds is not None and not self.way_points:
-            raise InputError(f"{self.language}: touch and weld in one run is written in RAPID and KRL")
+            raise InputError(f"{self.language}: touch and weld in one run is not written in this language")
         self.check()
         name = program.name(self.names)
         self.name = name.upper() if self.is_upper else name

@@ -82,7 +82,7 @@ def _data_of(name: str, text: str) -> Iterator[_Data]:
 
 
 def _of_element(text: str, label: str) -> int:
-    """Return where the value of ``name[number]`` begins in a database of VAL3."""
+    """Return where the value of ``name[number]`` begins in a database of points."""
     name, _, number = label.rstrip("]").partition("[")
     begin = text.index(f'name="{name}"')
     for _ in range(int(number) + 1):

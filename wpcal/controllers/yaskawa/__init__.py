@@ -11,6 +11,7 @@ INFORM = Controller(
     touch_results=("var.dat",),
     suffixes=(".jbi",),
     reader="wpcal.controllers.yaskawa.read:READER",
+    variables=("var.dat",),
     sync_writer="wpcal.controllers.yaskawa.two_robots:write_sync_inform",
     coordinated_writer="wpcal.controllers.yaskawa.two_robots:write_coordinated_inform",
     brands=("yaskawa", "motoman"),
