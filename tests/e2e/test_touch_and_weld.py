@@ -121,7 +121,7 @@ def test_what_cannot_be_corrected_in_the_program_is_one_line(jobs, tmp_path):
     job = jobs("tee")
     words = ("--touches", job.programs.parent / "plan", "-o", tmp_path / "out")
     ended = run_here("export", FIXTURES / "tee" / "golden", "-f", "fanuc", "--config", "N U T, 0, 0, 0", *words)
-    assert (ended.returncode, ended.stderr.count("touch and weld in one run is written in RAPID and KRL")) == (2, 1)
+    assert (ended.returncode, ended.stderr.count("touch and weld in one run is not written in this language")) == (2, 1)
     ended = run_here("export", FIXTURES / "frame" / "golden", "-f", "krl", *words)
     assert (ended.returncode, "the plan of touches is for tee.step" in ended.stderr) == (2, True)
     assert not (tmp_path / "out").exists()
