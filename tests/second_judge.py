@@ -310,6 +310,7 @@ def _along(a: Array, via: Array | None, b: Array) -> Iterator[Array]:
         yield posed(at(t), turns(t))
 
 
+SAME_MM = 1e-6  #: Ends of stretches that meet.
 ARMS = ("irb1600_6_12", "irb2600_12_165", "ma2010", "kr5_arc")
 FIXED = ("tee", "lap", "frame", "saddle")
 
@@ -347,10 +348,26 @@ def planned(arm: str, result: Path, folder: Path, languages: tuple[str, ...]) ->
     if not (out / "plan.json").exists():
         return Planned(None, {}, dict.fromkeys(languages, done.stderr.strip()[-160:]))
     plan = json.loads((out / "plan.json").read_text(encoding="utf-8"))
+    assert uncovered(plan, result) == []
     judge = SecondJudge(cell, urdf(arm), triangles_of(result), of_record(plan["T_carrier_part"]))
     routines = {name: list(READERS[name](texts_of(out / name))) for name in languages if (out / name).is_dir()}
     refused = {name: str(plan["no_program"].get(name, "?"))[:160] for name in languages if name not in routines}
     return Planned(judge, routines, refused)
+
+
+def uncovered(plan: dict[str, Any], result: Path) -> list[str]:
+    """Return which accepted seams a plan does not weld or leave out by name on every millimetre, each once."""
+    seams = json.loads((result / "seams.json").read_text(encoding="utf-8"))["seams"]
+    length = {seam["name"]: seam["frames"][-1]["s_mm"] for seam in seams if seam["accepted"]}
+    told: dict[str, list[tuple[float, float]]] = {name: [] for name in length}
+    for row in (*plan["seams"], *plan["unwelded"]):
+        told.setdefault(row["seam"], []).append((row["from_mm"], row["to_mm"]))
+    found = []
+    for name, stretches in told.items():
+        ends = [0.0, *np.array(sorted(stretches)).ravel(), length.get(name, np.nan)]
+        if not np.allclose(ends[::2], ends[1::2], rtol=0.0, atol=SAME_MM):
+            found.append(name)
+    return found
 
 
 def rows_of(part: str, arm: str, result: Path, folder: Path, languages: tuple[str, ...]) -> Iterator[Row]:

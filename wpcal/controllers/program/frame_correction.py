@@ -57,10 +57,10 @@ def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray) -> Corr
     searches = plan.searches
     strange = [s.name for s in searches if s.kind is SearchKind.POST or (s.target != "plane" and s.axis is None)]
     if plan.bodies or strange:
-        what = "bodies that may move" if plan.bodies else f"in {strange[0]} more than planes and cylinders"
+        what = "bodies that may move" if plan.bodies else f"in {strange[0]} what is not a plane or a known cylinder"
         raise InputError(
-            f"this plan touches {what}: write its touch program, and calibrate with its results (wpcal calibrate "
-            "--touches)"
+            f"this plan touches {what}: plan it again, or write its touch program and calibrate with its results "
+            "(wpcal calibrate --touches)"
         )
     p, n, wire = (
         np.array([getattr(each, name) for each in searches]) for name in ("contact_part", "normal_part", "R_part_tool")
