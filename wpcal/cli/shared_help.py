@@ -10,7 +10,6 @@ FORCE_HELP = "Replace what exists"
 """A command adds what it writes, after a colon."""
 
 DETAILS_HELP = "Also print the objective, its lower bound and the gap, and the correction in radians."
-TOLERANCE_HELP = "Allowed error: the verdict compares with it, and larger errors end with code 1."
 SIGMA_HELP = "Teaching error: standard deviation per axis."
 
 ONLY_HELP = "Only these seams: names and ranges."

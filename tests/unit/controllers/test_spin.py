@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wpcal.controllers.program import build_program
-from wpcal.controllers.program.reachable_spin import choose_reachable_spin
+from wpcal.controllers.program.reachable_spin import ArmAtTool, spun_programs
 from wpcal.controllers.program.spin import least_turn, spun, swing_and_twist, unwinding_spin
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.tangent import exp_rotation, log_rotation
@@ -98,7 +98,7 @@ def test_the_arm_keeps_its_limits_where_another_turn_about_the_wire_does():
         low, high = np.radians([centre_deg - 100, centre_deg + 100])
         tight = replace(arm, joints=(*arm.joints[:5], replace(last, min_rad=low, max_rad=high)))
         try:
-            kept = choose_reachable_spin(program, tight, near=np.zeros(6), T_flange_tool=tool)
+            kept = next(spun_programs(program, ArmAtTool(tight, tool, np.zeros(6)))).program
         except GeometryError:
             continue
         wires = [wire_directions(each.paths[0].R_base, ToolAxis.Z) for each in (program, kept)]
@@ -119,6 +119,4 @@ def test_a_seam_that_no_turn_brings_within_the_limits_is_named():
     with pytest.raises(
         GeometryError, match=r"seam W1: point 0, 0\.0 mm along it, base .* mm: no turn .* joint 1 is beyond its limit"
     ):
-        choose_reachable_spin(
-            build_program(read_finished(SADDLE).select()), tight, near=np.zeros(6), T_flange_tool=tool
-        )
+        next(spun_programs(build_program(read_finished(SADDLE).select()), ArmAtTool(tight, tool, np.zeros(6))))

@@ -13,7 +13,6 @@ from enum import Enum
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.few_moves import AXIS, spin_from_travel, with_moves
@@ -79,22 +78,6 @@ class _Stop:
     seam: int
     row: int
     why: str
-
-
-def choose_reachable_spin(
-    program: WeldProgram, arm: Arm, *, near: ArrayLike, T_flange_tool: RigidTransform
-) -> WeldProgram:
-    """Turn the tool about the wire so that an arm welds every seam in one branch, and the tool turns least.
-
-    Parameters
-    ----------
-    near : shape (n,). Shown joint angles near the seams, rad. The branch that is nearest to them is taken first.
-
-    Raises
-    ------
-    GeometryError : When no branch leads along every seam; it names the seam, the point, its place in mm and the reason.
-    """
-    return next(spun_programs(program, ArmAtTool(arm, T_flange_tool, np.asarray(near, dtype=np.float64)))).program
 
 
 def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False) -> Iterator[SpunProgram]:

@@ -121,5 +121,5 @@ def _postures(search: Search, arm: Arm | None) -> Posture | None:
     """Return the postures of all poses; at the retract, which is near the start, that of the start."""
     if arm is None or search.joints is None or (len(search.via) and search.via_joints is None):
         return None
-    way = np.empty((0, search.joints.shape[1])) if search.via_joints is None else search.via_joints
-    return posture(arm, np.concatenate([way, search.joints, search.joints[1:2]]))
+    way = [] if search.via_joints is None or not len(search.via_joints) else [search.via_joints]
+    return posture(arm, np.concatenate([*way, search.joints, search.joints[1:2]]))

@@ -1,5 +1,6 @@
 """A plan with an arm: its joints give the searches, one branch along each, and its ways keep away from everything."""
 
+import json
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,12 +11,16 @@ from tests.one_robot_cells import TEE, fixed_cell
 from tests.touch_parts import touch_part
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.controllers.program.touch_program import TouchProgram
+from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.records import to_json
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.new_cell import bare_cell
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.touch.plan import TouchOptions, plan_touches
 from wpcal.touch.plan.reach import MOST_TURN_RAD, ArmReach
+from wpcal.touch.searches import plan_from_record, touches_record
 
 PLACE_MM = 1e-6
 STATES = 40
@@ -60,6 +65,9 @@ def test_joints_are_those_of_the_searches_and_every_move_is_free(reach: ArmReach
         states = np.concatenate([a + share * (b - a) for a, b in pairwise(way)])
         assert reach.clearance.margins(states).is_clear.all()
         before = search.joints[0]
+    kept = plan_from_record(json.loads(to_json(touches_record(plan))))  # with its arm, whose file may not be there
+    texts = controller_named("rapid").write_touches(TouchProgram(kept, arm=kept.arm))
+    assert any("confdata is computed" in text for text in texts.values())
 
 
 def test_a_part_out_of_reach_is_one_line(reach: ArmReach) -> None:
