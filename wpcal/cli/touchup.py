@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     help="The program as wpcal wrote it: a folder or a file.  [default: DIR/FORMAT]",
 )
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Output: a folder.  [default: nothing is written]")
+@click.option(
+    "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: what was corrected, seam by seam."
+)
 @takes("options", "wpcal.controllers.touchup.study:TouchUpOptions")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was corrected, and what follows.")
@@ -33,6 +36,7 @@ def touchup(
     result: Path,
     written: Path | None,
     out: Path | None,
+    html: Path | None,
     options: TouchUpOptions,
     force: bool,
     as_json: bool,
@@ -45,15 +49,18 @@ def touchup(
 
     Ends with code 1 if a correction contradicts the others, or a seam is less sure than the calibration promised.
     """
+    from wpcal.cli.outputs import require_new
     from wpcal.controllers.touchup.poses import read_program
     from wpcal.controllers.touchup.record import sentences, touch_up_record
     from wpcal.controllers.touchup.rewrite import moved_text
     from wpcal.controllers.touchup.study import TouchUp
-    from wpcal.core.records import check_writable, new_directory, to_json
+    from wpcal.core.records import check_writable, new_directory, to_json, write_file
     from wpcal.results.folder import read_finished
 
     if out is not None:
         check_writable(out, overwrite=force)
+    if html is not None:
+        require_new(html, overwrite=force)
     finished = read_finished(result)
     before = read_program(written or _written_of(program, result))
     found = TouchUp(finished, before, read_program(program, like=before), options)
@@ -64,6 +71,11 @@ def touchup(
         _show(found)
         for sentence in sentences(found):
             click.echo(sentence)
+    if html is not None:
+        from wpcal.pages.touchup import build_touch_up_page
+
+        write_file(html, build_touch_up_page(found, f"Touch-up of {program.name}"), overwrite=force)
+        click.echo(f"wrote {html}", err=as_json)
     if out is not None:
         texts = moved_text(found.changed, found.shifts)
         with new_directory(out, overwrite=force, head="touchup.json") as folder:

@@ -296,6 +296,13 @@ class TouchedUpSeam(Record):
     says: Text
 
 
+class TouchedUpLine(Record):
+    place: str = D("File and line in the changed program.")
+    seam: str = D("Empty off the seams.")
+    what: Literal["by hand: kept", "by hand: smoothed", "by hand, an exception: kept", "moved with its seam"]
+    mm: NotNegative
+
+
 class TouchUp(Record):
     """wpcal touch-up, version 1
 
@@ -313,4 +320,5 @@ class TouchUp(Record):
     bodies: list[str] = D("Bodies that moved against the others.")
     offsets: list[KindOffset] = D("Offsets that the person prefers.")
     seams: list[TouchedUpSeam]
+    lines: list[TouchedUpLine] = D("What is written for each pose that is not as wpcal wrote it.")
     sentences: list[str] = D("What a person should know.")

@@ -82,12 +82,15 @@ def touched_up(program: Path, written: Path, *words: object) -> dict[str, object
 def test_corrections_are_read_and_only_poses_are_written(written: Path, language: str, tmp_path: Path) -> None:
     by = (0.0, -0.4, 0.3)
     back = changed_copy(written, language, tmp_path / "back", (START, by), (END, by))
-    record = touched_up(back, written / language, "-o", tmp_path / "new")
+    record = touched_up(back, written / language, "-o", tmp_path / "new", "--html", tmp_path / "page.html")
     points = record["points"]
     assert [point["seam"] for point in points] == ["W2", "W2"]
     assert [point["across_mm"] for point in points] == pytest.approx([0.5, 0.5], abs=0.01)
     assert all(point["is_end"] and not point["is_exception"] for point in points)
     assert {seam["seam"]: seam["corrected"] for seam in record["seams"]} == {"W1": 0, "W2": 2, "W3": 0, "W4": 0}
+    kept = [line["place"] for line in record["lines"] if line["what"] == "by hand: kept"]
+    assert kept == [point["place"] for point in points]
+    assert all(place in (tmp_path / "page.html").read_text() for place in kept)
     unit = 1e-3 if language == "urscript" else 1.0
     for path in back.iterdir():
         old, new = (folder.read_bytes().splitlines(keepends=True) for folder in (path, tmp_path / "new" / path.name))

@@ -43,6 +43,7 @@ def touch_up_record(found: TouchUp) -> dict[str, Any]:
             }
             for each in found.seams
         ],
+        "lines": lines_of(found),
         "sentences": sentences(found),
     }
 
@@ -60,6 +61,26 @@ def _point(point: CorrectedPoint, found: TouchUp, exceptions: set[int]) -> dict[
         "is_used": point.is_used,
         "is_exception": point.row in exceptions,
     }
+
+
+def lines_of(found: TouchUp) -> list[dict[str, Any]]:
+    """Return what is written for every pose that differs from the program as wpcal wrote it, line by line."""
+    moved = np.linalg.norm(found.shifts, axis=1)
+    by_point = {point.row: float(np.linalg.norm(point.moved)) for point in found.points}
+    exceptions = {point.row for point in found.exceptions}
+    lines = []
+    for row, pose in enumerate(found.changed.poses):
+        if row in exceptions:
+            what = "by hand, an exception: kept"
+        elif row in found.by_hand:
+            what = "by hand: smoothed" if moved[row] > 0.0 else "by hand: kept"
+        elif moved[row] > 0.0:
+            what = "moved with its seam"
+        else:
+            continue
+        mm = by_point.get(row, 0.0) if row in found.by_hand and moved[row] == 0.0 else float(moved[row])
+        lines.append({"place": pose.where, "seam": found.seam_names[row], "what": what, "mm": mm})
+    return lines
 
 
 def sentences(found: TouchUp) -> list[str]:

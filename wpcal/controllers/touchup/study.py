@@ -28,7 +28,7 @@ TURNED = 2e-3  #: The same for the elements of its rotation: 0.1°.
 MOVED_ALONG_MM = 0.5  #: An end that was moved along its seam by more says where it is.
 FARTHEST_MM = 25.0  #: Weld points as written are within this of their seam: wire and passes.
 BETTER = 0.8  #: A seam is better where its error is at most this share of what it was.
-KNOWN = 0.95  #: Nothing is known of it where the error is a larger share.
+KNOWN = 0.95  #: No more is known of it where the error is a larger share.
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class SeamAfter:
         if after > before / KNOWN:
             return "less sure than was promised"
         if after > KNOWN * before:
-            return "the corrections say nothing of it"
+            return "no surer than before"
         return "better" if after <= BETTER * before else "a little better"
 
 
@@ -229,6 +229,13 @@ class TouchUp:
             return {}
         names = {ALL_KINDS: "all seams", **dict(enumerate(self.part.kinds))}
         return {names[kind]: explained.preference(kind) for kind in sorted(explained.causes.preferences)}
+
+    @cached_property
+    def seam_names(self) -> tuple[str, ...]:
+        """The seam of each pose of the changed program that is on one, or just before or after; empty for others."""
+        beside = seams_beside(self.changed.poses)
+        at = self.part.frames_at(self._new[:, :3, 3], beside)[:, 0].tolist()
+        return tuple(self.part.seams[i].name if seam else "" for i, seam in zip(at, beside, strict=True))
 
     @cached_property
     def seams(self) -> tuple[SeamAfter, ...]:
