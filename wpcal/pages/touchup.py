@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wpcal.controllers.touchup.record import lines_of, sentences
+from wpcal.controllers.touchup.record import written_lines, sentences
 from wpcal.controllers.touchup.study import TouchUp
 from wpcal.core.arrays import FloatArray
 from wpcal.pages.drift import STYLE as TABLES
@@ -55,7 +55,7 @@ def _seams(found: TouchUp) -> Iterator[str]:
 
 
 def _lines(found: TouchUp) -> Iterator[str]:
-    for each in lines_of(found):
+    for each in written_lines(found):
         where = f"<td>{escaped(each['place'])}<td class=t>{escaped(each['seam'])}"
         yield f"<tr>{where}<td class=t>{escaped(each['what'])}<td>{each['mm']:.2f}</tr>"
 

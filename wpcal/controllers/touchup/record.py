@@ -43,7 +43,7 @@ def touch_up_record(found: TouchUp) -> dict[str, Any]:
             }
             for each in found.seams
         ],
-        "lines": lines_of(found),
+        "lines": written_lines(found),
         "sentences": sentences(found),
     }
 
@@ -63,7 +63,7 @@ def _point(point: CorrectedPoint, found: TouchUp, exceptions: set[int]) -> dict[
     }
 
 
-def lines_of(found: TouchUp) -> list[dict[str, Any]]:
+def written_lines(found: TouchUp) -> list[dict[str, Any]]:
     """Return what is written for every pose that differs from the program as wpcal wrote it, line by line."""
     moved = np.linalg.norm(found.shifts, axis=1)
     by_point = {point.row: float(np.linalg.norm(point.moved)) for point in found.points}
