@@ -44,14 +44,15 @@ def pick(ctx: click.Context, /, *, host: str, port: int, browser: bool, **asked:
     from cad.pick.page import build_pick_page
     from cad.pick.server import PickServer
 
-    found = start(ctx, PickAsked(**asked))
+    wanted = PickAsked(**asked)
+    found = start(ctx, wanted)
     session = found.session
     page = build_pick_page(
         session.part, session.options, notes=found.notes, revision=session.seams_revision, robot=found.robot
     )
     server = PickServer(session, found.table, page, seams=found.seams, host=host, port=port, watch=found.watch)
     try:
-        serve(server, PickAsked(**asked).part_step.name, browser=browser and _has_screen())
+        serve(server, wanted.part_step.name, browser=browser and _has_screen())
     finally:
         if found.watch is not None:
             found.watch.close()

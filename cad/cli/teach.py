@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 WINDOW = "teach"  #: As which the table knows this command.
 KEYS = "Enter: read, s: skip, u: undo, q: end"
 FEWEST = 3  #: Points of a fit.
+SHOWN_SEAMS = 6  #: As many errors are on one line, the largest first.
 
 
 @command()
@@ -65,7 +66,11 @@ class Teaching:
         """Ask for one key and do what it says. Return whether to go on."""
         from wpcal.core.errors import WpcalError
 
-        at = self._next()
+        try:
+            at = self._next()
+        except WpcalError as error:
+            click.echo(f"\n{error}")
+            return False
         if at is None:
             return False
         name = self._cell(at, "name")
@@ -73,18 +78,20 @@ class Teaching:
         key = _key()
         if key in ("q", ""):
             return False
-        if key == "s":
-            self.skipped.add(name)
-        elif key == "u" and self.done:
-            row = self.done.pop()
-            self._write(row, ("", "", ""))
-            click.echo(f"{self._cell(row, 'name')}: taken back")
-        elif key in ("\r", "\n", " "):
-            try:
-                self._take(at, watch.take())
-            except WpcalError as error:
-                click.echo(f"{name}: {error}")
+        try:
+            self._obey(key, at, watch)
+        except WpcalError as error:
+            click.echo(f"{name}: {error}")
         return True
+
+    def _obey(self, key: str, at: int, watch: Watch) -> None:
+        if key == "s":
+            self.skipped.add(self._cell(at, "name"))
+        elif key == "u" and self.done:
+            self._write(self.done[-1], ("", "", ""))
+            click.echo(f"{self._cell(self.done.pop(), 'name')}: taken back")
+        elif key in ("\r", "\n", " "):
+            self._take(at, watch.take())
 
     def _take(self, at: int, taken: Accepted) -> None:
         place = [f"{value:.3f}" for value in taken.T_base_tool.t_mm]
@@ -115,8 +122,8 @@ class Teaching:
             if seam.accepted and u95
         ]
         if errors:
-            worst, seam = max(errors)
-            click.echo(f"largest 95 % error of a seam: {worst:.3f} mm, on {seam} ({len(errors)} seams)")
+            largest = ", ".join(f"{seam} {error:.3f}" for error, seam in sorted(errors, reverse=True)[:SHOWN_SEAMS])
+            click.echo(f"95 % errors of the seams, mm: {largest}{' …' if len(errors) > SHOWN_SEAMS else ''}")
         click.echo(f"{self.verdict} for a tolerance of {found['tolerance_mm']:g} mm")
         for text in found["steps"]:
             click.echo(f"  {text}")
@@ -176,11 +183,13 @@ class Teaching:
     def _keep(self, cells: Sequence[tuple[str, ...]]) -> None:
         from cad.pick.draft import Keyed
         from cad.session.rows import Rows
+        from wpcal.core.errors import InputError
 
-        table = self.started.table
+        table, revision = self.started.table, self._revision()
         keyed = Keyed.of_rows(Rows(table.rows.columns, tuple(cells)))
-        revision = self._revision()
-        table.keep(keyed, revision=revision, window=WINDOW, number=revision)
+        kept = table.keep(keyed, revision=revision, window=WINDOW, number=revision)
+        if kept.get("is_stale"):
+            raise InputError("another window changed the table just now; once more")
 
     def _revision(self) -> int:
         return int(self.started.table.changes_since(-1)["revision"])

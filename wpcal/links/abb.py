@@ -120,7 +120,11 @@ def _records(value: Any) -> Iterator[dict[str, Any]]:
 def open_irc5(address: Address, credentials: Credentials) -> AbbLink:
     """Return the link to Robot Web Services 1."""
     port = address.port or HTTP
-    return AbbLink((Web(address.host, port, credentials), Web(address.host, port, credentials)), address, "json=1")
+    webs = (
+        Web(address.host, port, credentials, only_digest=True),
+        Web(address.host, port, credentials, only_digest=True),
+    )
+    return AbbLink(webs, address, "json=1")
 
 
 _PINNED: dict[str, str] = {}

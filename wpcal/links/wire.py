@@ -116,8 +116,10 @@ class Wire:
 class Web:
     """GET requests to one host over a connection that is kept, with the authentication that the host asks for."""
 
-    def __init__(self, host: str, port: int, credentials: Credentials, *, accept: str = "*/*") -> None:
-        self._host, self._port, self._accept = host, port, accept
+    def __init__(
+        self, host: str, port: int, credentials: Credentials, *, accept: str = "*/*", only_digest: bool = False
+    ) -> None:
+        self._host, self._port, self._accept, self._only_digest = host, port, accept, only_digest
         self._credentials = credentials
         self._secure: ssl.SSLContext | None = None
         self._check: Callable[[str], None] = lambda _: None
@@ -237,10 +239,13 @@ class Web:
         return wire.exact(int(length))
 
     def _authorization(self, path: str) -> str:
-        user, password = self._credentials(self._host)
         asked = self._challenge or {}
         if asked.get("scheme") != "digest":
+            if self._only_digest:
+                raise LinkError(f"{self._host} asks for the password in plain text; expected a digest")
+            user, password = self._credentials(self._host)
             return "Basic " + base64.b64encode(f"{user}:{password}".encode()).decode("ascii")
+        user, password = self._credentials(self._host)
         self._count += 1
         realm, nonce = asked.get("realm", ""), asked.get("nonce", "")
         count, own = f"{self._count:08x}", os.urandom(8).hex()

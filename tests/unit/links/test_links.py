@@ -219,6 +219,14 @@ def test_the_certificate_of_the_first_connection_is_pinned_and_said(
     assert capsys.readouterr().err == ""
 
 
+def test_no_password_is_sent_in_plain_text_to_who_asks_for_it() -> None:
+    answer = b"HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: Basic realm=x\r\nContent-Length: 0\r\n\r\n"
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=pour, args=(server, answer), daemon=True).start()
+        with pytest.raises(LinkError, match="asks for the password in plain text"):
+            read_once(opened("abb", server.getsockname()[1]))
+
+
 @pytest.mark.parametrize("kind", ["ur", "kuka", "fanuc", "fanuc-ftp", "abb"])
 @pytest.mark.parametrize(
     "answer", [b"", b"\xff" * 70_000, b"HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n", "drip"]
