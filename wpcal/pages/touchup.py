@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wpcal.controllers.touchup.record import written_lines, sentences
+from wpcal.controllers.touchup.record import sentences, written_lines
 from wpcal.controllers.touchup.study import TouchUp
 from wpcal.core.arrays import FloatArray
 from wpcal.pages.drift import STYLE as TABLES
