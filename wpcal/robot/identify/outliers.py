@@ -7,7 +7,7 @@ The rows of one pose form a block (several reflectors, or position and turn). Wi
 .. math:: F_g = \frac{d_g / m}{(S - d_g) / (f - m)} \sim F(m, f - m)
 
 with the m rows of the block, the sum of squares S and f degrees of freedom. The worst block, and those that stand out
-half as much, are deleted, and the others are fitted and tested again, so that one outlier does not hide another.
+nearly as much, are deleted, and the others are fitted and tested again, so that one outlier does not hide another.
 
 Also here: which measured poses are fitted and which are kept back for the test.
 
@@ -34,9 +34,9 @@ from wpcal.robot.identify.pose_residuals import evaluate
 FALSE_ALARM = 0.01  #: Share of clean files in which a pose is named: the tests of all poses together (Bonferroni).
 LARGEST_SHARE = 0.1
 """At most this share of the poses is named; more of them are not outliers but another kind of noise."""
-AS_FAR = 0.5
-"""Poses are named together if each stands out by at least this share of the worst one: what a far one bends of the arm
-hardly makes a sound pose stand out half as much."""
+LEAST_AS_FAR = 0.02
+"""Poses are named together if each lowers the sum of squares by this share of the worst one, or by the share that the
+parameters have in the measured numbers: by so much a far pose bends the arm, which makes sound poses stand out."""
 HUBER = 1.5
 """A named pose keeps its direction of pull but only the force of a residual of this many standard deviations: 95 % of
 the efficiency of least squares under normal noise, at a bounded influence (Huber 1964)."""
@@ -101,7 +101,8 @@ def find_outliers(
         if not len(out):
             break
         out = out[np.argsort(-drop[out], kind="stable")]
-        out = out[drop[out] >= AS_FAR * drop[out[0]]][: most - len(named)]
+        as_far = max(LEAST_AS_FAR, len(found.parameters) / len(found.residuals))
+        out = out[drop[out] >= as_far * drop[out[0]]][: most - len(named)]
         named += poses[out].tolist()
         seen = observations.weighted(np.where(np.isin(observations.poses, named), 0.0, 1.0))
         found = fit(seen)
