@@ -27,6 +27,12 @@ if TYPE_CHECKING:
 @click.option(
     "--html", metavar="FILE", type=click.Path(path_type=Path), help="Write a page: what was corrected, seam by seam."
 )
+@click.option(
+    "--earlier",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    help="Touch-ups of earlier parts of this kind, in folders below: what is corrected alike on all is proposed.",
+)
 @takes("options", "wpcal.controllers.touchup.study:TouchUpOptions")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was corrected, and what follows.")
@@ -37,6 +43,7 @@ def touchup(
     written: Path | None,
     out: Path | None,
     html: Path | None,
+    earlier: Path | None,
     options: TouchUpOptions,
     force: bool,
     as_json: bool,
@@ -50,6 +57,7 @@ def touchup(
     Ends with code 1 if a correction contradicts the others, or a seam is less sure than the calibration promised.
     """
     from wpcal.cli.outputs import require_new
+    from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
     from wpcal.controllers.touchup.poses import read_program
     from wpcal.controllers.touchup.record import sentences, touch_up_record
     from wpcal.controllers.touchup.rewrite import moved_text
@@ -65,11 +73,12 @@ def touchup(
     before = read_program(written or _written_of(program, result))
     found = TouchUp(finished, before, read_program(program, like=before), options)
     record = touch_up_record(found)
+    record["proposals"] = [] if earlier is None else proposals([*earlier_touch_ups(earlier), record])
     if as_json:
         click.echo(to_json(record), nl=False)
     else:
         _show(found)
-        for sentence in sentences(found):
+        for sentence in (*sentences(found), *record["proposals"]):
             click.echo(sentence)
     if html is not None:
         from wpcal.pages.touchup import build_touch_up_page

@@ -272,6 +272,7 @@ class CorrectedPoint(Record):
     place: str = D("File and line in the changed program.")
     p_base_mm: Vector = D("Where it was, before the frame or the tool was changed.")
     moved_mm: Vector = D("From there, in base.")
+    in_seam_mm: Vector = D("The same along x, y and z of the seam.")
     along_mm: float = D("Of that, along the seam.")
     across_mm: NotNegative
     is_added: bool
@@ -320,5 +321,6 @@ class TouchUp(Record):
     bodies: list[str] = D("Bodies that moved against the others.")
     offsets: list[KindOffset] = D("Offsets that the person prefers.")
     seams: list[TouchedUpSeam]
+    proposals: list[str] = D("What was corrected the same way on earlier parts too (--earlier).")
     lines: list[TouchedUpLine] = D("What is written for each pose that is not as wpcal wrote it.")
     sentences: list[str] = D("What a person should know.")

@@ -163,6 +163,22 @@ def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
     assert found.offsets
 
 
+def test_what_is_corrected_alike_on_every_part_is_proposed_once(written: Path, tmp_path: Path) -> None:
+    for part, dy in enumerate((0.55, 0.6, 0.65)):
+        back = changed_copy(
+            written, "rapid", tmp_path / f"back{part}", (START, (0.0, -dy, 0.0)), (END, (0.0, -dy, 0.0))
+        )
+        words = () if part < 2 else ("--earlier", tmp_path / "done")
+        record = touched_up(back, written / "rapid", "-o", tmp_path / "done" / str(part), *words)
+    (said,) = record["proposals"]  # type: ignore[misc]
+    assert "corrected by y " in said
+    assert "on 3 of 3 parts" in said
+    done = run_here(
+        "touchup", back, "--of", GOLDEN, "--written", written / "rapid", "--earlier", tmp_path / "back0", "--json"
+    )
+    assert (done.returncode, "no touchup.json is in it" in done.stderr) == (2, True)
+
+
 @pytest.mark.deep
 def test_the_band_holds_for_corrected_parts() -> None:
     for wanted in (Wanted(), Wanted(seams=4, clamp=True), Wanted(seams=6, moved=1), Wanted(seams=8, preference=True)):

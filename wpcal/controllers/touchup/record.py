@@ -54,6 +54,7 @@ def _point(point: CorrectedPoint, found: TouchUp, exceptions: set[int]) -> dict[
         "place": point.place,
         "p_base_mm": point.at.tolist(),
         "moved_mm": point.moved.tolist(),
+        "in_seam_mm": point.in_seam.tolist(),
         "along_mm": float(point.in_seam[0]),
         "across_mm": float(np.linalg.norm(point.in_seam[1:])),
         "is_added": point.is_added,
