@@ -9,6 +9,7 @@ import ssl
 import threading
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -251,6 +252,21 @@ def pour(server: socket.socket, answer: bytes | str) -> None:
                 connection.sendall(answer)  # type: ignore[arg-type]
 
 
+def test_a_decimal_comma_is_no_end_of_a_number() -> None:
+    with pytest.raises(LinkError):
+        fanuc.reading_of_page(page(Robot()).replace(".", ","), 0.0)
+    robot = Robot(damage=lambda data: data.replace(b".", b","))
+    with robot.serve("kuka") as port, pytest.raises(LinkError, match="not a structure of numbers"):
+        read_once(opened("kuka", port))
+
+
+def test_a_frame_that_changes_within_a_reading_is_refused() -> None:
+    robot = Robot()
+    robot.damage = partial(with_another_frame, robot, random.Random(1))
+    with robot.serve("kuka") as port, pytest.raises(LinkError, match=r"\$BASE or \$TOOL changed"):
+        read_once(opened("kuka", port))
+
+
 @pytest.mark.parametrize("count", few([400, CASES], 1))
 def test_no_fault_of_network_person_or_controller_makes_a_wrong_row(
     count: int, monkeypatch: pytest.MonkeyPatch
@@ -276,7 +292,7 @@ def test_no_fault_of_network_person_or_controller_makes_a_wrong_row(
     assert taken["tool"] == taken["old"] == taken["moving"] == taken["stops"] == 0
 
 
-FAULTS = ("none", "damage", "tool", "old", "moving", "damage", "stops", "frame")
+FAULTS = ("none", "damage", "tool", "old", "moving", "damage", "stops", "frame", "between")
 
 
 def one_key(
@@ -299,6 +315,8 @@ def one_key(
         link = link or opened(*where)
         if fault == "damage":
             robot.damage = damaged(rng)
+        if fault == "between":
+            robot.damage = partial(with_another_frame, robot, rng)
         wrong_from = rng.randrange(5)
         for turn in range(5):
             if fault == "tool" and turn == wrong_from:
@@ -323,6 +341,12 @@ def one_key(
     assert off <= STILL_MM + 2 * PRINTED_MM, (fault, kind, off)
     assert kind == "ur" or found.reading.tool.name == "7", (fault, kind)
     return link, True
+
+
+def with_another_frame(robot: Robot, rng: random.Random, data: bytes) -> bytes:
+    """Change the frame after each answer, and so between the answers of one reading."""
+    robot.T_base_frame = offset("base", "frame", rng.uniform(1, 400))
+    return data
 
 
 def offset(target: str, source: str, x_mm: float) -> RigidTransform:
