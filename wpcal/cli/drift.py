@@ -30,9 +30,24 @@ USUAL_FIRST, LEAST_FIRST = 25, 3
     show_default=True,
     help="The first N jobs give the centres of the charts.",
 )
+@click.option(
+    "--cell-errors",
+    metavar="FILE.json",
+    type=click.Path(path_type=Path),
+    help="Keep the errors of touches and robot in this cell, for calibrate --robot-mm FILE.json.",
+)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page and its JSON file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what the JSON file holds.")
-def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int, force: bool, as_json: bool) -> int:
+def drift(
+    *,
+    folders: tuple[Path, ...],
+    out: Path,
+    part: str | None,
+    first: int,
+    cell_errors: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
     """Show what changes over the jobs of a part: pose, residuals and seam errors, with control limits.
 
     OUT is a folder of `wpcal batch`, or several of them. A sudden shift is marked with its date and its likely cause:
@@ -46,12 +61,13 @@ def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int,
     from wpcal.pages.drift import build_drift_page
     from wpcal.results.agree import CALIBRATION_FILE, require_as_written
     from wpcal.study.drift import read_drift_jobs
+    from wpcal.study.drift.pooled import pool_jobs
     from wpcal.study.drift.record import drift_record
 
     beside = out.with_suffix(".json")
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: expected the name of a page, as drift.html")
-    for path in (out, beside):
+    for path in (out, beside, *([cell_errors] if cell_errors else [])):
         require_new(path, overwrite=force)
     for job in (job for folder in folders for job in sorted(folder.glob("*/job.json"))):
         require_as_written(job.with_name(CALIBRATION_FILE))
@@ -60,6 +76,7 @@ def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int,
         parts, left_out = _watched(jobs, part, first=first, failed=len(failed))
         record = drift_record(parts, failed, left_out)
         page = build_drift_page(parts, failed, left_out)
+    pooled = pool_jobs(jobs) if cell_errors else None
     write_file(beside, to_json(record), overwrite=force)
     write_file(out, page, overwrite=force)
     if as_json:
@@ -67,6 +84,10 @@ def drift(*, folders: tuple[Path, ...], out: Path, part: str | None, first: int,
     else:
         _show(record)
         click.echo(f"wrote {out} and {beside}")
+    if cell_errors and pooled:
+        write_file(cell_errors, to_json(pooled.to_record()), overwrite=force)
+        state = f"--sigma-mm {pooled.sigma_mm:.2g} --robot-mm {cell_errors}"
+        click.echo(f"{pooled.field.describe()}; calibrate this cell with {state}", err=as_json)
     return 0
 
 

@@ -18,6 +18,7 @@ RECORDS: Mapping[str, str] = {
     "wpcal/torch/1": "wpcal.records.robots:Torch",
     "wpcal/torches/1": "wpcal.records.robots:Torches",
     "wpcal/tool/1": "wpcal.records.robots:Tool",
+    "wpcal/cell-errors/1": "wpcal.records.robots:CellErrors",
     "wpcal/identification/1": "wpcal.records.robots:Identification",
     "wpcal/pose-plan/1": "wpcal.records.robots:PosePlan",
     "wpcal/corrected/1": "wpcal.records.robots:Corrected",

@@ -271,6 +271,18 @@ class ParameterCovariance(Record):
     values_mm_rad: list[list[float]]
 
 
+class CellErrors(Record):
+    """wpcal errors of a cell, version 1
+
+    Errors of touches and robot over the jobs of a cell (wpcal drift --cell-errors). Lengths in mm.
+    """
+
+    schema: Literal["wpcal/cell-errors/1"]
+    jobs: Count = D("How many jobs were used.")
+    sigma_mm: Positive = D("Standard deviation per axis of a touch: its scatter from job to job.")
+    error_field: ErrorFields = D("Smooth error of the robot: what the residuals of all jobs have in common.")
+
+
 class JointRange(Record):
     least: list[float]
     most: list[float]

@@ -66,7 +66,8 @@ class TeachingError:
     robot: RobotField | None = opt(
         None,
         "The robot's own smooth error: standard deviation per axis, and the distance over which it changes (0.3,500). "
-        "Or an identification.json. Without it, the prior of an uncalibrated six-axis arm and the residuals tell.",
+        "Or an identification.json, or a file of wpcal drift --cell-errors. Without it, the prior of an uncalibrated "
+        "six-axis arm and the residuals tell.",
         "--robot-mm",
         metavar="AMPLITUDE,LENGTH|FILE",
         read=RobotField.read,

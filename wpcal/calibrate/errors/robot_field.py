@@ -89,9 +89,10 @@ class RobotField:
 
     @classmethod
     def read(cls, text: str) -> RobotField:
-        """Read ``amplitude,length`` in mm, or the errors in an ``identification.json`` (``FILE``, ``FILE:identified``).
+        """Read ``amplitude,length`` in mm, or the errors in a file (``FILE``, ``FILE:identified``).
 
-        Without a word after the colon, the errors are those of the nominal arm, by which the controller computes.
+        The file is an ``identification.json``, or of earlier jobs (`wpcal.study.drift.pooled`). Without a word after
+        the colon, the errors are those of the nominal arm, by which the controller computes.
         """
         name, _, arm = text.rpartition(":") if text.endswith((":nominal", ":identified")) else (text, "", "nominal")
         if name.endswith(".json"):
@@ -105,10 +106,14 @@ class RobotField:
     @classmethod
     def _of_file(cls, name: str, arm: str) -> RobotField:
         try:
-            found = json.loads(Path(name).read_text(encoding="utf-8"))["error_field"][arm]
-            return cls(found["amplitude_mm"], found["length_mm"], FieldOrigin.IDENTIFIED, found["rest_mm"])
+            record = json.loads(Path(name).read_text(encoding="utf-8"))
+            found = record["error_field"][arm]
+            origin = FieldOrigin.POOLED if "jobs" in record else FieldOrigin.IDENTIFIED
+            return cls(found["amplitude_mm"], found["length_mm"], origin, found["rest_mm"])
         except (OSError, ValueError, KeyError, TypeError):
-            raise InputError(f"robot error: {name} holds no errors of the {arm} arm (wpcal identify)") from None
+            raise InputError(
+                f"robot error: {name} holds no errors of the {arm} arm (wpcal identify, wpcal drift --cell-errors)"
+            ) from None
 
     @classmethod
     def none(cls) -> RobotField:

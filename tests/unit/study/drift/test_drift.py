@@ -186,7 +186,10 @@ def test_several_folders_of_mixed_parts_are_sections_in_the_order_of_time(tmp_pa
     assert len(record["failed"]) == 2
     assert len(record["left_out"]) == 1
     assert "rare.step: 7 jobs" in record["left_out"][0]
-    only = run_here("drift", *folders, "-o", tmp_path / "one.html", "--json", "--on-part", "other.step")
+    kept = ("--cell-errors", tmp_path / "cell.json")
+    only = run_here("drift", *folders, "-o", tmp_path / "one.html", "--json", "--on-part", "other.step", *kept)
+    assert f"--robot-mm {tmp_path / 'cell.json'}" in only.stderr
+    check_record(json.loads((tmp_path / "cell.json").read_text()))
     assert len(json.loads(only.stdout)["parts"]) == 1
 
 
