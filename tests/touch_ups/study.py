@@ -214,6 +214,7 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--parts", nargs="*", default=["frame"])
     parser.add_argument("--cases", default="")
+    parser.add_argument("--seed", type=int, default=0)
     asked = parser.parse_args(argv)
     cases = {
         "plain 4 points": Wanted(seams=4, points=1),
@@ -233,7 +234,7 @@ def main(argv: list[str]) -> None:
         seen = Seen()
         for part in asked.parts:
             folder = FIXTURES / part / "golden"
-            for trial in range(asked.trials):
+            for trial in range(asked.seed, asked.seed + asked.trials):
                 play(folder, wanted, trial, seen)
         b, a = np.array(seen.untouched or [(1, np.nan)]).T
         print(
