@@ -151,6 +151,9 @@ def _criteria(result: CalibrationResult) -> Table:
     for row in result.criteria.rows if result.criteria else ():
         numbers = (row["largest_mm"], row["rms_mm"], row["seam_error_95_mm"])
         table.add_row(row["criterion"], *(f"{number:.4f}" for number in numbers))
+    if result.criteria is not None and result.criteria.three_point_frame_mm is not None:
+        least, largest = result.criteria.three_point_frame_mm
+        table.add_row("a frame through three points", f"{least:.4f} to {largest:.4f}", "", "")
     return table
 
 

@@ -195,6 +195,9 @@ class Row(Record):
 
 
 class Criteria(Record):
+    three_point_frame_mm: Maybe[Annotated[list[NotNegative], Meta(min_length=2, max_length=2)]] = D(
+        "Largest distance with a frame through three points, as pendants teach it: by the best three, and the worst."
+    )
     rows: list[Row]
     best: Literal["minimax", "least_squares", "weighted", "robust"]
     why: str = D("One sentence.")

@@ -25,6 +25,8 @@ def test_fit_prints_the_record_of_a_calibration():
     assert [point["name"] for point in record["points"]] == ["1", "2", "3", "4"]
     assert record["solver"]["evaluations"] > 0
     assert len(record["solver"]["trace"]["best_f_mm"]) == record["solver"]["temperatures"]
+    # what the wizard of a pendant gives: a frame through an origin, an x and a plane point, by the choice of the three
+    assert record["criteria"]["three_point_frame_mm"] == pytest.approx([0.3926, 0.6897], abs=1e-4)
     assert {"criteria", "versions", "seed", "issues", "verdict"} <= record.keys()
 
 

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import permutations
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -14,8 +15,9 @@ from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.trust.blame import Diagnosis
 from wpcal.calibrate.trust.residuals import ResidualEvidence
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.issue import Issue
+from wpcal.core.pairs import PointPairs
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import plural
 
@@ -173,6 +175,8 @@ class CriteriaComparison:
     rows: tuple[dict[str, Any], ...]
     best: Criterion
     why: str  #: One sentence.
+    #: Largest distance with a frame through three points, as pendants teach it: by the best three, and the worst.
+    three_point_frame_mm: tuple[float, float] | None = None
 
     @property
     def least(self) -> Criterion:
@@ -184,7 +188,10 @@ class CriteriaComparison:
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
-        return {"rows": list(self.rows), "best": self.best.value, "why": self.why}
+        record: dict[str, Any] = {"rows": list(self.rows), "best": self.best.value, "why": self.why}
+        if self.three_point_frame_mm is not None:
+            record["three_point_frame_mm"] = list(self.three_point_frame_mm)
+        return record
 
 
 def compare_criteria(
@@ -215,9 +222,41 @@ def compare_criteria(
             }
         )
     best, why = _best(rows, problem, issues)
-    return CriteriaComparison(tuple(rows), best, why)
+    pairs = problem.observed
+    wizard = three_point_frames(pairs.p_source, pairs.p_target) if isinstance(pairs, PointPairs) else None
+    return CriteriaComparison(tuple(rows), best, why, wizard)
 
 
+def three_point_frames(model: FloatArray, real: FloatArray) -> tuple[float, float] | None:
+    """Return the largest distance with the best and the worst frame through an origin, an x and a plane point, mm.
+
+    `model`, `real`: shape (n, 3). mm. Of more points, `MOST_FRAMED` give the frames. None without four points, or
+    without three that hold a frame.
+    """
+    rows = np.unique(np.linspace(0, len(model) - 1, MOST_FRAMED).round().astype(np.int64))
+    chosen = np.array(list(permutations(rows.tolist(), 3)), dtype=np.int64).reshape(-1, 3)
+    (a, is_frame), (b, is_real) = _frames(model[chosen]), _frames(real[chosen])
+    held = is_frame & is_real
+    if len(model) < 4 or not held.any():
+        return None
+    R, origin = b[held] @ a[held].transpose(0, 2, 1), chosen[held, 0]
+    off = np.einsum("kij,knj->kni", R, model - model[origin, None]) + real[origin, None] - real
+    largest = np.linalg.norm(off, axis=2).max(axis=1)
+    return float(largest.min()), float(largest.max())
+
+
+def _frames(p: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return axes of frames as columns, shape (k, 3, 3), and whether their points, shape (k, 3, 3), hold one."""
+    x, other = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    z = np.cross(x, other)
+    size, long = np.linalg.norm(z, axis=1), np.linalg.norm(x, axis=1)
+    held = size > LEAST_SINE * long * np.linalg.norm(other, axis=1)
+    x, z = x / np.where(held, long, 1.0)[:, None], z / np.where(held, size, 1.0)[:, None]
+    return np.stack([x, np.cross(z, x), z], axis=2), held
+
+
+MOST_FRAMED = 8  #: Points of which three give a frame.
+LEAST_SINE = 0.2  #: Of the angle between x and the plane point, as seen from the origin: 12°.
 CLEARLY_LESS = 0.9
 """Another criterion is worth a line if it predicts less than this share of the seam error."""
 
