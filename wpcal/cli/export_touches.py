@@ -125,7 +125,7 @@ def with_touches(
     controller, plan = _with_touches(exporter), read_touch_plan(flags.touches)
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     program = replace(welds.program, is_corrected=True)
-    after = welds_after(plan, setup, program)
+    after = welds_after(plan, setup, program, flags.air.up)
     touches = TouchProgram(plan, setup, flags.controller, _arm(plan, flags.arm.robot), after)
     files = controller.write(program)
     found = write_judged(controller.name, lambda each: {**files, **controller.write_touches(each)}, touches)

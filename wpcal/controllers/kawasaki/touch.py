@@ -86,6 +86,8 @@ class _AsTouches(TouchWriter):
         return [
             "results: variables wpto_, wptp_ and $wpt_plan: SAVE them into a file on the controller and copy it",
             "points and results are relative to wpt_part, the part as planned; mm; R = Rz(O) Ry(A) Rz(T), deg",
-            "the configuration is not known: the arm keeps the one it comes with",
+            "the configuration is not known: the arm keeps the one it comes with"
+            if self.plan.home_joints is None
+            else "the configuration is that of the home: the arm keeps it",
             f"the transformation {tool} (the torch) must be on the controller",
         ]

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from wpcal.brep.material import TriangleMaterial
+from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.controllers.program.in_run import Correction, Term, WeldsAfter
 from wpcal.controllers.program.weld_program import SafePoint, WeldProgram
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.transform import RigidTransform
+from wpcal.robot.moves import sweep
+from wpcal.robot.torch.attitude import ToolAxis, wire_directions
+from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.touch.plan.choose import TouchDesign
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
 
@@ -15,8 +21,10 @@ RESIDUAL_SIGMAS = 4.0  #: One run of 2000 with 8 searches exceeds it by chance.
 UNSEEN_MM = 0.1  #: Faces are not quite where the drawing has them.
 
 
-def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram) -> WeldsAfter:
+def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_base: FloatArray) -> WeldsAfter:
     """Return how a weld program follows the searches of a plan.
+
+    `up_base`: shape (3,). Unit vector away from the support of the part, in `base`.
 
     Raises
     ------
@@ -42,11 +50,26 @@ def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram) -> Wel
     if plan.home_joints is None:
         p, R = program.safe_point.poses_in(program.T_base_part)
         last = plan.searches[-1]
-        up = T.R.T[:, 2]
+        up = T.R.T @ up_base
         over = last.retract + max(float((p[0] - last.retract) @ up), 0.0) * up
         rows = np.stack([over, p[0]]), np.stack([last.R_part_tool, R[0]])
         way = SafePoint(T.apply(rows[0]), T.R @ rows[1])
+        _require_free(program, T, np.concatenate([T.apply(last.retract[None]), way.p_base]), way.R_base[[0, 0, 1]])
     return WeldsAfter(program, correction, way, T)
+
+
+def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArray, R: FloatArray) -> None:
+    """Refuse a way, shapes (n, 3) and (n, 3, 3), on which the torch meets the part in the place of the plan."""
+    if program.part_glb is None:
+        return
+    swept = sweep(p, R, program.shape.reaching, axis=2 if program.torch.tool_axis is ToolAxis.Z else 0)
+    part = TriangleMaterial.of(read_part_glb(program.part_glb), T_base_part)
+    back = -wire_directions(swept.R, program.torch.tool_axis)
+    if len(found := find_poses_in_material(part, swept.p, back, program.shape)):
+        raise InputError(
+            f"on the way up from the last search and to the seams the {found.part[0].value} of the torch meets "
+            f"{found.solid[0]!r}: give --up, or plan the touches with an arm, which goes home"
+        )
 
 
 def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray) -> Correction:
