@@ -347,9 +347,9 @@ def digest_is_right(given: str, path: str) -> bool:
     return hashlib.md5(text.encode()).hexdigest() == values["response"]
 
 
-def damaged(rng: random.Random) -> Callable[[bytes], bytes]:
+def damaged(rng: random.Random, *, is_text: bool) -> Callable[[bytes], bytes]:
     """Return a fault of the bytes of some answers, or another way to print numbers and names in all."""
-    kind = rng.choice(("cut", "bits", "noise", "doubled", "comma", "names"))
+    kind = rng.choice(("cut", "bits", "noise", "doubled", *(("comma", "names") if is_text else ())))
 
     def damage(data: bytes) -> bytes:
         if not data or (kind not in ("comma", "names") and rng.random() < 0.6):

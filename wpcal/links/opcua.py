@@ -19,6 +19,8 @@ from wpcal.robot.kinematics.arm_file import find_arm
 
 PORT = 4840
 AXES = "Axes"  #: Folder of a motion device; in each of its objects is ParameterSet/ActualPosition.
+RADIANS = {17_476: np.pi / 180.0, 4_405_297: 1.0}
+"""Radians per unit, by the numbers that OPC UA has for degree and radian (DD and C81 of UNECE Recommendation 20)."""
 DEPTH = 6  #: From the folder of objects to a motion device: DeviceSet, system, MotionDevices, device, Axes.
 OF_SERVER = ("Server", "Aliases", "Locations")  #: Folders of every server: not of a robot.
 MOST_NODES = 500  #: Looked at for the axes.
@@ -36,9 +38,13 @@ class OpcUaLink:
         try:
             self._client.connect()
             self._axes = self._find_axes()
+            self._units = np.array([self._radians(axis) for axis in self._axes])
         except self._errors as error:
             self.close()
             raise LinkError(f"{address.host}: OPC UA: {error or type(error).__name__}") from None
+        except LinkError:
+            self.close()
+            raise
         if len(self._axes) < len(arm.chain):
             self.close()
             raise LinkError(f"{address.host}: {len(self._axes)} axes with ActualPosition, expected {len(arm.chain)}")
@@ -50,7 +56,7 @@ class OpcUaLink:
             values = self._client.read_values(self._axes)
         except self._errors as error:
             raise LinkError(f"OPC UA: {error or type(error).__name__}") from None
-        shown = np.radians(numbers([str(value) for value in values])[: len(self._arm.chain)])
+        shown = (self._units * numbers([str(value) for value in values]))[: len(self._arm.chain)]
         T = RigidTransform.from_matrix(self._arm.forward(shown[None])[0], target="base", source="tool")
         return Reading(T, Setting("0"), Setting("base"), shown, asked)
 
@@ -80,6 +86,15 @@ class OpcUaLink:
                     inner += [child] if name not in OF_SERVER else []
             layer = inner
         return []
+
+    def _radians(self, position: Any) -> float:
+        """Return the radians per unit of a position."""
+        for each in position.get_properties():
+            if each.read_browse_name().Name == "EngineeringUnits":
+                unit = RADIANS.get(each.read_value().UnitId)
+                if unit is not None:
+                    return unit
+        raise LinkError("an axis without EngineeringUnits of degrees or radians")
 
     def _positions(self, axes: Any) -> list[Any]:
         named = {axis.read_browse_name().Name: axis for axis in axes.get_children()}

@@ -314,7 +314,7 @@ def one_key(
     try:
         link = link or opened(*where)
         if fault == "damage":
-            robot.damage = damaged(rng)
+            robot.damage = damaged(rng, is_text=kind != "ur")
         if fault == "between":
             robot.damage = partial(with_another_frame, robot, rng)
         wrong_from = rng.randrange(5)

@@ -64,7 +64,7 @@ def test_abb_robot_client_reads_our_fake() -> None:
 
 
 def test_our_client_reads_the_server_of_asyncua() -> None:
-    library = of_others("asyncua.sync")
+    library, ua = of_others("asyncua.sync"), of_others("asyncua.ua")
     arm, joints = find_arm("irb1600_6_12"), [10.0, 20.0, -15.0, 5.0, 40.0, -60.0]
     server = library.Server()
     server.set_endpoint("opc.tcp://127.0.0.1:48401")
@@ -74,7 +74,9 @@ def test_our_client_reads_the_server_of_asyncua() -> None:
             place = place.add_object(1, name)
         for row, value in enumerate(joints, 1):
             inside = place.add_object(1, f"Axis_{row}").add_object(1, "ParameterSet")
-            inside.add_variable(1, "ActualPosition", value)
+            unit, factor = (17_476, 1.0) if row % 2 else (4_405_297, np.pi / 180.0)  # degrees and radians
+            position = inside.add_variable(1, "ActualPosition", float(value * factor))
+            position.add_property(0, "EngineeringUnits", ua.EUInformation(UnitId=unit))
         link = open_opcua(Address(host="127.0.0.1", port=48401, arm="irb1600_6_12"), lambda _: ("", ""))
         found = link.read()
         link.close()
