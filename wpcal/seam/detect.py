@@ -33,6 +33,7 @@ from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.judge.wrapping import weld_round_corners
+from wpcal.seam.limits import WIDE_GAPS
 from wpcal.seam.member.one_piece import are_weldments
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
@@ -154,9 +155,11 @@ def _with_wide_gaps(
     graph: BrepGraph, trimmed: TrimmedFaces, joined: JoinedPieces, found: list[Seam], options: SeamOptions
 ) -> list[Seam]:
     """Add the seams at constant gaps above the usual one, beside which nothing else is, and at root gaps."""
-    known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
-    wide = find_wide_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph), play=options.play or ())
-    found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
+    for times in (1.0, WIDE_GAPS):  # up to twice the usual gap, then up to twice that
+        known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
+        gap_mm = times * options.gap_for(graph)
+        wide = find_wide_gaps(graph, trimmed, known, gap_mm=gap_mm, play=options.play or ())
+        found = [*found, *build_seams(graph, wide, options, SeamSource.CONTACT)]
     known = SeamPieces.joined([joined.pieces, *(seam.pieces for seam in found)])
     roots = find_root_gaps(graph, trimmed, known, gap_mm=options.gap_for(graph))
     return [*found, *build_seams(graph, roots, options, SeamSource.CONTACT)]

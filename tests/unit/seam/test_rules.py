@@ -41,6 +41,6 @@ def test_what_is_known_refuses_a_contact_at_every_level(rule: Rule) -> None:
     assert PRIOR[SeamSource.CONTACT] * rule.factor < Level.GENEROUS.value
 
 
-def test_strict_takes_contacts_and_sections_and_no_edge_inside_one_solid() -> None:
+def test_strict_takes_what_nothing_speaks_against_but_no_bead() -> None:
     taken = {source for source, prior in PRIOR.items() if prior >= Level.STRICT.value}
-    assert taken == {SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE, SeamSource.MARKED, SeamSource.ADDED}
+    assert taken == set(PRIOR) - {SeamSource.BEAD}

@@ -147,10 +147,11 @@ def is_filled(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> Bo
     """Tell in which gaps another solid lies, a shim or a gasket; shape (k,)."""
     if len(pieces) == 0:
         return np.zeros(0, dtype=bool)
-    p = evaluate_edges(graph, pieces.edge, (pieces.t0 + pieces.t1) / 2)[0]
-    middle = (p + project_to_faces(graph, pieces.base, p).p) / 2
-    behind = project_to_faces(graph, pieces.wall, p).normal * pieces.gap_mm[:, 1:2]
-    points = np.concatenate([middle - depth * behind for depth in DEPTHS])
+    p, along = evaluate_edges(graph, pieces.edge, (pieces.t0 + pieces.t1) / 2)
+    normal, gap = project_to_faces(graph, pieces.wall, p).normal, pieces.gap_mm[:, 1:2]
+    across = np.cross(normal, along / np.linalg.norm(along, axis=1, keepdims=True)) * gap / 2  # in a butt, over the gap
+    middles = ((p + project_to_faces(graph, pieces.base, p).p) / 2, p + across, p - across)
+    points = np.concatenate([middle - depth * normal * gap for middle in middles for depth in DEPTHS])
     row, solid = find_solids_around(ExactMaterial(graph, trimmed), points)
     row %= len(pieces)
     filled = np.zeros(len(pieces), dtype=bool)
