@@ -150,6 +150,11 @@ def test_a_program_of_another_part_is_refused(written: Path, tmp_path: Path) -> 
     back = changed_copy(written, "rapid", tmp_path / "back", (START, (0.0, 1.0, 0.0)))
     done = run_here("touchup", back, "--of", FRAME, "--written", written / "rapid", "-o", tmp_path / "new")
     assert (done.returncode, done.stderr.count("\n"), (tmp_path / "new").exists()) == (2, 1, False)
+    path = back / "WPCAL.mod"
+    path.write_text(path.read_text().replace("[175.00000", "[9e9"))
+    done = run_here("touchup", back, "--of", GOLDEN, "--written", written / "rapid")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "a pose that is no number, or more than 100000 mm away" in done.stderr
     done = run_here("touchup", tmp_path / "none", "--of", GOLDEN, "--written", written / "rapid")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 

@@ -19,6 +19,7 @@ from wpcal.controllers.run.trace import Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
+from wpcal.seam.record_check import FARTHEST_MM
 
 NEAR_MM = 25.0  #: A pose that has another name is the same point, corrected, within this distance.
 NUMBERED = re.compile(r"^[ \t]*\d+:")  #: Numbers of lines change when one is added.
@@ -74,9 +75,13 @@ def read_program(path: Path, *, like: ProgramText | None = None) -> ProgramText:
     if len(languages) != 1:
         what = "no program in a language that wpcal executes" if not languages else "programs in more than one language"
         raise InputError(f"{path}: {what}; give the folder or the file of one program")
-    trace = execute(files)
+    with np.errstate(all="ignore"):  # of numbers that are none the poses tell
+        trace = execute(files)
     unread = tuple(f"{each.place.file}, line {each.place.line}: {each.text}" for each in trace.unknowns)
     poses = tuple(_poses(trace, files))
+    for pose in poses:
+        if not float(np.abs(pose.T).max()) < FARTHEST_MM:
+            raise InputError(f"{pose.where}: a pose that is no number, or more than {FARTHEST_MM:g} mm away")
     beside = {name: data for name, data in found.items() if name not in files}
     return ProgramText(files, poses, frozenset(pose.place.tool for pose in poses), unread, beside)
 

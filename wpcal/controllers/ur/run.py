@@ -133,7 +133,7 @@ class Interpreter(BlockInterpreter):
         """Read a script."""
         lines = [(number, without_comment(row, "#")) for number, row in enumerate(text.splitlines(), 1)]
         rows = [(number, bare.strip() or f"#{remark}") for number, (bare, remark) in lines if bare.strip() or remark]
-        begins = lambda row: row.split("(")[0].split()[0] in HEADS and row.endswith(":")  # noqa: E731
+        begins = lambda row: next(iter(row.split("(")[0].split()), "") in HEADS and row.endswith(":")  # noqa: E731
         for node in tree(rows, file, begins=begins, turns="ELIF ELSE", ends="END"):
             if node.branches and node.text.split()[0] in {"def", "thread", "sec"}:
                 self._define(file, node)
