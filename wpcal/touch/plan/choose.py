@@ -15,12 +15,15 @@ from functools import cached_property
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
+from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.of_bodies import joint_error
+from wpcal.calibrate.errors.prediction import COVERAGE, Sigma
+from wpcal.calibrate.errors.robot_field import ResidualRows, RobotField, foresee
 from wpcal.calibrate.observe.bodies import Bodies
 from wpcal.calibrate.trust.residuals import LEAST_REDUNDANCY
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
-from wpcal.core.tangent import point_jacobian
+from wpcal.core.tangent import point_jacobian, translation_adjoint
 from wpcal.core.wording import counted
 from wpcal.touch.design import FREEDOMS, QUANTILES, SetSearch, farthest_rows
 from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved, shared_error_words
@@ -56,6 +59,10 @@ class TouchDesign:
     weights: FloatArray  #: shape (n,). With which the fit weighs each number, 1/mm².
     seam_points: FloatArray  #: shape (k, 3). Relative to `centre`, mm.
     length_mm: float  #: Of the part: by it rotations are compared with translations.
+    #: `p`, `normal`: shape (n, 3). Of the touches, about `centre`, mm.
+    p: FloatArray
+    normal: FloatArray
+    robot: RobotField | None = None  #: The robot's own error, if it is stated; otherwise the touches alone count.
 
     @classmethod
     def of(
@@ -77,7 +84,7 @@ class TouchDesign:
         weights = 1.0 / (variances + (shared**2).sum(axis=1))
         some = seam_points[farthest_rows(seam_points, MOST_SEAM_POINTS)]
         length = float(np.linalg.norm(p - p.mean(axis=0), axis=1).max()) if len(p) else 1.0
-        return cls(rows, variances, shared, weights, some, max(length, 1.0))
+        return cls(rows, variances, shared, weights, some, max(length, 1.0), p, normal)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -114,6 +121,19 @@ class TouchDesign:
         """Return the covariance of the motion of each set, shape (m, 6, 6), and which sets leave a motion free."""
         C, free = self._scaled_covariances(sets)
         return np.asarray(C / np.outer(self._scale, self._scale)), free
+
+    def budget(self, chosen: IntArray) -> ErrorBudget:
+        """Return the error budget of touches that hold the part, rows of shape (n,), before they are made."""
+        h, n, w, p = (each[chosen] for each in (self.rows, self.normal, self.weights, self.p))
+        M = np.einsum("n,ni,nj->ij", w, h, h) / np.outer(self._scale, self._scale)
+        back = np.linalg.solve(M, (w[:, None] * h / self._scale).T).T / self._scale
+        about = translation_adjoint(-p.mean(axis=0))
+        gain = np.einsum("ij,nj,nk->nik", about, back, n)
+        touching, places = about @ self.covariances(chosen[None])[0][0] @ about.T, p - p.mean(axis=0)
+        information = w[:, None, None] * n[:, :, None] * n[:, None, :]
+        rows = ResidualRows.of(places, point_jacobian(places), np.zeros_like(places), information)
+        sigma = Sigma.stated(float(np.sqrt(np.mean(1.0 / w))))
+        return ErrorBudget.of(p, gain, touching, foresee(rows, 1.0, self.robot), sigma)
 
     def _scaled_covariances(self, sets: IntArray) -> tuple[FloatArray, BoolArray]:
         information, noise, common = (part[sets].sum(axis=1) for part in self._parts)
@@ -247,7 +267,11 @@ def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray)
     `seam_points`: shape (k, 3). About the centre of the design, mm.
     """
     covariances, free = design.covariances(rows[None])
-    return float("inf") if free[0] else joint_error(point_jacobian(seam_points), covariances[0])
+    if free[0]:
+        return float("inf")
+    if design.robot is None:
+        return joint_error(point_jacobian(seam_points), covariances[0])
+    return float(np.quantile(design.budget(rows).joint_errors(seam_points), COVERAGE))
 
 
 def _as_one_body(design: TouchDesign) -> tuple[MovedSearch, FloatArray]:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from wpcal.calibrate.errors.prediction import length_quantile
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt, opt_deg
@@ -100,6 +101,14 @@ class TouchOptions:
         Pattern.BEST,
         "Pattern of the touches: any, three on one side with two and one on two others, or two sides at each of three "
         "places.",
+    )
+    robot: RobotField | None = opt(
+        None,
+        "The robot's own smooth error: standard deviation per axis, and the distance over which it changes (0.3,500). "
+        "Or an identification.json, or a file of wpcal drift --cell-errors. Without it, the touches alone count.",
+        "--robot-mm",
+        metavar="AMPLITUDE,LENGTH|FILE",
+        read=RobotField.read,
     )
     nominal: NominalError = field(default_factory=NominalError)
     wire_mm: float = opt(1.2, "Diameter of the wire.", "--wire-diameter-mm")

@@ -114,7 +114,7 @@ def plan_touches(
 def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: TouchOptions) -> TouchDesign:
     """Return what sets of searches on a part are judged by."""
     contacts = strokes.contacts
-    return TouchDesign.of(
+    design = TouchDesign.of(
         contacts.p - place.centre,
         contacts.normal,
         contacts.wire,
@@ -122,6 +122,7 @@ def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: Touc
         np.concatenate([seam.frames.p for seam in part.seams]) - place.centre,
         stick_out_sigma_mm=stick_out_sigma_mm(options),
     )
+    return replace(design, robot=options.robot)
 
 
 def _require_held(
@@ -185,10 +186,13 @@ def _for_bodies(
 
 
 def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray) -> SeamPrediction:
-    covariance = design.covariances(chosen[None])[0][0]
-    by_seam = tuple(
-        (seam.name, float(error_95(seam.frames.p - centre, covariance).max())) for seam in seams if len(seam.frames)
-    )
+    places = [(seam.name, seam.frames.p - centre) for seam in seams if len(seam.frames)]
+    if design.robot is None:
+        covariance = design.covariances(chosen[None])[0][0]
+        by_seam = tuple((name, float(error_95(p, covariance).max())) for name, p in places)
+    else:
+        budget = design.budget(chosen)
+        by_seam = tuple((name, float(budget.error_95_mm(p).max())) for name, p in places)
     worst = max(by_seam, key=lambda each: each[1])
     every = np.concatenate([seam.frames.p for seam in seams]) - centre
     return SeamPrediction(worst[1], worst[0], by_seam, joint_error_of(design, chosen, every))

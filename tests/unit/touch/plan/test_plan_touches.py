@@ -12,12 +12,20 @@ from tests.touch_parts import touch_part
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.hits import find_hits
 from wpcal.brep.material import ExactMaterial
+from wpcal.calibrate.errors.of_touches import budget_of_touches
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import RobotField
+from wpcal.calibrate.observe.touches import Touches
+from wpcal.calibrate.plane_touches import Planes
+from wpcal.calibrate.solve.touches import Pose
+from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.progress import no_progress
+from wpcal.core.robot_space import RobotSpace
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.plan import NominalError, Pattern, TouchOptions, plan_touches
 from wpcal.touch.plan.candidates import find_searches
-from wpcal.touch.plan.choose import TouchDesign, best_set
+from wpcal.touch.plan.choose import TouchDesign, best_set, joint_error_of
 from wpcal.touch.plan.contacts import find_places, surface_labels
 from wpcal.touch.plan.free import find_strokes
 from wpcal.touch.plan.part import PartPlace
@@ -198,3 +206,19 @@ def test_a_free_motion_is_named() -> None:
     with pytest.raises(GeometryError, match=r"leave the part free: it (slides|turns|screws) .*; ") as caught:
         plan_touches(touch_part("tee"), options=TouchOptions(nominal=NominalError(sigma_mm=4.0, sigma_rad=0.0)))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("robot", [RobotField(0.3, 400.0), RobotField(0.0, 400.0, rest_mm=0.1)])
+def test_a_plan_with_a_stated_robot_promises_what_the_verdict_compares(robot: RobotField) -> None:
+    design = replace(random_design(3), robot=robot)
+    rows, names = np.arange(12), tuple(f"T{k}" for k in range(12))
+    p, n, shared = design.p[rows], design.normal[rows], design.shared[rows, None, :] * design.normal[rows, :, None]
+    covariances = design.variances[rows, None, None] * np.eye(3) + shared @ shared.swapaxes(1, 2)
+    own = (Planes(p, n), names, covariances, RobotSpace.NOMINAL, rows)
+    touches = Touches(names, p, np.zeros(12), *own, shared=shared)
+    pose = Pose.of(touches, np.eye(3), np.zeros(3))
+    found = budget_of_touches(touches, pose, Criterion.WEIGHTED, TeachingError(robot=robot))
+    promised = joint_error_of(design, rows, design.seam_points)
+    assert promised == pytest.approx(float(np.quantile(found.joint_errors(design.seam_points), 0.95)), rel=1e-6)
+    alone = joint_error_of(replace(design, robot=None), rows, design.seam_points)
+    assert promised > alone
