@@ -113,6 +113,9 @@ def _show(found: TouchUp) -> None:
 
     from wpcal.cli.console import plain_console
 
+    if not found.seams:
+        click.echo("no point of a seam was corrected")
+        return
     table = Table(title=f"{len(found.points)} corrected points")
     table.add_column("seam")
     for heading in ("corrected", "was off mm", "95 % before mm", "95 % now mm"):
