@@ -1,5 +1,7 @@
 """Search, correct the frame and weld in one run: programs as they are exported, run by robots that are not there."""
 
+import re
+import shutil
 from functools import cache
 from pathlib import Path
 
@@ -115,6 +117,21 @@ def test_a_part_too_far_off_or_that_places_do_not_fit_is_not_welded(brand, y_mm,
     assert not run.is_finished
     assert len(welded) == 0
     assert ("off: not welded" in run.messages[-1]) == (sigma_mm > 0.0)
+
+
+def test_an_audit_executes_searches_and_welds_beside_their_plan(jobs, tmp_path):
+    job = jobs("tee")
+    shutil.copytree(job.programs, tmp_path / "p")
+    shutil.copy(job.programs.parent / "plan" / "touches.json", tmp_path / "p")
+    ended = run_here("audit", tmp_path / "p")
+    assert (ended.returncode, "executed: the poses of the plan of touches" in ended.stdout) == (0, True), ended.stdout
+    for name, number in (("rapid/WPCAL_touch.mod", "wptT5_E:=[["), ("krl/WPCAL_touch.dat", "WPT_T5_E={X ")):
+        path = tmp_path / "p" / name
+        path.write_text(path.read_text().replace(number, f"{number}1"))
+    ended = run_here("audit", tmp_path / "p")
+    assert ended.returncode == 1
+    for name in ("WPCAL_touch.mod", "WPCAL_touch.src"):
+        assert re.search(rf"{name}: touch program \(\.\w+\): \d faults?", ended.stdout), ended.stdout
 
 
 def test_what_cannot_be_corrected_in_the_program_is_one_line(jobs, tmp_path):

@@ -172,10 +172,8 @@ class _Audit:
         if controller is not None and controller.run is not None:
             files = _files_beside(path, controller)
             stems = [Path(name).stem for name, data in files.items() if is_touch_program(data, path.parent / name)]
-            own = {
-                name: data for name, data in files.items() if any(Path(name).stem.startswith(stem) for stem in stems)
-            }
-            _add(found, executed_touch_faults(own, path))
+            own = [name for name in files if any(Path(name).stem.startswith(stem) for stem in stems)]
+            _add(found, executed_touch_faults(files, own, path))
         return found
 
     def _with_part(self, result: Path | None) -> Surroundings:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from wpcal.controllers.audit.fault import Fault
@@ -47,21 +47,29 @@ def touch_faults(raw: bytes, path: Path) -> list[Fault]:
     return list(pose_faults(poses, Surroundings(T_base_part)))
 
 
-def executed_touch_faults(files: Mapping[str, bytes], path: Path) -> Iterator[tuple[str, Fault]]:
-    """Yield the names of files and where touch programs that lie together lead otherwise than the plan beside them."""
+def executed_touch_faults(files: Mapping[str, bytes], own: Collection[str], path: Path) -> Iterator[tuple[str, Fault]]:
+    """Yield the names of files and where touch programs that lie together lead otherwise than the plan beside them.
+
+    `own`: Names of the touch programs; they may call the others of `files`.
+    """
     plan = _plan_near(path)
     if plan is None or not plan.searches:
         return
     trace, refused = executed(files, Surroundings(plan.T_base_part), feel=contacts_of(plan))
+    refused = {name: faults for name, faults in refused.items() if name in own}
+    unknowns = [each for each in trace.unknowns if each.place.file in own]
     yield from ((name, fault) for name, faults in refused.items() for fault in faults)
     found = compare(trace, asked_of_touches(TouchProgram(plan)))
-    yield from ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in trace.unknowns)
-    if trace.unknowns or refused:
+    yield from ((each.place.file, Fault(f"NOT CHECKED: {each.text}", each.place.line)) for each in unknowns)
+    if unknowns or refused:
         return
-    for motion in found.others:
+    last = max((motion.step for motion in trace.motions if motion.kind == "S"), default=0)
+    welds = any(motion.step > last and motion.place.file not in own for motion in trace.motions)
+    others = [each for each in found.others if each.place.file in own and not (welds and each.step > last)]
+    for motion in others:
         yield motion.place.file, Fault("leads where the plan of touches has no pose", motion.place.line)
-    if found.missing and not found.others:
-        yield next(iter(files)), Fault(f"does not lead to {len(found.missing)} poses of the plan of touches")
+    if found.missing and not others:
+        yield next(iter(own)), Fault(f"does not lead to {len(found.missing)} poses of the plan of touches")
 
 
 def _plan_near(path: Path) -> TouchPlan | None:
