@@ -37,6 +37,7 @@ OTHER_VARIABLES = frozenset({"CACHE", "CACHE_MB", "KERNEL_TIME_S", "KERNEL_MEMOR
 """Variables ``WPCAL_…`` that say no option."""
 FILE_NAME = re.compile(r"[/\\]|\.[A-Za-z]\w*$")
 """A separator of folders, or an ending with a letter: ``arms/kr``, ``kr.json``; not ``0.3,500``."""
+ADDRESS = re.compile(r"[a-z][a-z-]+:")  #: Of a robot, as ``ur:robot.local``.
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,5 +228,6 @@ def _beside(value: Any, shop: Path, is_file: bool) -> Any:
     """Return a value; the name of a file is taken from the folder of the shop's file."""
     if isinstance(value, list):
         return [_beside(each, shop, is_file) for each in value]
-    names_file = isinstance(value, str) and value and (is_file or FILE_NAME.search(value))
+    is_named = isinstance(value, str) and FILE_NAME.search(value) and not ADDRESS.match(value)
+    names_file = isinstance(value, str) and value and (is_file or is_named)
     return str(shop.parent / value) if names_file else value

@@ -86,6 +86,9 @@ def test_files_are_named_from_the_folder_of_the_shop(tmp_path: Path, monkeypatch
     assert said["robot"].value == str(tmp_path / "arms" / "kr.json")
     assert (said["formats"].value, said["formats"].origin) == (["csv"], "wpcal.toml [export]")
     assert said["tool"].value == "0,0,300.5"
+    (tmp_path / "wpcal.toml").write_text("[pick]\nrobot = 'ur:robot.local,tool=2'")
+    pick = said_of(dict(installed_commands())["pick"], "pick", find_shop([str(tmp_path)]))
+    assert pick["robot"].value == "ur:robot.local,tool=2"
     assert said_of(commands["seams"], "seams", shop)["torch"].value == "straight"
     assert said_of(commands["touches"], "touches", shop)["cell"].value == str(tmp_path / "cell.json")
 
