@@ -13,6 +13,7 @@ from tests.touch_robots.loop import T_FLANGE_TOOL, displacement, planned_frame, 
 from tests.touch_robots.robot import Senses, Torch, Welder
 from tests.touch_robots.solid import Solid, triangles_of
 from wpcal.calibrate.errors.prediction import error_95
+from wpcal.controllers.abb.write import NAMES
 from wpcal.controllers.run.machine import inverted
 from wpcal.results.folder import read_finished
 from wpcal.touch.plan.choose import TouchDesign
@@ -117,6 +118,13 @@ def test_a_part_too_far_off_or_that_places_do_not_fit_is_not_welded(brand, y_mm,
     assert not run.is_finished
     assert len(welded) == 0
     assert ("off: not welded" in run.messages[-1]) == (sigma_mm > 0.0)
+
+
+def test_variables_of_the_correction_are_no_words_of_rapid(jobs):
+    text = (jobs("tee").programs / "rapid" / "WPCAL_touch_weld.mod").read_text()
+    names = re.findall(r"\b(?:VAR|CONST|PERS) \w+ (\w+)|\bFOR (\w+) FROM", text)
+    assert len(names) > 10
+    assert {name.lower() for pair in names for name in pair if name}.isdisjoint(NAMES.keywords.lower().split())
 
 
 def test_an_audit_executes_searches_and_welds_beside_their_plan(jobs, tmp_path):
