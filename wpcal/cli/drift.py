@@ -3,33 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from wpcal.study.drift import PartDrift, PartJobs
 
-USUAL_FIRST, LEAST_FIRST = 25, 3
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobsAsked:
+    """Which jobs are watched."""
+
+    part: str | None = opt(None, "Only the jobs on this STEP file.", "--on-part", metavar="NAME")
+    first: int = opt(25, "The first N jobs give the centres of the charts.", metavar="N", least=3)
 
 
-@click.command()
+@command()
 @click.argument("folders", metavar="OUT...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
     "-o", "--out", metavar="PAGE.html", required=True, type=click.Path(path_type=Path), help="Output: the page."
 )
-@click.option("--on-part", "part", metavar="NAME", help="Only the jobs on this STEP file.")
-@click.option(
-    "--first",
-    metavar="N",
-    type=click.IntRange(min=LEAST_FIRST),
-    default=USUAL_FIRST,
-    show_default=True,
-    help="The first N jobs give the centres of the charts.",
-)
+@takes("asked", JobsAsked)
 @click.option(
     "--cell-errors",
     metavar="FILE.json",
@@ -42,8 +43,7 @@ def drift(
     *,
     folders: tuple[Path, ...],
     out: Path,
-    part: str | None,
-    first: int,
+    asked: JobsAsked,
     cell_errors: Path | None,
     force: bool,
     as_json: bool,
@@ -73,7 +73,7 @@ def drift(
         require_as_written(job.with_name(CALIBRATION_FILE))
     with shown_progress("reading jobs") as progress:
         jobs, failed = read_drift_jobs(folders, advance=lambda done: progress(f"reading jobs: {done}"))
-        parts, left_out = _watched(jobs, part, first=first, failed=len(failed))
+        parts, left_out = _watched(jobs, asked, failed=len(failed))
         record = drift_record(parts, failed, left_out)
         page = build_drift_page(parts, failed, left_out)
     pooled = pool_jobs(jobs) if cell_errors else None
@@ -91,9 +91,7 @@ def drift(
     return 0
 
 
-def _watched(
-    jobs: Sequence[PartJobs], part: str | None, *, first: int, failed: int
-) -> tuple[list[PartDrift], list[str]]:
+def _watched(jobs: Sequence[PartJobs], asked: JobsAsked, *, failed: int) -> tuple[list[PartDrift], list[str]]:
     """Return the parts with enough jobs, and a line about each of the others."""
     from wpcal.core.errors import InputError
     from wpcal.core.wording import listed
@@ -101,6 +99,7 @@ def _watched(
 
     if not jobs:
         raise InputError(f"no job has a calibration; {failed} failed")
+    part = asked.part
     if part is not None:
         found = [each for each in jobs if part in (each.file, each.sha256)]
         if not found:
@@ -113,7 +112,7 @@ def _watched(
         if each.on_others:
             left_out.append(f"{each.file}: jobs without the points of most jobs: {listed(each.on_others)}")
         try:
-            parts.append(watch_part(each, first=first))
+            parts.append(watch_part(each, first=asked.first))
         except InputError as error:
             left_out.append(str(error))
     if not parts:
