@@ -175,7 +175,8 @@ def count(
     """Compare what is said with what is true."""
     seen.trials += 1
     explanation = found.explanation
-    assert explanation is not None
+    if explanation is None:  # the hand moved no point by as much as counts
+        return
     tips = np.array([tip[:3, 3] for seam in old for tip in seam])
     where = [(i, int(j)) for i, rows in enumerate(frames) for j in rows]
     mean, C = explanation.seams_at(found.part.places(np.array(where)))
