@@ -16,9 +16,16 @@ if TYPE_CHECKING:
     from cad.workpiece.calibrate import WrittenCalibration
 
 
+def _require_taught(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    """Refuse a command without points, before any other option that is missing is told; --from has them."""
+    if value is None and context.params.get("results_from") is None and not context.resilient_parsing:
+        raise click.MissingParameter(ctx=context, param=parameter, param_hint="'TAUGHT'")
+    return value
+
+
 @command()
 @click.argument("part_step", metavar="PART.step", type=click.Path(path_type=Path))
-@click.argument("taught", metavar="[TAUGHT]", required=False, type=click.Path(path_type=Path))
+@click.argument("taught", metavar="[TAUGHT]", required=False, type=click.Path(path_type=Path), callback=_require_taught)
 @click.option(
     "--from",
     "results_from",
@@ -66,9 +73,9 @@ def calibrate(
 
     with noted_files() as read:
         asked = request()
-        taught = taught if results_from is None else results_of_robot(results_from, asked, taught)
-        if taught is None:
-            raise click.UsageError("Missing argument 'TAUGHT'.")
+        if results_from is not None:
+            taught = results_of_robot(results_from, asked, taught)
+        assert taught is not None
         arguments = calibrate_arguments(asked, part=part_step, taught=taught, out=out)
         inputs = asked_inputs(click.get_current_context(), part_step, taught, arguments["taught"].sha256, read)
     written: WrittenCalibration = run_on_part(

@@ -41,7 +41,7 @@ TURNS = [
     ("tee.step", "tee.step is a file; a command comes first, as in: wpcal features tee.step"),
     (
         "calibrate tee.step",
-        "Missing argument 'TAUGHT'; usage: wpcal calibrate [OPTIONS] PART.step TAUGHT; -h explains it",
+        "Missing argument 'TAUGHT'; usage: wpcal calibrate [OPTIONS] PART.step [TAUGHT]; -h explains it",
     ),
     ("calibrate tee.step taught.csv", "Missing option '-o' / '--out'; usage: wpcal calibrate"),
     ("calibrate taught.csv tee.step -o new", "are two files swapped?"),

@@ -166,7 +166,9 @@ class Search(Record):
     via_joints_deg: list[list[float]] | None = D("Shown angles at the points on the way; null without an arm.")
     body: Maybe[str] = D("The body that is touched, if bodies may move; otherwise empty.")
     serves: Maybe[Serves | None] = D("What the search does for a seam, if bodies may move.")
-    axis: Maybe[list[Vector] | None] = D("A point of the axis of a cylinder, mm, and its direction; null for others.")
+    axis: Maybe[Annotated[list[Vector], Meta(min_length=2, max_length=2)] | None] = D(
+        "A point of the axis of a cylinder, mm, and its direction; null for others."
+    )
 
 
 class Touches(Record):
