@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 import threading
 import time
@@ -25,6 +26,19 @@ class Stopped(KeyboardInterrupt):
         self.number = number
 
 
+AGAIN_S = 0.05
+"""A signal that comes where Python drops errors is sent again after this."""
+
+
+def _is_swallowed(frame: FrameType | None) -> bool:
+    """Tell whether an error that is raised here is dropped: within a destructor, at any depth."""
+    while frame is not None:
+        if frame.f_code.co_name == "__del__":
+            return True
+        frame = frame.f_back
+    return False
+
+
 @contextmanager
 def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
     """Let these signals raise `Stopped`, unless the caller of this process ignores them (`nohup`).
@@ -41,8 +55,11 @@ def stopped_like_interrupted() -> Iterator[list[KeyboardInterrupt]]:
 
     last_s = -math.inf
 
-    def stop(number: int, _: FrameType | None) -> None:
+    def stop(number: int, frame: FrameType | None) -> None:
         nonlocal last_s
+        if _is_swallowed(frame):
+            threading.Timer(AGAIN_S, os.kill, (os.getpid(), number)).start()
+            return
         now_s = time.monotonic()
         if now_s - last_s < SOON_S:
             return

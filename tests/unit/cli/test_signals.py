@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 
 import pytest
 
+from tests.running import TIMEOUT_S
 from wpcal.cli import main
 from wpcal.cli.main import EXIT_INTERRUPTED, EXIT_OUR_FAULT
 
@@ -41,6 +43,23 @@ def test_an_error_that_an_interruption_caused_is_an_interruption(command, capsys
 
     assert command(interrupted_import) == code
     assert "internal error" not in capsys.readouterr().err
+
+
+def test_a_signal_within_a_destructor_is_not_lost(command, capsys):
+    """Python drops what is raised there, and the command would go on."""
+
+    class Ends:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    def dropped():
+        Ends()
+        threading.Event().wait(TIMEOUT_S)
+
+    begun = time.monotonic()
+    assert command(dropped) == EXIT_INTERRUPTED
+    assert time.monotonic() - begun < TIMEOUT_S
+    assert "Exception ignored" not in capsys.readouterr().err
 
 
 def test_a_second_signal_does_not_disturb_the_end_of_the_first(command, capsys):
