@@ -114,7 +114,7 @@ def _show(found: TouchUp) -> None:
     from wpcal.cli.console import plain_console
 
     if not found.seams:
-        click.echo("no point of a seam was corrected")
+        click.echo("all corrections are set aside" if found.points else "no point of a seam was corrected")
         return
     table = Table(title=f"{len(found.points)} corrected points")
     table.add_column("seam")
