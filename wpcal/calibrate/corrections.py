@@ -28,6 +28,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
+from wpcal.calibrate.errors.budget import USUAL_SCALE
 from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.calibrate.errors.robot_field import (
     CLASS_AMPLITUDES_MM,
@@ -40,16 +41,15 @@ from wpcal.calibrate.errors.robot_field import (
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 
-USUAL_HAND_MM = 0.2  #: Error of a correction on the pendant per axis, if nothing is stated: half a wire's radius.
+USUAL_HAND_MM = 0.2  #: Error of a correction on the pendant per axis, if nothing is stated: a sixth of the wire.
 HAND_FACTOR = 1.5  #: Prior of that error: within this factor (68 %).
 HAND_NODES = np.array([0.6, 1.0, 1.6])
 LEAST_TO_ESTIMATE = 8  #: Corrected points from which their own error is estimated.
 END_MM = 1.0  #: Standard deviation of where along its seam a person lets a weld begin or end.
-PREFERENCE_MM = 1.0  #: Standard deviation of a preference per axis: half a wire's diameter or so.
+PREFERENCE_MM = 1.0  #: Standard deviation of a preference per axis: about the wire's diameter.
 EXCEPTION_MM = 4.0  #: The same of a point that goes round a clamp or a tack.
 BODY_MM, BODY_RAD = 2.0, 0.005  #: The same of a body that moved, if no tack tolerance is stated.
 LARGEST_FIELD_MM = 1.5  #: A robot that errs by more is not corrected point by point.
-SCALE = 1e-4  #: Standard deviation of the scale between part and robot.
 LEAST_WEIGHT = 1e-3  #: Nodes with a smaller share are left out.
 MOST_EXCEPTIONS = 1 / 3  #: Of more corrected points than this share, nothing is understood by leaving them out.
 FAR_MM, FAR_RAD = 50.0, 0.05  #: Before anything is known of the pose.
@@ -198,7 +198,7 @@ class Explanation:
         """Return what rows see of pose, scale and the bodies in `share`, per standard deviation of each."""
         x = place - self.centre
         J = np.einsum("mi,mij->mj", direction, point_jacobian(x))
-        columns = [J * np.repeat([FAR_RAD, FAR_MM], 3), SCALE * np.einsum("mi,mi->m", direction, x)[:, None]]
+        columns = [J * np.repeat([FAR_RAD, FAR_MM], 3), USUAL_SCALE * np.einsum("mi,mi->m", direction, x)[:, None]]
         for body, D in share.items():
             about = point_jacobian(place - self.middles[body])
             mm, rad = self.known.tack.get(body, (BODY_MM, BODY_RAD))
