@@ -28,12 +28,12 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
-from wpcal.calibrate.errors.budget import USUAL_SCALE
 from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.calibrate.errors.robot_field import (
     CLASS_AMPLITUDES_MM,
     CLASS_LENGTHS_MM,
     CLASS_WEIGHTS,
+    USUAL_SCALE,
     FieldOrigin,
     RobotField,
     correlation,
