@@ -28,6 +28,7 @@ from wpcal.pages.drift import build_drift_page
 from wpcal.results.agree import JOB_FILE
 from wpcal.study.drift import read_drift_jobs
 from wpcal.study.drift.record import drift_record
+from wpcal.study.drift.watch import JobsAsked
 
 QUESTION, OF = "a question", ("a part", 1.5)
 ANSWER = {"a": [1, 2.5, None], "b": "text" * 20}
@@ -91,7 +92,7 @@ class Replaced:
 def drift(folder: Path) -> object:
     """Do what `wpcal drift` does."""
     jobs, failed = read_drift_jobs([folder])
-    parts, left_out = _watched(jobs, None, first=20, failed=len(failed))
+    parts, left_out = _watched(jobs, JobsAsked(first=20), failed=len(failed))
     record = json.loads(to_json(drift_record(parts, failed, left_out)))
     check_record(record, record["schema"], path="drift.json", is_complete=True)
     return build_drift_page(parts, failed, left_out).encode()

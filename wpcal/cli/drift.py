@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,18 +10,10 @@ import click
 
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
-from wpcal.core.options import opt
 
 if TYPE_CHECKING:
     from wpcal.study.drift import PartDrift, PartJobs
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JobsAsked:
-    """Which jobs are watched."""
-
-    part: str | None = opt(None, "Only the jobs on this STEP file.", "--on-part", metavar="NAME")
-    first: int = opt(25, "The first N jobs give the centres of the charts.", metavar="N", least=3)
+    from wpcal.study.drift.watch import JobsAsked
 
 
 @command()
@@ -30,7 +21,7 @@ class JobsAsked:
 @click.option(
     "-o", "--out", metavar="PAGE.html", required=True, type=click.Path(path_type=Path), help="Output: the page."
 )
-@takes("asked", JobsAsked)
+@takes("asked", "wpcal.study.drift.watch:JobsAsked")
 @click.option(
     "--cell-errors",
     metavar="FILE.json",

@@ -8,6 +8,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
+from wpcal.core.options import opt
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.wording import counted
 from wpcal.study.drift.causes import Likely, SeenDirections, find_pattern, likely_cause
@@ -50,6 +51,14 @@ class PartDrift:
         rms = np.sqrt((self.distance.values**2).mean(axis=0))
         order = np.lexsort((rms, self.largest, self.jobs.suspected))
         return int(order[-1]) if rms[order[-1]] > 0 else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobsAsked:
+    """Which jobs are watched."""
+
+    part: str | None = opt(None, "Only the jobs on this STEP file.", "--on-part", metavar="NAME")
+    first: int = opt(FIRST_JOBS, "The first N jobs give the centres of the charts.", metavar="N", least=3)
 
 
 def watch_part(jobs: PartJobs, *, first: int = FIRST_JOBS) -> PartDrift:
