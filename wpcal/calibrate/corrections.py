@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 
@@ -115,25 +115,25 @@ class Sizes:
 class Causes:
     """What an explanation takes into account besides the pose and the robot's error."""
 
-    preferences: frozenset[int] = frozenset()  #: Kinds of seams.
-    bodies: frozenset[int] = frozenset()
-    exceptions: frozenset[int] = frozenset()  #: Rows of the corrections.
+    #: What it is, a key of `ODDS`, and the number of the kind of seam, of the body, or of the row of the corrections.
+    taken: frozenset[tuple[str, int]] = frozenset()
 
     def with_one(self, what: str, number: int) -> Causes:
         """Take one in, or leave it out if it is in."""
-        name = {"preference": "preferences", "body": "bodies", "exception": "exceptions"}[what]
-        return replace(self, **{name: getattr(self, name) ^ {number}})
+        return Causes(self.taken ^ {(what, number)})
 
-    def each(self) -> Iterator[tuple[str, int]]:
-        """Yield all of them."""
-        yield from (("preference", each) for each in sorted(self.preferences))
-        yield from (("body", each) for each in sorted(self.bodies))
-        yield from (("exception", each) for each in sorted(self.exceptions))
+    def each(self) -> list[tuple[str, int]]:
+        """Return all of them, in one order."""
+        return sorted(self.taken)
+
+    def of(self, what: str) -> list[int]:
+        """Return the numbers of one sort."""
+        return [number for each, number in self.each() if each == what]
 
     @property
     def log_odds(self) -> float:
         """Of them all, before anything is seen."""
-        return sum(ODDS[what] for what, _ in self.each())
+        return sum(ODDS[what] for what, _ in self.taken)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -269,16 +269,20 @@ class Explanation:
 
     def _explain(self) -> tuple[Causes, FloatArray]:
         """Take causes in one by one; return them, and the log evidence at every node."""
-        causes = Causes(bodies=frozenset(self.known.tack))
+        causes = Causes(frozenset(self._held))
         logs = self._of_all(causes)
         while True:
-            more = dict(self._gains(causes)) if len(causes.exceptions) < MOST_EXCEPTIONS * len(self.found.moved) else {}
+            more = (
+                dict(self._gains(causes))
+                if len(causes.of("exception")) < MOST_EXCEPTIONS * len(self.found.moved)
+                else {}
+            )
             best = max(more, key=lambda each: float(logsumexp(logs + more[each])), default=None)
             if best is None or logsumexp(logs + more[best]) <= logsumexp(logs):
                 break
             causes = causes.with_one(*best)
             logs = self._of_all(causes)
-        for each in list(causes.each()):
+        for each in causes.each():
             without = self._of_all(causes.with_one(*each))
             if each not in self._held and logsumexp(without) > logsumexp(logs):
                 causes, logs = causes.with_one(*each), without
@@ -295,9 +299,8 @@ class Explanation:
         blocks = [("preference", kind) for kind in (ALL_KINDS, *np.unique(self.found.at.kind).tolist())]
         blocks += [("body", body) for body in self.middles if np.any(self.found.at.bodies == body)]
         blocks += [("exception", row) for row in range(len(self.found.moved))]
-        taken = set(causes.each())
         for each in blocks:
-            if each not in taken:
+            if each not in causes.taken:
                 Z = self._block(*each)
                 yield each, np.array([_gain(np.asarray(inverse), Z, self.y) for inverse in inverses]) + ODDS[each[0]]
 
@@ -323,7 +326,7 @@ class Explanation:
         """
         k = len(places)
         direction, at = np.tile(np.eye(3), (k, 1)), np.repeat(places.p, 3, axis=0)
-        share = {body: np.repeat(places.follows(body), 3, axis=0) for body in sorted(self.causes.bodies)}
+        share = {body: np.repeat(places.follows(body), 3, axis=0) for body in self.causes.of("body")}
         to = self._design(direction, at, share)
         own = [self._base, *(self._block("body", body) for body in share)]
         other = [self._block(*each) for each in self.causes.each() if each[0] != "body"]

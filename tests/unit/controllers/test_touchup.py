@@ -168,6 +168,16 @@ def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:
     assert found.offsets
 
 
+def test_corrections_within_a_frame_that_was_taught_again_move_its_seams_alike() -> None:
+    plain, based = (play(FRAME, Wanted(seams=3, rebase=rebase), 4, Seen()) for rebase in (False, True))
+    assert plain.common is None
+    assert based.common is not None
+    turn = based.common[0][:3, :3]
+    assert np.abs(turn - np.eye(3)).max() > 1e-3
+    np.testing.assert_allclose(based.shifts, plain.shifts @ turn.T, rtol=0, atol=1e-6)  # mm: round-off of two programs
+    assert np.abs(plain.shifts).max() > 0.01
+
+
 def test_what_is_corrected_alike_on_every_part_is_proposed_once(written: Path, tmp_path: Path) -> None:
     for part, dy in enumerate((0.55, 0.6, 0.65)):
         back = changed_copy(

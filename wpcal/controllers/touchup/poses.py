@@ -207,6 +207,8 @@ def common_motion(old: FloatArray, new: FloatArray) -> tuple[FloatArray, bool] |
         rows = max(shared, key=np.sum)
         if rows.mean() > max(stand, LEAST_SHARE):
             T = _aligned(a[rows], b[rows])
+            rows = _agree(T @ a, b)  # without those that were corrected by a little besides
+            T = _aligned(a[rows], b[rows]) if rows.any() else T
             return (inverses(T) if is_tool else T), is_tool
     return None
 

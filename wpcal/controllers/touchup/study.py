@@ -214,7 +214,7 @@ class TouchUp:
     def exceptions(self) -> tuple[CorrectedPoint, ...]:
         """Points that contradict the others."""
         explained = self.explanation
-        return () if explained is None else tuple(self._used[row] for row in sorted(explained.causes.exceptions))
+        return () if explained is None else tuple(self._used[row] for row in explained.causes.of("exception"))
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -228,7 +228,7 @@ class TouchUp:
         if (explained := self.explanation) is None:
             return {}
         names = {ALL_KINDS: "all seams", **dict(enumerate(self.part.kinds))}
-        return {names[kind]: explained.preference(kind) for kind in sorted(explained.causes.preferences)}
+        return {names[kind]: explained.preference(kind) for kind in explained.causes.of("preference")}
 
     @cached_property
     def seam_names(self) -> tuple[str, ...]:
@@ -282,7 +282,7 @@ class TouchUp:
         """Return where points were that the fit puts in place of the hand, by their rows."""
         if not self.options.smooth or self.explanation is None:
             return {}
-        exceptions = self.explanation.causes.exceptions
+        exceptions = self.explanation.causes.of("exception")
         return {point.row: point.at for number, point in enumerate(self._used) if number not in exceptions}
 
     def _offsets_at(self, places: SeamPlaces) -> FloatArray:
@@ -290,7 +290,7 @@ class TouchUp:
         found, explained = np.zeros((len(places), 3)), self.explanation
         if explained is None:
             return found
-        for kind in explained.causes.preferences:
+        for kind in explained.causes.of("preference"):
             wanted = places.R[:, :, 1:] @ explained.preference(kind).mean_mm
             found += ((places.kind == kind) | (kind == ALL_KINDS))[:, None] * wanted
         return found
