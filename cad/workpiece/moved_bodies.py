@@ -13,7 +13,7 @@ from cad.workpiece.touched_bodies import bodies_touched, on_two_bodies
 from cad.workpiece.workpiece import Workpiece
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, gap_errors_mm, meeting_errors
-from wpcal.calibrate.errors.prediction import POSTURE_FACTOR, Sigma
+from wpcal.calibrate.errors.prediction import Sigma
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.bodies import KeptContacts
 from wpcal.calibrate.observe.contacts import find_kept_contacts
@@ -191,11 +191,12 @@ def fit_weldment(
         sigma_mm=options.teaching.per_axis_mm or sigma.mm,  # a smaller one than the digits show is for exact touches
         estimate=not choice.is_stated,
         contacts=contacts,
+        teaching=stated,
         seed=options.seed,
     )
     motions = found.fit.motions
     moved = tuple(moved_seams(workpiece.graph, seams, part.face_body, motions))
-    errors = _errors_of_each(found, moved, POSTURE_FACTOR * rigid.teaching.tcp_bias_mm)
+    errors = _errors_of_each(found, moved)
     observed_on = [
         (each, bodies_touched(each, part.face_body, solid_of)) for each in (touches, checks) if each is not None
     ]
@@ -203,12 +204,11 @@ def fit_weldment(
     return MovedWorkpiece(found, part, result, moved, errors, gap_limit_mm, contacts, sigma_mm, choice.source)
 
 
-def _errors_of_each(found: MovedBodies, moved: Sequence[MovedSeam], bias_mm: float) -> tuple[MeetingErrors, ...]:
-    """Return the errors at the frames of each seam, found for all seams at once, with the allowance for the tool."""
+def _errors_of_each(found: MovedBodies, moved: Sequence[MovedSeam]) -> tuple[MeetingErrors, ...]:
+    """Return the errors at the frames of each seam, found for all seams at once."""
     if not moved:
         return ()
     every = meeting_errors(found.fit, MeetingPoints.joined([meeting_points(seam) for seam in moved]))
-    every = replace(every, total_mm=every.total_mm + bias_mm)
     ends = np.cumsum([len(seam.seam.frames) for seam in moved])[:-1]
     columns = (np.split(getattr(every, field.name), ends) for field in fields(every))
     return tuple(MeetingErrors(*each) for each in zip(*columns, strict=True))
@@ -261,7 +261,6 @@ def _judged(
         MeetingPoints.joined([meeting_points(seam) for seam in accepted]) if accepted else points[0],
         [seam.seam.name for seam in accepted for _ in range(len(seam.seam.frames))],
         sigma,
-        POSTURE_FACTOR * rigid.teaching.tcp_bias_mm,
         (pairs[1], observed[1][1]) if len(pairs) > 1 else None,
         rigid.issues,
         rigid.tolerance_mm,
@@ -283,7 +282,7 @@ def _judged(
         distrusted=None,
         suspect=None,
         criterion_advice=None,
-        known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm + evidence.bias_mm,
+        known_errors_mm=meeting_errors(fit, MeetingPoints.joined(points)).total_mm,
     )
     return replace(result, objective_mm=result.residuals.rms_mm)
 

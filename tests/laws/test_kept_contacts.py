@@ -89,7 +89,7 @@ def test_the_verdict_is_one_line_on_the_contacts(apart_mm: float) -> None:
     none: tuple[Issue, ...] = ()
     sigma = Sigma(SIGMA_MM, SigmaSource.STATED)
     verdict = judge_evidence(
-        BodiesEvidence(found, touches.names, points, ["W1"] * len(part.body), sigma, 0.0, None, none, 5.0)
+        BodiesEvidence(found, touches.names, points, ["W1"] * len(part.body), sigma, None, none, 5.0)
     )
     if apart_mm:
         assert (verdict.kind, verdict.reason) == (VerdictKind.FAIL, VerdictReason.CONTRADICTION)

@@ -9,6 +9,8 @@ import pytest
 
 from tests.weldments import Weldment, uprights
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import RobotField, correlation
 from wpcal.calibrate.moved import fit_moved_bodies
 from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
@@ -20,6 +22,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import GeometryError
 
 SIGMA_MM = 0.2
+RUNS_WITH_FIELDS = 60
 
 
 def test_small_tolerance_gives_the_rigid_fit() -> None:
@@ -166,6 +169,26 @@ def test_the_error_across_a_seam_is_a_part_of_the_whole() -> None:
     found = part.fitted(part.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
     errors = meeting_errors(found, _meeting(part, found))
     assert (errors.across_mm < errors.total_mm / 2.0).all()
+
+
+@pytest.mark.parametrize("is_stated", [True, False])
+def test_the_band_covers_seams_where_the_robot_has_an_error_of_its_own(is_stated: bool) -> None:
+    rng, part, field = np.random.default_rng(2031), uprights(6), RobotField(0.3, 300.0)
+    inside = []
+    for _ in range(RUNS_WITH_FIELDS):
+        true = part.drawn(rng)
+        touches, seams = part.touched(true, SIGMA_MM, rng), _on_seams(part, true, _seam_points(part))
+        places = np.concatenate([touches.p_base, seams])
+        root = np.linalg.cholesky(correlation(places, places, field.length_mm) + 1e-9 * np.eye(len(places)))
+        off = field.amplitude_mm * root @ rng.standard_normal(places.shape)
+        touches = replace(touches, p_base=touches.p_base + off[: len(touches)])
+        stated = TeachingError(robot=field if is_stated else None)
+        found = fit_moved_bodies(
+            touches, part.body, part.bodies, true.T_base_part, sigma_mm=SIGMA_MM, estimate=False, teaching=stated
+        )
+        missed = _on_seams(part, found.fit.motions, _seam_points(part)) - seams - off[len(touches) :]
+        inside.append(np.linalg.norm(missed, axis=1) <= meeting_errors(found.fit, _meeting(part, found.fit)).total_mm)
+    assert (0.92 if is_stated else 0.88) <= np.mean(inside) <= 0.98  # 44 points of one part go together
 
 
 def _with_tolerance(part: Weldment, mm: float, mrad: float) -> Weldment:

@@ -34,9 +34,8 @@ class Hole:
 
 
 def problem_of(part: Weldment, touches: Touches) -> Problem:
-    T = RigidTransform.identity(target="base", source="part")
     touches = replace(touches, covariances=np.tile(SIGMA_MM**2 * np.eye(3), (len(touches), 1, 1)))
-    return Problem.of(touches, part.body, part.bodies, KeptContacts.none(), T)
+    return Problem.of(touches, part.body, part.bodies, KeptContacts.none(), 0)
 
 
 def added(part: Weldment) -> FloatArray:

@@ -7,8 +7,12 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+from scipy.linalg import null_space
 from scipy.special import chdtrc
 
+from wpcal.calibrate.errors.modes import ErrorModes
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import ResidualRows, believe
 from wpcal.calibrate.observe.bending import MODES
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.touches import Touches
@@ -206,18 +210,23 @@ def fit_moved_bodies(
     sigma_mm: float | None = None,
     estimate: bool = True,
     contacts: KeptContacts | None = None,
+    teaching: TeachingError | None = None,
     seed: int = 0,
 ) -> MovedBodies:
     """Fit a weldment whose bodies may have moved, and judge whether they did.
 
     `body`: shape (n,). The body that each touch lies on.
+    `teaching`: What is stated of the robot and the tool. By default they are without errors, as in a simulation.
     Raises `InputError` or `GeometryError` or `ConvergenceError` as in `fit_bodies`.
     """
     fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts)
+    modes = None if teaching is None else _modes(fit.whitened.without_contacts(), touches, teaching)
+    if modes is not None:
+        fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts, modes=modes)
     evidence = judge_motion(fit.whitened.without_contacts(), seed=seed)
     estimated = estimated_tolerances(fit.whitened.without_contacts(), bodies) if estimate else None
     if estimated is not None:
-        fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts)
+        fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts, modes=modes)
     source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED
     source = source if estimated is None else ToleranceSource.ESTIMATED
     kept, judged = None, fit.whitened
@@ -231,6 +240,18 @@ def fit_moved_bodies(
     return MovedBodies(
         fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful), kept
     )
+
+
+def _modes(touched: Whitened, touches: Touches, teaching: TeachingError) -> ErrorModes:
+    """Return the robot's error as the touches that are not wrong show it, where motions of bodies are errors, too."""
+    seen = touched.select(~np.isin(np.arange(len(touched.r)), wrong_rows(touched)))
+    about = touches.p_base - touches.p_base.mean(axis=0)
+    Q = null_space(seen.J.T)
+    L = np.linalg.cholesky(np.eye(Q.shape[1]) + (Q.T @ seen.B) @ (seen.B.T @ Q))
+    rest, root, owner = np.linalg.solve(L, Q.T).T, seen.J[:, 3:6], seen.touch
+    z = rest.T @ np.einsum("mi,mi->m", root, about[owner])
+    rows = ResidualRows(about, owner, root, rest, rest.T @ seen.r, z, float(np.mean(np.sum(root**2, axis=1))))
+    return ErrorModes.of(touches.p_base, believe(rows, 1.0, teaching.robot), teaching.tool_mm)
 
 
 def wrong_rows(touched: Whitened) -> IntArray:
@@ -264,7 +285,7 @@ def far_bodies(touched: Whitened, body: IntArray, wrong: IntArray) -> tuple[int,
 
     `body`: shape (n,). The body that each touch lies on.
     """
-    count = (touched.B.shape[1] - touched.bends) // 6
+    count = (touched.B.shape[1] - touched.bends - touched.modes) // 6
     PB = touched.residual_matrix() @ touched.B
     slope = PB.T @ touched.r
     far = []

@@ -153,7 +153,7 @@ def calibrate(
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does
         model = replace(model, tcp_bias_mm=max(model.tcp_bias_mm, found.tool.bound_mm))
-        fit = replace(fit, budget=fit.budget.allowing(model.tcp_bias_mm))
+        fit = replace(fit, budget=replace(fit.budget, tool_mm=model.tool_mm))
     judged = VerdictEvidence(
         problem=problem,
         fit=fit,

@@ -10,6 +10,8 @@ import pytest
 from tests.weldments import Weldment, uprights
 from wpcal.calibrate import Sigma, SigmaSource
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.trust.bodies import BodiesEvidence, unchecked_touches
@@ -19,8 +21,18 @@ from wpcal.core.issue import Issue
 SIGMA_MM = 0.05
 
 
-def fitted(part: Weldment, touches: Touches, start: object, sigma_mm: float) -> MovedBodies:
-    return fit_moved_bodies(touches, part.body, part.bodies, start, sigma_mm=sigma_mm, estimate=False)  # type: ignore[arg-type]
+def fitted(
+    part: Weldment, touches: Touches, start: object, sigma_mm: float, teaching: TeachingError | None = None
+) -> MovedBodies:
+    return fit_moved_bodies(
+        touches,
+        part.body,
+        part.bodies,
+        start,
+        sigma_mm=sigma_mm,
+        estimate=False,
+        teaching=teaching,  # type: ignore[arg-type]
+    )
 
 
 def judged(
@@ -43,7 +55,7 @@ def judged(
     points = MeetingPoints.on(part.body, pairs.p_source)
     seams = ["W1"] * len(part.body)
     sigma = Sigma(sigma_mm, source)
-    return judge_evidence(BodiesEvidence(moved, touches.names, points, seams, sigma, 0.0, check, issues, tolerance_mm))
+    return judge_evidence(BodiesEvidence(moved, touches.names, points, seams, sigma, check, issues, tolerance_mm))
 
 
 @pytest.mark.parametrize(
@@ -81,13 +93,19 @@ def test_the_worst_seam_is_told_with_its_own_error_and_with_the_allowance_for_th
     part = uprights(6)
     true = part.drawn(rng)
     touches = part.touched(true, SIGMA_MM, rng)
-    moved = fitted(part, touches, true.T_base_part, SIGMA_MM)
+    without, moved = (
+        fitted(
+            part, touches, true.T_base_part, SIGMA_MM, teaching=TeachingError(tcp_bias_mm=each, robot=RobotField.none())
+        )
+        for each in (0.0, bias_mm)
+    )
     points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
+    assert (meeting_errors(moved.fit, points).total_mm > meeting_errors(without.fit, points).total_mm + 0.02).all()
     own, names = meeting_errors(moved.fit, points).total_mm, [f"W{k}" for k in range(len(part.body))]
     stated = Sigma(SIGMA_MM, SigmaSource.STATED)
-    found = judge_evidence(BodiesEvidence(moved, touches.names, points, names, stated, bias_mm, None, (), 0.01))
+    found = judge_evidence(BodiesEvidence(moved, touches.names, points, names, stated, None, (), 0.01))
     assert found.to_record()["seam"] == names[int(own.argmax())]
-    told = f"may be off by {own.max() + bias_mm:.3g} mm, all seams together by {found.error_95_mm:.3g} mm"
+    told = f"may be off by {own.max():.3g} mm, all seams together by {found.error_95_mm:.3g} mm"
     assert told in found.sentence
 
 
@@ -123,7 +141,7 @@ def test_a_body_beyond_its_tolerance_is_named_instead_of_its_touches(touches_eac
     points = MeetingPoints.on(part.body, moved.fit.paired(touches, part.body).p_source)
     stated = Sigma(SIGMA_MM, SigmaSource.STATED)
     found = judge_evidence(
-        BodiesEvidence(moved, touches.names, points, ["W1"] * len(part.body), stated, 0.0, None, (), 50.0)
+        BodiesEvidence(moved, touches.names, points, ["W1"] * len(part.body), stated, None, (), 50.0)
     )
     assert found.kind is VerdictKind.FAIL
     assert found.sentence.startswith("body U3 is farther from its place in the model"), found.sentence

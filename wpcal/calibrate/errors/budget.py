@@ -68,7 +68,7 @@ class ErrorBudget:
         sigma: Sigma,
         *,
         excess: FloatArray | None = None,
-        tcp_bias_mm: float = 0.0,
+        tool_mm: float = 0.0,
     ) -> ErrorBudget:
         """Collect the contributions.
 
@@ -82,9 +82,8 @@ class ErrorBudget:
         if len(places) > MOST_PLACES:
             places, gain = _coarse(places, gain)
         fields = np.stack([_of_field(places, gain, further, length) for length in belief.lengths_mm.tolist()])
-        tool = math.sqrt(2.0 / 3.0) * tcp_bias_mm
         moved = (touching, further, nothing)
-        return cls(centre, places, gain, *moved, belief, sigma, white, fields, tool, belief.scale)
+        return cls(centre, places, gain, *moved, belief, sigma, white, fields, tool_mm, belief.scale)
 
     def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
         """Add a covariance of the pose, shape (6, 6), about the base's origin, that no error of a touch explains."""
@@ -94,10 +93,6 @@ class ErrorBudget:
     def with_scale(self, scale: float, own: float) -> ErrorBudget:
         """Return the budget of a part whose scale is off by so much, with a standard deviation of its own."""
         return replace(self, scale=math.hypot(scale, own))
-
-    def allowing(self, tcp_bias_mm: float) -> ErrorBudget:
-        """Return the budget with another error of the tool centre point, mm."""
-        return replace(self, tool_mm=math.sqrt(2.0 / 3.0) * tcp_bias_mm)
 
     @property
     def covariance(self) -> FloatArray:

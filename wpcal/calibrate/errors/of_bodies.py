@@ -100,17 +100,30 @@ def meeting_errors(fit: BodiesFit, points: MeetingPoints) -> MeetingErrors:
 
 def _errors_of_pair(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     """Return the fields of `MeetingErrors` of points between the same two bodies, shape (4, n)."""
-    J = meeting_jacobian(fit.motions, points)
+    J, rest = error_jacobian(fit, points)
     used = np.flatnonzero(J.any(axis=(0, 1)))
     J, own = J[:, :, used], np.ix_(used, used)
-    covariance, unseen = fit.covariance[own], fit.unseen[own]
+    total, unseen = (J @ C[own] @ J.transpose(0, 2, 1) for C in (fit.covariance, fit.unseen))
+    total = total + np.diag(rest)[:, None, None] * np.eye(3)
     x = points.x @ fit.T_base_part.R.T
-    across = J - x[:, :, None] * np.einsum("ni,nij->nj", x, J)[:, None, :]
-    each = ((J, covariance), (across, covariance), (J, covariance - unseen), (J, unseen))
-    return np.stack([length_quantile(along @ C @ along.transpose(0, 2, 1), COVERAGE) for along, C in each])
+    to_across = np.eye(3) - x[:, :, None] * x[:, None, :]
+    each = (total, to_across @ total @ to_across, total - unseen, unseen)
+    return np.stack([length_quantile(C, COVERAGE) for C in each])
 
 
-def joint_error(J: FloatArray, covariance: FloatArray) -> float:
+def error_jacobian(fit: BodiesFit, points: MeetingPoints) -> tuple[FloatArray, FloatArray]:
+    """Return how the wire misses points by the unknowns of a fit, and the covariance per axis of what none stands for.
+
+    Returns tuple of ndarray, shapes (n, 3, m) and (n, n). mm; of `BodiesFit.covariance`.
+    """
+    J = meeting_jacobian(fit.motions, points)
+    if fit.modes is None:
+        return J, np.zeros((len(J), len(J)))
+    places = fit.T_base_part.apply(points.p_part)
+    return np.concatenate([J, fit.modes.at(places)], axis=2), fit.modes.rest(places)
+
+
+def joint_error(J: FloatArray, covariance: FloatArray, rest: FloatArray | None = None) -> float:
     """Return the length that no point's error exceeds, with 95 % probability, mm.
 
     Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable.
@@ -120,16 +133,25 @@ def joint_error(J: FloatArray, covariance: FloatArray) -> float:
     J : ndarray, shape (n, 3, m)
         Derivative of n points by m unknowns. The `MOST_POINTS` with the largest errors of their own are drawn.
     covariance : shape (m, m). Of the unknowns.
+    rest : shape (n, n), optional. Covariance per axis of what is independent of them, mm².
     """
     if len(J) > MOST_POINTS:
-        own = length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE)
-        J = J[np.argsort(-own, kind="stable")[:MOST_POINTS]]
-    values, vectors = np.linalg.eigh(covariance)
-    # the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors
-    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-    drawn = np.random.default_rng(0).standard_normal((root.shape[1], SAMPLES))
-    off = (J.reshape(-1, J.shape[2]) @ (root @ drawn)).reshape(len(J), 3, SAMPLES)
+        own = J @ covariance @ J.transpose(0, 2, 1)
+        own = own if rest is None else own + np.diag(rest)[:, None, None] * np.eye(3)
+        worst = np.argsort(-length_quantile(own, COVERAGE), kind="stable")[:MOST_POINTS]
+        J, rest = J[worst], None if rest is None else rest[np.ix_(worst, worst)]
+    rng = np.random.default_rng(0)
+    drawn = _root(covariance) @ rng.standard_normal((len(covariance), SAMPLES))
+    off = (J.reshape(-1, J.shape[2]) @ drawn).reshape(len(J), 3, SAMPLES)
+    if rest is not None:
+        off += np.tensordot(_root(rest), rng.standard_normal((len(J), 3, SAMPLES)), axes=1)
     return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
 
 
 def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
@@ -139,7 +161,8 @@ def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:
     """
     by_wall, by_base = (_by_motions(fit.motions, body, points.p_part) for body in (points.wall_body, points.base_body))
     flat = np.einsum("ni,nij->nj", points.n_base, by_wall - by_base)
-    variance = np.einsum("ni,ij,nj->n", flat, fit.covariance[6:, 6:], flat)
+    own = slice(6, 6 + flat.shape[1])
+    variance = np.einsum("ni,ij,nj->n", flat, fit.covariance[own, own], flat)
     return np.asarray(ndtri((1.0 + COVERAGE) / 2.0) * np.sqrt(np.maximum(variance, 0.0)))
 
 

@@ -88,9 +88,8 @@ def budget_of_design(
     belief = foresee(rows, sigma.mm, teaching.robot)
     if with_minimax:
         excess = minimax_excess(p_base[None], sigma.mm, bounded=teaching.is_bounded, seed=seed)[0]
-    bias = teaching.tcp_bias_mm
     touching = gained_covariance(gain)
-    return ErrorBudget.of(p_base, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
+    return ErrorBudget.of(p_base, gain, touching, belief, sigma, excess=excess, tool_mm=teaching.tool_mm)
 
 
 def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, seed: int = 0) -> FloatArray:

@@ -53,8 +53,7 @@ def budget_of_touches(
         else:
             common = np.einsum("nij,njs->is", gain, shared)
             touching = np.einsum("nij,njl,nkl->ik", gain, own, gain) + common @ common.T
-    bias = teaching.tcp_bias_mm
-    return ErrorBudget.of(touches.p_base, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
+    return ErrorBudget.of(touches.p_base, gain, touching, belief, sigma, excess=excess, tool_mm=teaching.tool_mm)
 
 
 def _believed(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[Belief, Sigma]:

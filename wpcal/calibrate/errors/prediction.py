@@ -46,9 +46,6 @@ EXCESS_POINTS = 64
 EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the sampling error.
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
-POSTURE_FACTOR = math.sqrt(2.0)
-"""A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn."""
-
 LEAST_ERROR_MM = 1e-6
 """Below 1 nm an error says nothing of a robot, and its square may be no number any more."""
 
@@ -122,6 +119,14 @@ class TeachingError:
         a2s = prior.a2 if self.robot is not None else TYPICAL_AMPLITUDE_MM**2 * prior.a2 / prior.a2.sum()
         pairs = zip(prior.lengths_mm.tolist(), a2s.tolist(), strict=True)
         return math.sqrt(prior.rest_mm**2 + sum(a2 * rigid_rest(about, length) for length, a2 in pairs if a2))
+
+    @property
+    def tool_mm(self) -> float:
+        """Standard deviation per axis of the tool's error in another posture, mm.
+
+        A bias fixed in the tool moves by 2 sin(angle / 2) times its length when the wrist turns: √2 for a quarter turn.
+        """
+        return math.sqrt(2.0 / 3.0) * self.tcp_bias_mm
 
     @property
     def is_bounded(self) -> bool:

@@ -181,8 +181,7 @@ class PointProblem(FitProblem):
         elif criterion is Criterion.MINIMAX:
             bounded = self.teaching.is_bounded
             excess = minimax_excess(moved[None], sigma.mm, bounded=bounded, seed=self.seed)[0]
-        bias = self.teaching.tcp_bias_mm
-        return ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess, tcp_bias_mm=bias)
+        return ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess, tool_mm=self.teaching.tool_mm)
 
 
 @lru_cache(maxsize=8)

@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
+from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions, left_jacobian
 from wpcal.calibrate.observe.touches import Touches
@@ -66,10 +67,12 @@ class BodiesFit:
     motions: Motions
     residuals_mm: FloatArray  #: shape (n,). Distances of the touches from the moved bodies.
     #: shape (6 + 6 b + k, 6 + 6 b + k). Of (ξ, δ_1, …, δ_b): ξ about the origin of the base as in `CalibrationResult`,
-    #: δ_b = (ω, v) of body b about its centroid in `part`; then the k amplitudes of bending; rad and mm.
+    #: δ_b = (ω, v) of body b about its centroid in `part`; then the k amplitudes of bending; rad and mm. Then, of
+    #: `modes`, the unknowns of the robot's own error as before the touches, with their covariance with the others.
     covariance: FloatArray
     unseen: FloatArray  #: The part of `covariance` that comes from motions which no touch saw.
     whitened: Whitened  #: The linear model at the rigid fit, from which tolerances and evidence are judged.
+    modes: ErrorModes | None = None  #: The errors that touches and seams have in common, if they are known.
 
     @property
     def T_base_part(self) -> RigidTransform:
@@ -96,12 +99,14 @@ def fit_bodies(
     *,
     sigma_mm: float | None = None,
     contacts: KeptContacts | None = None,
+    modes: ErrorModes | None = None,
 ) -> BodiesFit:
     """Fit the pose of a weldment and a small motion of every body.
 
     Parameters
     ----------
     body : shape (n,). The body that each touch lies on; -1 for one that does not move within the part.
+    modes : Errors of readings that touches and seams have in common.
 
     Raises
     ------
@@ -116,14 +121,15 @@ def fit_bodies(
         if sigma_mm is None or not 0.0 < sigma_mm < math.inf:
             raise InputError("the bodies' motions need the error of the touches: state it (sigma_mm)")
         touches = replace(touches, covariances=np.tile(sigma_mm**2 * np.eye(3), (len(touches), 1, 1)))
-    problem = Problem.of(touches, body, bodies, contacts or KeptContacts.none(), start)
+    touched = touches if modes is None else modes.told_to(touches)
+    problem = Problem.of(touched, body, bodies, contacts or KeptContacts.none(), 0 if modes is None else len(modes))
     first = problem.state(Motions.rigid(bodies, start), problem.first)
     _require_held(problem, first)
     problem = on_curved_faces(problem, first)
     first = problem.state(first.motions, first.shared)
     found = _settled(problem, first)
     covariance, unseen = problem.covariances(found)
-    fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first))
+    fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first), modes)
     _require_bodies_held(fit, body)
     return fit
 

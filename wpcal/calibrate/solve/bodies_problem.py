@@ -23,11 +23,12 @@ class Whitened:
 
     r: FloatArray  #: shape (m,).
     J: FloatArray  #: shape (m, 6 + s). By the scaled motion of the whole, and by errors that all touches share.
-    #: shape (m, 6 b + bends). By the motions of the bodies, in units of their tolerances, then by the amplitudes of
-    #: bending.
+    #: shape (m, 6 b + bends + modes). By the motions of the bodies, in units of their tolerances, by the amplitudes of
+    #: bending, and by the robot's own error.
     B: FloatArray
     touch: IntArray  #: shape (m,). The touch of each row; -1: a kept contact.
     bends: int  #: How many amplitudes there are.
+    modes: int = 0  #: How many unknowns the robot's own error has.
 
     def without_contacts(self) -> Whitened:
         """Return what was measured: a contact is an assumption, and says nothing of how far bodies moved."""
@@ -35,7 +36,7 @@ class Whitened:
 
     def select(self, rows: BoolArray) -> Whitened:
         """Return the model of some rows: a mask of shape (m,)."""
-        return Whitened(self.r[rows], self.J[rows], self.B[rows], self.touch[rows], self.bends)
+        return replace(self, r=self.r[rows], J=self.J[rows], B=self.B[rows], touch=self.touch[rows])
 
     def with_free(self, body: int) -> Whitened:
         """Return the model in which one body may move `FREE` times as far as its tolerance says."""
@@ -77,18 +78,17 @@ class Problem:
     scales: FloatArray  #: shape (6 b + k,). `Bodies.all_scales`.
     pivot: FloatArray
     length_mm: float
+    modes: int  #: So many of the shared errors, the last ones, are the robot's own.
 
     @classmethod
-    def of(
-        cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: KeptContacts, start: RigidTransform
-    ) -> Problem:
-        """Build it for n touches near a rigid fit; `body` has the shape (n,)."""
+    def of(cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: KeptContacts, modes: int) -> Problem:
+        """Build it for n touches; `body` has the shape (n,)."""
         pivot = touches.p_base.mean(axis=0)
         reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
         shared = np.zeros((len(touches), 3, 0)) if touches.shared is None else touches.shared
         assert touches.covariances is not None  # of `fit_bodies`
         own = touches.covariances - shared @ shared.transpose(0, 2, 1)
-        return cls(touches, own, shared, body, bodies, contacts, bodies.all_scales, pivot, max(reach, 1.0))
+        return cls(touches, own, shared, body, bodies, contacts, bodies.all_scales, pivot, max(reach, 1.0), modes)
 
     @property
     def first(self) -> FloatArray:
@@ -177,15 +177,18 @@ class Problem:
         return np.concatenate([whole, by_bodies, self.shared], axis=2)
 
     def covariances(self, state: BodiesState) -> tuple[FloatArray, FloatArray]:
-        """Return the covariance of (ξ, δ) and its unseen part: see `BodiesFit`."""
+        """Return the covariance of (ξ, δ, z) and its unseen part: see `BodiesFit`."""
         _, H = self.normal_equations(state)
-        kept = self.of_bodies.stop
-        inverse = np.linalg.inv(H)[:kept, :kept]
-        bodies_part = inverse[:, 6:]
-        S = np.zeros((kept, kept))
+        known = self.of_bodies.stop
+        kept = np.concatenate([np.arange(known), np.arange(len(H) - self.modes, len(H))])
+        inverse = np.linalg.inv(H)[np.ix_(kept, kept)]
+        bodies_part = inverse[:, 6:known]
+        unseen = bodies_part @ bodies_part.T
+        inverse[known:, known:] = np.eye(self.modes)  # what touches tell of the robot's error corrects no seam
+        S = np.eye(len(kept))
         S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
-        S[6:, 6:] = np.diag(self.scales)
-        return S @ inverse @ S.T, S @ bodies_part @ bodies_part.T @ S.T
+        S[6:known, 6:known] = np.diag(self.scales)
+        return S @ inverse @ S.T, S @ unseen @ S.T
 
     def whitened(self, state: BodiesState) -> Whitened:
         """Return the linear model at a state; contacts count as touches of a gap of zero.
@@ -199,11 +202,14 @@ class Problem:
         r = (roots @ state.at.d[..., None]).ravel()
         is_seen = (roots**2).sum(axis=2).ravel() > LEAST_HELD * float(values.max())
         G = self._contact_jacobian(state.motions)
-        common = np.delete(J[is_seen], self.of_bodies, axis=1)
+        own = np.arange(J.shape[1] - self.modes, J.shape[1])
+        common = np.delete(J[is_seen], [*range(6, self.of_bodies.stop), *own], axis=1)
         first = np.concatenate([common, np.zeros((len(G), common.shape[1]))])
         touch = np.concatenate([np.repeat(np.arange(len(self.touches)), 3)[is_seen], np.full(len(G), -1)])
         bodies = np.concatenate([J[is_seen, self.of_bodies], G])
-        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, bodies, touch, len(self.bodies.bends))
+        robot = np.concatenate([J[np.ix_(is_seen, own)], np.zeros((len(G), self.modes))])
+        known, counts = np.concatenate([bodies, robot], axis=1), (len(self.bodies.bends), self.modes)
+        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, known, touch, *counts)
 
     def _scaled(self, motions: Motions) -> FloatArray:
         """Return u, shape (6 b + k,)."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
-from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, joint_error, meeting_errors, meeting_jacobian
+from wpcal.calibrate.errors.of_bodies import MOST_POINTS, MeetingPoints, error_jacobian, joint_error, meeting_errors
 from wpcal.calibrate.errors.prediction import Sigma, SigmaSource, length_quantile
 from wpcal.calibrate.moved import MovedBodies
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
@@ -40,7 +40,6 @@ class BodiesEvidence:
     points: MeetingPoints  #: k points of the accepted seams; of the fitted touches if there is no seam.
     seam_names: Sequence[str]  #: length k or 0. The seam of each point.
     sigma: Sigma  #: The error of the touches.
-    bias_mm: float  #: Allowance for an error of the tool centre point, mm.
     #: Touches that were not fitted, with their place on the moved part in `part`, and the body of each, shape (n,).
     check: tuple[PointPairs, IntArray] | None
     issues: Sequence[Issue]  #: Of the part as one body.
@@ -53,11 +52,13 @@ class BodiesEvidence:
         moved = self.moved
         own = meeting_errors(moved.fit, self.points).total_mm
         worst = np.argsort(-own, kind="stable")[:MOST_POINTS]
-        J = meeting_jacobian(moved.fit.motions, self.points.select(worst))
+        J, rest = error_jacobian(moved.fit, self.points.select(worst))
         seam = self.seam_names[int(worst[0])] if self.seam_names else ""
-        error_mm = joint_error(J, moved.fit.covariance) + self.bias_mm
+        error_mm = joint_error(J, moved.fit.covariance, rest)
         told = f"{moved.sentence()}; {moved.tolerances_sentence()}"
-        return Predicted(seam, float(own[worst[0]]) + self.bias_mm, error_mm, 0.0, told)
+        if moved.fit.modes is not None and moved.fit.modes.belief.field.amplitude_mm:
+            told = f"{told}; {moved.fit.modes.belief.field.describe()}"
+        return Predicted(seam, float(own[worst[0]]), error_mm, 0.0, told)
 
     def contradictions(self, _: Predicted) -> Iterator[Ground]:
         """Name touches, contacts or bodies that the others contradict, then residuals that nothing explains."""
@@ -102,13 +103,13 @@ class BodiesEvidence:
         if self.check is None:
             return None
         fit, (pairs, body) = self.moved.fit, self.check
-        J = meeting_jacobian(fit.motions, MeetingPoints.on(body, pairs.p_source))
-        by_fit = J @ fit.covariance @ J.transpose(0, 2, 1)
+        J, rest = error_jacobian(fit, MeetingPoints.on(body, pairs.p_source))
+        by_fit = J @ fit.covariance @ J.transpose(0, 2, 1) + np.diag(rest)[:, None, None] * np.eye(3)
         own = self.sigma.mm**2 * np.eye(3) if pairs.covariances is None else pairs.covariances
         limits = length_quantile(
             by_fit + own, check_level(len(pairs)), degrees_of_freedom=self.sigma.degrees_of_freedom
         )
-        return CheckPoints.of(pairs, fit.T_base_part.apply(pairs.p_source), limits + self.bias_mm)
+        return CheckPoints.of(pairs, fit.T_base_part.apply(pairs.p_source), limits)
 
     def passed(self, shown: Predicted) -> str:
         """Say within what the seams are."""

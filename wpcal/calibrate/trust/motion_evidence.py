@@ -70,14 +70,16 @@ class _Restricted:
     @classmethod
     def of(cls, touched: Whitened) -> _Restricted:
         Q = null_space(touched.J.T)
-        return cls(Q.T @ touched.r, Q.T @ touched.B)
+        return cls(Q.T @ touched.r, Q.T @ touched.B).beside(touched.modes)
 
-    def beside(self, bends: int) -> _Restricted:
-        """Return the model of the motions alone: bending, the last columns of Z, then is an error of the touches."""
-        if bends == 0:
+    def beside(self, count: int) -> _Restricted:
+        """Return the model without the last columns of Z: bending, or the robot's error, is an error of the touches."""
+        if count == 0:
             return self
-        Z, bent = self.Z[:, :-bends], self.Z[:, -bends:]
-        solved = np.linalg.solve(np.linalg.cholesky(np.eye(len(self.y)) + bent @ bent.T), np.column_stack([self.y, Z]))
+        Z, other = self.Z[:, :-count], self.Z[:, -count:]
+        solved = np.linalg.solve(
+            np.linalg.cholesky(np.eye(len(self.y)) + other @ other.T), np.column_stack([self.y, Z])
+        )
         return _Restricted(solved[:, 0], solved[:, 1:])
 
 
