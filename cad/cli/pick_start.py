@@ -14,6 +14,7 @@ import click
 
 from cad.cli.options import BODIES, CHOICE, FITTING, MESH, PART, POINTS, no_cache_option
 from wpcal.cli.option_groups import option_names, takes
+from wpcal.cli.outputs import typed_options
 
 if TYPE_CHECKING:
     from cad.batch.bodies_asked import BodiesAsked
@@ -303,16 +304,5 @@ def calibrate_command(
     given += [*seam_options_of(seams.judging), *session.moving.words(bodies)]
     left_out = {*NOT_CALIBRATE, *OF_SOLIDS, *option_names(POINTS), *option_names(BODIES)}
     left_out |= set(OF_RIGID_PARTS if session.moving.is_on else ())
-    for parameter in ctx.command.params:
-        name = parameter.name or ""
-        is_given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-        if isinstance(parameter, click.Option) and is_given and name not in left_out:
-            given += _as_typed(parameter, ctx.params[name])
+    given += typed_options(ctx, without=left_out)
     return shlex.join(["wpcal", "calibrate", str(part_step), str(taught), *given, "-o", "RESULT"])
-
-
-def _as_typed(option: click.Option, value: Any) -> list[str]:
-    if option.is_flag:
-        return [option.opts[0]]
-    values = value if option.multiple else (value,)
-    return [word for one in values for word in (option.opts[0], str(one))]

@@ -81,6 +81,20 @@ class SeamPlaces:
         return np.asarray(np.einsum("kij,kil->kjl", own * dual, self.normals))
 
 
+class BodyPlaces(SeamPlaces):
+    """k places of one body in `base`: they follow it in all directions."""
+
+    @classmethod
+    def of(cls, p: FloatArray, body: int) -> BodyPlaces:
+        """Take points, shape (k, 3), mm; `body`: its number, -1 for one that no seam joins."""
+        none = np.zeros((len(p), 3, 3))
+        return cls(p, none, np.full(len(p), -1), np.full((len(p), 2), body), none[:, :2])
+
+    def follows(self, body: int) -> FloatArray:
+        """Return all of the motion of their own body, and nothing of another's."""
+        return np.asarray((self.bodies[:, :1] == body)[:, :, None] * np.eye(3))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Corrections:
     """n corrected points."""

@@ -43,7 +43,8 @@ def drift(
 
     OUT is a folder of `wpcal batch`, or several of them. A sudden shift is marked with its date and its likely cause:
     the fixture or the base, the touch of one point, or the robot. Beside the page, PAGE.json holds the same numbers.
-    Jobs are in the order of the column when of their lists. Each part has a section; a part needs 8 jobs.
+    Jobs are in the order of the column when of their lists. Each part has a section; a part needs 8 jobs. What was
+    corrected alike on the pendant in most of them (wpcal touchup -o OUT/JOB/NAME) is proposed once.
     """
     from wpcal.cli.outputs import require_new
     from wpcal.cli.progress import shown_progress
@@ -65,8 +66,9 @@ def drift(
     with shown_progress("reading jobs") as progress:
         jobs, failed = read_drift_jobs(folders, advance=lambda done: progress(f"reading jobs: {done}"))
         parts, left_out = _watched(jobs, asked, failed=len(failed))
-        record = drift_record(parts, failed, left_out)
-        page = build_drift_page(parts, failed, left_out)
+        corrected = _corrected(folders, parts)
+        record = drift_record(parts, failed, left_out, corrected)
+        page = build_drift_page(parts, failed, left_out, corrected)
     pooled = pool_jobs(jobs) if cell_errors else None
     write_file(beside, to_json(record), overwrite=force)
     write_file(out, page, overwrite=force)
@@ -80,6 +82,14 @@ def drift(
         state = f"--sigma-mm {pooled.sigma_mm:.2g} --robot-mm {cell_errors}"
         click.echo(f"{pooled.field.describe()}; calibrate this cell with {state}", err=as_json)
     return 0
+
+
+def _corrected(folders: Sequence[Path], parts: Sequence[PartDrift]) -> list[list[str]]:
+    """Return for each part what was corrected alike on it: by the touch-ups in the folders of its jobs."""
+    from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
+
+    found = [each for folder in folders for each in earlier_touch_ups(folder, must=False)]
+    return [proposals([each for each in found if each.get("part") == part.jobs.sha256]) for part in parts]
 
 
 def _watched(jobs: Sequence[PartJobs], asked: JobsAsked, *, failed: int) -> tuple[list[PartDrift], list[str]]:
@@ -126,6 +136,8 @@ def _show(record: dict[str, Any]) -> None:
         for shift in part["shifts"]:
             when = f" ({shift['when']})" if shift["when"] else ""
             say(f"  from job {shift['job']}{when}: {shift['sentence']}")
+        for line in part["corrected"]:
+            say(f"  {line}")
         if part["most_wrong"] is not None:
             say(f"  taught wrong most: {part['most_wrong']}")
     for line in record["left_out"]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Container, Mapping
 from pathlib import Path
 
 import click
@@ -57,6 +57,21 @@ def refuse_options(taken: Collection[str], why: Callable[[str], str]) -> None:
         name = each.name or ""
         if name not in taken and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             raise InputError(f"{each.opts[0]} {why(name)}")
+
+
+def typed_options(context: click.Context, *, without: Container[str]) -> list[str]:
+    """Return the options of a command line as they were typed, but those of the parameters `without`."""
+    from click.core import ParameterSource
+
+    words = list[str]()
+    for each in context.command.params:
+        name = each.name or ""
+        is_typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if isinstance(each, click.Option) and is_typed and name not in without:
+            value = context.params[name]
+            values = value if each.multiple else (value,)
+            words += [each.opts[0]] if each.is_flag else [word for one in values for word in (each.opts[0], str(one))]
+    return words
 
 
 def require_result(seams: Path, *others: Path) -> None:

@@ -9,9 +9,11 @@ import click
 
 from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP
+from wpcal.cli.torch_options import TorchAsked
 
 if TYPE_CHECKING:
     from wpcal.controllers.touchup.study import TouchUp, TouchUpOptions
+    from wpcal.robot.torch.attitude import TorchSettings
 
 
 @command()
@@ -34,9 +36,13 @@ if TYPE_CHECKING:
     help="Touch-ups of earlier parts of this kind, in folders below: what is corrected alike on all is proposed.",
 )
 @takes("options", "wpcal.controllers.touchup.study:TouchUpOptions")
+@takes("tip", "wpcal.robot.torch.attitude:TorchSettings", only=["standoff_mm", "tool_axis"])
+@takes("shape", TorchAsked)
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what was corrected, and what follows.")
+@click.pass_context
 def touchup(
+    ctx: click.Context,
     *,
     program: Path,
     result: Path,
@@ -45,6 +51,8 @@ def touchup(
     html: Path | None,
     earlier: Path | None,
     options: TouchUpOptions,
+    tip: TorchSettings,
+    shape: TorchAsked,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -52,16 +60,19 @@ def touchup(
 
     A corrected weld point says where its seam is. The error of every seam is computed anew, and with --out the program
     is written again: what was corrected by hand stays to the digit, the other points of seams go where the corrections
-    have them.
+    have them. What is written is executed, and its torch is swept against the part where the corrections have it.
 
-    Ends with code 1 if a correction contradicts the others, or a seam is less sure than the calibration promised.
+    Ends with code 1 if a correction contradicts the others, a seam is less sure than the calibration promised, or the
+    program that is written is not free of the part.
     """
-    from wpcal.cli.outputs import require_new
+    from wpcal.cli.outputs import require_new, typed_options
+    from wpcal.controllers.audit.programs import Surroundings
     from wpcal.controllers.touchup.pooled import earlier_touch_ups, proposals
     from wpcal.controllers.touchup.poses import read_program
     from wpcal.controllers.touchup.record import sentences, touch_up_record
-    from wpcal.controllers.touchup.rewrite import moved_text
+    from wpcal.controllers.touchup.rewrite import moved_text, without_claim
     from wpcal.controllers.touchup.study import TouchUp
+    from wpcal.controllers.touchup.swept import NOT_SEEN, faults_of
     from wpcal.core.records import check_writable, new_directory, to_json, write_file
     from wpcal.results.folder import read_finished
 
@@ -74,25 +85,39 @@ def touchup(
     found = TouchUp(finished, before, read_program(program, like=before), options)
     record = touch_up_record(found)
     record["proposals"] = [] if earlier is None else proposals([*earlier_touch_ups(earlier), record])
+    texts = dict[str, bytes]()
+    if out is not None:
+        texts = moved_text(found.changed, found.shifts)
+        torch = shape.to_shape(finished.torch)
+        around = Surroundings(torch=torch, tool_axis=tip.tool_axis, standoff_mm=tip.standoff_mm)
+        record["not_free"] = faults_of(found, texts, around)
+        texts = without_claim(texts) if record["not_free"] else texts
     if as_json:
         click.echo(to_json(record), nl=False)
     else:
         _show(found)
-        for sentence in (*sentences(found), *record["proposals"]):
+        for sentence in (*sentences(found), *record["proposals"], *record["not_free"]):
             click.echo(sentence)
     if html is not None:
         from wpcal.pages.touchup import build_touch_up_page
 
-        write_file(html, build_touch_up_page(found, f"Touch-up of {program.name}"), overwrite=force)
+        words = [str(program), *typed_options(ctx, without={"out", "html", "force", "as_json", "without"})]
+        page = build_touch_up_page(found, f"Touch-up of {program.name}", ["wpcal", "touchup", *words])
+        write_file(html, page, overwrite=force)
         click.echo(f"wrote {html}", err=as_json)
     if out is not None:
-        texts = moved_text(found.changed, found.shifts)
         with new_directory(out, overwrite=force, head="touchup.json") as folder:
             for name, data in texts.items():
                 (folder / name).write_bytes(data)
             (folder / "touchup.json").write_text(to_json(record), encoding="utf-8")
-        click.echo(f"wrote {', '.join([*texts, 'touchup.json'])} to {out}; NOT CHECKED: RUN IT DRY FIRST", err=as_json)
-    return 1 if found.exceptions or any("less sure" in each.says for each in found.seams) else 0
+        said = (
+            "NOT CHECKED: RUN IT DRY FIRST"
+            if record["not_free"]
+            else f"executed: out of the part as corrected, with {torch}; {NOT_SEEN}. RUN IT DRY FIRST"
+        )
+        click.echo(f"wrote {', '.join([*texts, 'touchup.json'])} to {out}; {said}", err=as_json)
+    is_unsure = any("less sure" in each.says for each in found.seams)
+    return 1 if found.exceptions or is_unsure or record["not_free"] else 0
 
 
 def _written_of(program: Path, result: Path) -> Path:

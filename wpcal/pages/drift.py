@@ -39,11 +39,23 @@ MOST_POINTS = 12  #: Charts of points; the table has all.
 MOST_FAILED = 50
 
 
-def build_drift_page(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> str:
-    """Return the page. A self-contained HTML file, the same for the same jobs."""
+def build_drift_page(
+    parts: Sequence[PartDrift],
+    failed: Sequence[FailedJob],
+    left_out: Sequence[str],
+    corrected: Sequence[Sequence[str]] | None = None,
+) -> str:
+    """Return the page. A self-contained HTML file, the same for the same jobs.
+
+    `corrected`: Of each part, what was corrected alike on the pendant.
+    """
+    alike = corrected or [()] * len(parts)
     order = sorted(range(len(parts)), key=lambda k: (not parts[k].shifts, -len(parts[k].jobs.names)))
     charted = set(order[:MOST_CHARTED])
-    body = ["<h1>Drift</h1>", *(text for k, part in enumerate(parts) for text in _part(part, has_charts=k in charted))]
+    body = [
+        "<h1>Drift</h1>",
+        *(text for k, part in enumerate(parts) for text in _part(part, alike[k], has_charts=k in charted)),
+    ]
     if left_out or failed:
         body.append("<h2>Left out</h2><ul>")
         body += [f"<li>{escaped(line)}</li>" for line in left_out]
@@ -64,13 +76,16 @@ def _wide(label: str, lines: Iterable[str]) -> Iterator[str]:
     yield "</div>"
 
 
-def _part(part: PartDrift, *, has_charts: bool) -> Iterator[str]:
+def _part(part: PartDrift, corrected: Sequence[str], *, has_charts: bool) -> Iterator[str]:
     jobs = part.jobs
     order = "in the order of their times" if jobs.by_time else f"in the order of the lists: {UNORDERED}"
     yield f"<h2>{escaped(jobs.file)}</h2>"
     yield f"<p>{len(jobs.names)} jobs {order}, from {_job(part, 0)} to {_job(part, len(jobs.names) - 1)}.</p>"
     yield "<h3>Sudden shifts</h3>"
     yield from _wide("Sudden shifts", _shift_table(part)) if part.shifts else ("<p>None.</p>",)
+    if corrected:
+        yield "<h3>Corrected alike on the pendant</h3>"
+        yield from (f"<p>{escaped(line)}</p>" for line in corrected)
     if not has_charts:
         yield f"<p>{_most_wrong(part)}Charts: wpcal drift --on-part {escaped(jobs.file)}.</p>"
         return

@@ -62,15 +62,18 @@ def build_page(
     return "\n".join(lines) + "\n"
 
 
-def build_still_page(*, title: str, style: str, body: str) -> str:
-    """Return a page without scripts. HTML, the same for the same arguments."""
-    policy = f"default-src 'none'; style-src {_hash_source(style)}; img-src data:; base-uri 'none'; form-action 'none'"
+def build_still_page(*, title: str, style: str, body: str, script: str | None = None) -> str:
+    """Return a page without a view of the part. HTML, the same for the same arguments.
+
+    `script`: The name of a bundle; None: the page has no script.
+    """
+    scripts = [] if script is None else [_bundle(script)]
     lines = [
         "<!DOCTYPE html>",
         '<html lang="en">',
         "<head>",
         '<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts, [style], connects=False)}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<link rel="icon" href="data:,">',
         f"<title>{escaped(title)}</title>",
@@ -78,6 +81,7 @@ def build_still_page(*, title: str, style: str, body: str) -> str:
         "</head>",
         "<body>",
         body.strip(),
+        *(f"<script>{text}</script>" for text in scripts),
         "</body>",
         "</html>",
     ]
@@ -106,7 +110,7 @@ def _policy(scripts: list[str], styles: list[str], *, connects: bool) -> str:
     """Return a policy that allows exactly these texts, and images only inside the page."""
     parts = [
         "default-src 'none'",
-        f"script-src {' '.join(map(_hash_source, scripts))}",
+        *([f"script-src {' '.join(map(_hash_source, scripts))}"] if scripts else ()),
         f"style-src {' '.join(map(_hash_source, styles))}",
         "img-src data:",
         "base-uri 'none'",

@@ -1,8 +1,12 @@
-"""The page of `wpcal touchup`: what was corrected, where, and what it says of every seam. It has no script."""
+"""The page of `wpcal touchup`: what was corrected, where, and what it says of every seam.
+
+Its script only writes a command: which seams are taken.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shlex
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -26,19 +30,27 @@ VIEW = np.array([[0.8, -0.6, 0.0], [-0.3, -0.4, 0.87]])
 """From base to the picture: right and up; from the side and above."""
 
 
-def build_touch_up_page(found: TouchUp, title: str) -> str:
-    """Return the page. A self-contained HTML file, the same for the same corrections."""
+def build_touch_up_page(found: TouchUp, title: str, command: Sequence[str]) -> str:
+    """Return the page. A self-contained HTML file, the same for the same corrections.
+
+    `command`: The words that made it; the page adds what is set aside in it.
+    """
     body = [
         f"<h1>{escaped(title)}</h1>",
         *(f"<p>{escaped(each)}</p>" for each in sentences(found)),
         *_picture(found),
         "<h2>Seams</h2>",
-        *_table("<th>seam<th>corrected<th>was off, mm<th>95 % before, mm<th>95 % now, mm<th class=t>", _seams(found)),
-        "<p class=n>To keep the corrections of a seam without drawing conclusions from them: --set-aside SEAM.</p>",
+        *_table(
+            "<th class=t>take<th>seam<th>corrected<th>was off, mm<th>95 % before, mm<th>95 % now, mm<th class=t>",
+            _seams(found),
+        ),
+        "<p class=n>Corrections of a seam that is not taken are kept, but no conclusion is drawn from them. Keys: a "
+        "takes a seam, r sets it aside. This command writes the program:</p>",
+        f"<p><code id=command>{escaped(shlex.join([*command, '-o', 'NEW']))}</code></p>",
         "<h2>Line by line</h2>",
         *_table("<th>place<th class=t>seam<th class=t>what<th>mm", _lines(found)),
     ]
-    return build_still_page(title=title, style=STYLE, body="\n".join(body))
+    return build_still_page(title=title, style=STYLE, body="\n".join(body), script="touchup.js")
 
 
 def _table(heads: str, rows: Iterator[str]) -> Iterator[str]:
@@ -50,8 +62,11 @@ def _table(heads: str, rows: Iterator[str]) -> Iterator[str]:
 def _seams(found: TouchUp) -> Iterator[str]:
     for each in found.seams:
         before = "" if each.before_95_mm is None else f"{each.before_95_mm:.2f}"
+        taken = " checked" * (each.name not in found.options.without)
+        box = f"<input type=checkbox value='{escaped(each.name)}' aria-label='take {escaped(each.name)}'{taken}>"
         numbers = f"<td>{each.corrected or ''}<td>{each.was_off_mm:.2f}<td>{before}<td>{each.after_95_mm:.2f}"
-        yield f"<tr><td>{escaped(each.name)}{numbers}<td class=t>{escaped(each.says)}</tr>"
+        first = f"<td class=t>{box if each.corrected else ''}<td>{escaped(each.name)}"
+        yield f"<tr>{first}{numbers}<td class=t>{escaped(each.says)}</tr>"
 
 
 def _lines(found: TouchUp) -> Iterator[str]:

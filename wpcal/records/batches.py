@@ -225,6 +225,7 @@ class DriftPart(Record):
     )
     seam_error: SeamError | None = D("Largest 95 % error of a seam; null if a job has none.")
     shifts: list[Shift] = D("Sudden changes.")
+    corrected: Maybe[list[str]] = D("What was corrected alike on the pendant in most jobs (touchup.json).")
 
 
 class Failed(Record):

@@ -311,6 +311,7 @@ class TouchUp(Record):
     """
 
     schema: Literal["wpcal/touchup/1"]
+    part: Maybe[str | None] = D("SHA-256 of the STEP file.")
     common: CommonMotion | None = D("By which most poses moved together.")
     tools: ToolNames
     points: list[CorrectedPoint]
@@ -323,4 +324,5 @@ class TouchUp(Record):
     seams: list[TouchedUpSeam]
     proposals: list[str] = D("What was corrected the same way on earlier parts too (--earlier).")
     lines: list[TouchedUpLine] = D("What is written for each pose that is not as wpcal wrote it.")
+    not_free: Maybe[list[str]] = D("Why the program that was written is not called checked, by file and line.")
     sentences: list[str] = D("What a person should know.")

@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.drift_jobs import simulated_jobs, write_batch
 from tests.running import run_here
 from tests.touch_ups.study import Seen, Wanted, play
+from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.controllers.touchup.swept import moved_part
 
 GOLDEN = Path(__file__).parents[3] / "fixtures" / "tee" / "golden"
 FRAME = Path(__file__).parents[3] / "fixtures" / "frame" / "golden"
@@ -96,14 +99,44 @@ def test_corrections_are_read_and_only_poses_are_written(written: Path, language
         old, new = (folder.read_bytes().splitlines(keepends=True) for folder in (path, tmp_path / "new" / path.name))
         assert len(old) == len(new)
         for a, b in zip(old, new, strict=True):
-            if a != b:  # only numbers, or the claim that does not hold any more
+            if a != b:  # only numbers
                 strip = (NUMBER.sub("", line.decode("latin-1")).replace(" ", "") for line in (a, b))
-                assert len(set(strip)) == 1 or b"NOT CHECKED: touched up" in b
+                assert len(set(strip)) == 1
+    assert record["not_free"] == []
     texts = "\n".join(path.read_text(encoding="latin-1") for path in sorted((tmp_path / "new").iterdir()))
     for hand in (START, END):
         places(texts, tuple(a + b for a, b in zip(hand, by, strict=True)), unit)  # type: ignore[arg-type]
     with pytest.raises(AssertionError):
         places(texts, OTHER, unit)  # the other seam went along
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_program_that_meets_the_part_is_not_called_checked(written: Path, language: str, tmp_path: Path) -> None:
+    back = changed_copy(written, language, tmp_path / "back", (START, (0.0, 15.0, -5.0)))  # through the web
+    done = run_here("touchup", back, "--of", GOLDEN, "--written", written / language, "--json", "-o", tmp_path / "new")
+    assert done.returncode == 1
+    faults = json.loads(done.stdout)["not_free"]
+    assert any("inside 'web'" in each and ", line " in each for each in faults), faults
+    texts = b"".join(path.read_bytes() for path in (tmp_path / "new").iterdir())
+    assert b"checked against the part" not in texts
+    assert b"NOT CHECKED: touched up" in texts
+
+
+def test_the_part_is_swept_where_the_corrections_have_it() -> None:
+    seen = Seen()
+    found = play(FRAME, Wanted(seams=6, moved=1), 5003, seen)
+    assert seen.bodies == [True]
+    (name,) = found.bodies
+    mesh = read_part_glb(found.part.finished.part_glb or b"")
+    material, place = moved_part(found), found.part.finished.T_base_part
+    by = {
+        solid.name: np.linalg.norm(
+            material.corners[material.solid == row].reshape(-1, 3) - place.apply(solid.points)[solid.triangles.ravel()],
+            axis=1,
+        ).max()
+        for row, solid in enumerate(mesh.solids)
+    }
+    assert by.pop(name) > 1.0 > max(by.values())
 
 
 def test_an_arc_instruction_leads_to_the_start_and_an_output_burns_from_the_pose_before() -> None:
@@ -157,6 +190,28 @@ def test_a_program_of_another_part_is_refused(written: Path, tmp_path: Path) -> 
     assert "a pose that is no number, or more than 100000 mm away" in done.stderr
     done = run_here("touchup", tmp_path / "none", "--of", GOLDEN, "--written", written / "rapid")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
+def test_what_is_corrected_alike_in_most_jobs_of_a_part_is_proposed_by_drift(written: Path, tmp_path: Path) -> None:
+    jobs = simulated_jobs(8, seed=1)
+    write_batch(tmp_path / "out", jobs)
+    back = changed_copy(written, "rapid", tmp_path / "back", (START, (0.0, -0.4, 0.3)), (END, (0.0, -0.4, 0.3)))
+    record = {**touched_up(back, written / "rapid"), "bodies": ["web"]}
+    for row, name in enumerate(jobs.names):
+        own = {
+            **record,
+            "part": jobs.sha256 if row < 4 else "cd" * 32,
+            "bodies": ["web"] if row < 4 else ["base plate"],
+        }
+        folder = tmp_path / "out" / name / "touched"
+        folder.mkdir()
+        (folder / "touchup.json").write_text(json.dumps(own))
+    done = run_here("drift", tmp_path / "out", "-o", tmp_path / "drift.html", "--json")
+    assert done.returncode == 0, done.stderr
+    (part,) = json.loads(done.stdout)["parts"]
+    assert part["corrected"][0].startswith("web moved on 4 of 4 parts")
+    assert not any("base plate" in line for line in part["corrected"])
+    assert part["corrected"][0] in (tmp_path / "drift.html").read_text()
 
 
 def test_a_clamp_is_named_and_an_offset_is_a_preference() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from wpcal.brep.rays import START_MM
 from wpcal.controllers.audit.fault import Fault
 from wpcal.controllers.audit.read_back import ReadPose, read_poses_back
 from wpcal.controllers.judge.arc import arc_faults
-from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, execute, programs_of
+from wpcal.controllers.judge.execute import NUMBERS, UNDECLARED, Files, execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import meetings
 from wpcal.controllers.program.reachable_spin import ArmAtTool
@@ -75,7 +75,7 @@ def audit_poses(raw: bytes, path: Path, around: Surroundings) -> list[Fault]:
         return [Fault.of(error, str(path))]
 
 
-def executed(files: Mapping[str, bytes], around: Surroundings, **given: Any) -> tuple[Trace, dict[str, list[Fault]]]:
+def executed(files: Files, around: Surroundings, **given: Any) -> tuple[Trace, dict[str, list[Fault]]]:
     """Execute the files of programs that lie together; faults of files that cannot be loaded, by name.
 
     `given`: Of the recorder.

@@ -19,13 +19,13 @@ LEAST_MM = 0.2  #: What is smaller is left to the pendant.
 SURE = 3.0  #: A mean counts if it is so many of its standard errors.
 
 
-def earlier_touch_ups(folder: Path) -> list[dict[str, Any]]:
+def earlier_touch_ups(folder: Path, *, must: bool = True) -> list[dict[str, Any]]:
     """Return the records ``touchup.json`` in a folder and in those below it.
 
-    Raises `InputError` when there is none.
+    Raises `InputError` when there is none and there must be one.
     """
     found = sorted(folder.rglob("touchup.json")) if folder.is_dir() else []
-    if not found:
+    if must and not found:
         raise InputError(f"{folder}: no touchup.json is in it; expected a folder of earlier touch-ups")
     return [read_json(path, schema=SCHEMA) for path in found]
 

@@ -18,6 +18,7 @@ def touch_up_record(found: TouchUp) -> dict[str, Any]:
     exceptions = {point.row for point in found.exceptions}
     return {
         "schema": SCHEMA,
+        "part": found.part.finished.calibration["inputs"]["part"]["sha256"],
         "common": None
         if found.common is None
         else {"what": "tool" if found.common[1] else "frame", "T": found.common[0].tolist()},
@@ -44,6 +45,7 @@ def touch_up_record(found: TouchUp) -> dict[str, Any]:
             for each in found.seams
         ],
         "lines": written_lines(found),
+        "not_free": [],
         "sentences": sentences(found),
     }
 

@@ -18,8 +18,8 @@ from wpcal.taught.programs import ProgramPoint
 
 NUMBER = re.compile(r"(?<![\w.])( *)([-+]?\d++\.\d*+(?:[eE][-+]?\d++)?)")
 SAME = 1e-6  #: A number of the text is the coordinate that was read if they differ by less of its size.
-CHECKED = re.compile(r"\bchecked against the part\b")
-NOT_CHECKED = "NOT CHECKED: touched up "
+CHECKED = re.compile(rb"\bchecked against the part\b")
+NOT_CHECKED = b"NOT CHECKED: touched up "
 """In place of "checked against the part", of the same length: lines of some languages are short."""
 METRES = (".script",)  #: Suffixes of texts in m.
 
@@ -54,8 +54,12 @@ def moved_text(program: ProgramText, shifts: FloatArray) -> dict[str, bytes]:
             edits[found.file, begin] = (end, _written(texts[found.file][begin:end], float(value)))
     for (file, begin), (end, number) in sorted(edits.items(), reverse=True):
         texts[file] = texts[file][:begin] + number + texts[file][end:]
-    moved = {name: CHECKED.sub(NOT_CHECKED, text).encode(ENCODING) for name, text in texts.items()}
-    return {**moved, **program.beside}
+    return {**{name: text.encode(ENCODING) for name, text in texts.items()}, **program.beside}
+
+
+def without_claim(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the files without the claim that they were checked."""
+    return {name: CHECKED.sub(NOT_CHECKED, data) for name, data in files.items()}
 
 
 def _written(old: str, value: float) -> str:

@@ -41,11 +41,19 @@ UNORDERED = "not all have a date with a time, or only some have a time zone"
 """Why jobs are in the order of their lists."""
 
 
-def drift_record(parts: Sequence[PartDrift], failed: Sequence[FailedJob], left_out: Sequence[str]) -> dict[str, Any]:
-    """Return the record."""
+def drift_record(
+    parts: Sequence[PartDrift],
+    failed: Sequence[FailedJob],
+    left_out: Sequence[str],
+    corrected: Sequence[Sequence[str]] | None = None,
+) -> dict[str, Any]:
+    """Return the record; `corrected`: of each part, what was corrected alike on the pendant."""
     return {
         "schema": "wpcal/drift/1",
-        "parts": [part_record(part) for part in parts],
+        "parts": [
+            {**part_record(part), "corrected": list(alike)}
+            for part, alike in zip(parts, corrected or [()] * len(parts), strict=True)
+        ],
         "failed": [{"job": job.job, "out": job.out, "error": job.error} for job in failed],
         "left_out": list(left_out),
         "rules": [dict(rule) for rule in RULES],
