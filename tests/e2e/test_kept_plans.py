@@ -8,14 +8,20 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.one_robot_cells import TEE, one_robot_record, write_cell
 from tests.running import run_here
+from wpcal.controllers.judge.execute import execute, programs_of
+from wpcal.controllers.judge.in_cell import CellSweep
+from wpcal.core.arrays import FloatArray
+from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 pytest.importorskip("ompl", reason="ompl is not installed")
 LANGUAGES = ("rapid", "krl")
+SAME_RAD = 1e-6  #: The languages write at least five decimals of a degree.
 VALUES = {"job": 3, "current_a": 200.0, "voltage_v": 24.0, "speed_mm_s": 7.0}
 
 
@@ -42,6 +48,14 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert re.fullmatch("wpcal: .* has no job.json: .*\n", done.stderr)
     shutil.rmtree(result)
     cell.unlink()
+    return folder / "plan"
+
+
+@pytest.fixture(scope="module")
+def cornered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan with corners on the ways between seams."""
+    folder = tmp_path_factory.mktemp("cornered")
+    run_here("plan", write_cell(folder, one_robot_record()), TEE, "-f", "rapid", "-o", folder / "plan")
     return folder / "plan"
 
 
@@ -83,6 +97,69 @@ def test_the_tool_is_set_where_it_is_asked_for(kept: Path, tmp_path: Path) -> No
         assert "SETS THE TOOL DATA" in text
     done = run_here("export", kept, "-f", "inform", "--set-tool", "-o", tmp_path / "no")
     assert (done.returncode, "programs do not set the tool data" in done.stderr) == (2, True)
+
+
+def corners_of(folder: Path, sweep: CellSweep) -> list[FloatArray]:
+    """Return the states before, at and after every rounded corner of a program; its routines one after the other."""
+    files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    motions = list(execute(programs_of(files)).motions)
+    rows = zip(motions, motions[1:], motions[2:], strict=False)
+    joints = [(a.joints, b.joints, c.joints, b.place.zone) for a, b, c in rows if b.place.blends and b.kind == "J"]
+    return [sweep.corner(np.radians(np.array(q)), *zone) for *q, zone in joints if not any(one is None for one in q)]
+
+
+def sweep_of(folder: Path) -> CellSweep:
+    kept = read_kept_plan(folder)
+    plan = kept_plan_of(kept.record, kept.cell, {each.name: each for each in kept.given.seams})
+    sweep = CellSweep.of(plan.cell, kept.given.part, np.concatenate(plan.air))
+    assert sweep is not None
+    return sweep
+
+
+def test_corners_in_the_air_are_rounded_alike_in_every_language(cornered: Path, tmp_path: Path) -> None:
+    """All texts keep within the swept corner, those without bounded zones stop, and a zone that is not free is cut."""
+    formats = ("rapid", "krl", "urscript", "val3", "as", "inform")
+    words = [word for name in formats for word in ("-f", name)]
+    done = run_here("export", cornered, *words, "--zone-mm", "80", "-o", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    sweep, out = sweep_of(cornered), {name: tmp_path / name for name in formats}
+    script = corners_of(out["urscript"], sweep)
+    assert len(script) > 1
+    rapid, krl = (corners_of(out[name], sweep) for name in ("rapid", "krl"))
+    for a, b in zip(script, corners_of(out["val3"], sweep), strict=True):
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=SAME_RAD)
+    for a, b in zip(script, rapid, strict=False):  # it goes on with the routines of single seams
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=SAME_RAD)
+    assert krl
+    for q in krl:
+        same = min(rapid, key=lambda one: np.abs(one[1:] - q[1:]).max())
+        np.testing.assert_allclose(same[1:], q[1:], rtol=0.0, atol=SAME_RAD)
+        assert np.abs(q[0] - q[1]).max() <= np.abs(same[0] - q[1]).max() + SAME_RAD
+    for name in ("as", "inform"):
+        assert corners_of(out[name], sweep) == []
+        assert "stops at every corner" in " ".join(path.read_text() for path in out[name].iterdir())
+
+
+def test_the_judge_refuses_a_zone_that_touches(cornered: Path, tmp_path: Path) -> None:
+    run_here("export", cornered, "-f", "rapid", "--zone-mm", "80", "-o", tmp_path)
+    text = (tmp_path / "rapid" / "WPCAL.mod").read_text()
+    sweep, met = sweep_of(cornered), list[list[str]]()
+    for digits in ("", "00"):
+        wider = re.sub(r"(zonedata wpZ\w+:=\[FALSE,\d+)[\d.]*", rf"\g<1>{digits}", text)
+        met.append([each.what for each in sweep.meetings(execute({"WPCAL.mod": wider}).motions)])
+    assert met[0] == []
+    assert set(met[1]) == {"the zone at its end is not free"}
+
+
+@pytest.mark.parametrize(
+    ("name", "line"), [("urscript", "movej({{ point }}, {{ speed }}, r=0.05)"), ("krl", "PTP {{ point }} C_PTP")]
+)
+def test_a_zone_of_a_template_is_told(name: str, line: str, kept: Path, tmp_path: Path) -> None:
+    own = tmp_path / "shop" / name
+    own.mkdir(parents=True)
+    (own / "joint_move.txt").write_text(f"  {line}\n")
+    done = run_here("export", kept, "-f", name, "--template", tmp_path / "shop", "-o", tmp_path / "out")
+    assert (done.returncode, "NOT CHECKED" in done.stderr) == (1, True)
 
 
 def test_the_arc_is_switched_on_later(kept: Path, tmp_path: Path) -> None:

@@ -84,6 +84,9 @@ class Robot:
             raise ProgramError("the place of the robot is asked for before its first move to a point")
         return self.T_base_flange @ T_flange_tool
 
+    def stand(self) -> None:
+        """Every motion of this robot has ended."""
+
     def is_on(self) -> bool:
         """Return whether the touch signal is on."""
         if self.senses.always_on or self.senses.never_on or self.T_base_flange is None:

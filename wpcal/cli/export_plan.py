@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 TAKEN = frozenset(
     {
         *("folder", "formats", "out", "write_templates", "write_setup", "force", "as_json"),
-        *("program_name", "tool_name", "tool_number", "set_tool", "frame_number", "config", "template"),
+        *("program_name", "tool_name", "tool_number", "set_tool", "zone_mm", "frame_number", "config", "template"),
         *("path_tol_mm", "every_point", "welds", "weld_rules", "arc", "arc_output"),
     }
 )

@@ -5,17 +5,20 @@ What a language needs is asked for before anything is planned (`refusals`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.written import write_judged
+from wpcal.controllers.program import WeldProgram
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import Controller
+from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.sequence.kept_plan import KeptPiece, KeptPlan
@@ -55,18 +58,20 @@ def write_plan(
 
     Raises `FormatError` when a template of the user has a fault.
     """
-    named, found = {each.name: each for each in seams}, WrittenPlan()
+    named, found, in_cell = {each.name: each for each in seams}, WrittenPlan(), _sweep(plan, seams, part)
     with _telling(found.refused, [each.name for each in writers]):
+        zones = _zones(in_cell, output.controller.zone_mm)
+        output = replace(output, zones=zones)
         carried = build_planned_program(plan, named, output)
     if found.refused:
         return found
     found.open = [line for line in carried.checked if line.startswith("NOT CHECKED")]
-    in_cell = _sweep(plan, seams, part)
     for each in writers:
         with _telling(found.refused, [each.name]):
             is_followed = carried.planned is not None and carried.planned.follows
             is_carried = each.coordinates_arcs or not is_followed
             program = carried if is_carried else build_planned_program(plan, named, replace(output, is_carried=False))
+            program = _with_corners(program, output, each)
             written = write_judged(each.name, each.write, program, in_cell=in_cell)
             found.files[each.name] = written.files
             found.tell(each.name, (*written.unjudged, *written.not_checked))
@@ -89,6 +94,28 @@ def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial 
     ways = [q for way in plan.ways for q in (way.from_home, way.to_home)]
     q = np.concatenate([*plan.air, *ways, *(piece.states for piece in plan.pieces)])
     return CellSweep.of(plan.cell, part, q, max((each.seam.more_wire_mm for each in seams), default=0.0))
+
+
+def _zones(in_cell: CellSweep | None, zone_mm: float) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None:
+    return None if in_cell is None or not zone_mm else partial(in_cell.zones, most_mm=zone_mm)
+
+
+def _with_corners(program: WeldProgram, output: PlanOutput, controller: Controller) -> WeldProgram:
+    """Return a program that says what happens at corners of joint moves: exact where a language cannot round them."""
+    planned, asked = program.planned, output.controller.zone_mm
+    if planned is None or not asked:
+        return program
+    rounds = controller.takes_zones and output.zones is not None
+    legs = planned.legs if controller.welds_alone else planned.air
+    sizes = [mm for moves in legs if moves.zone_mm is not None for mm in moves.zone_mm if mm]
+    if rounds:
+        count, least = len(sizes), min(sizes, default=0.0)
+        told = f"{count} corners of joint moves are rounded, within {least:g} to {max(sizes, default=0.0):g} mm"
+    else:
+        why = "external axes move" if controller.takes_zones else "this language bounds no zone"
+        told = f"the robot stops at every corner of joint moves: {why}"
+    planned = planned if rounds else planned.exact()
+    return replace(program, planned=replace(planned, about=(*planned.about, told)))
 
 
 def refusals(

@@ -42,9 +42,8 @@ class Controller:
     Functions are given as ``package.module:name`` and imported when they are first used: the record of a controller
     costs nothing until a program is written or read.
 
-    Raises
-    ------
-    InputError : When there are suffixes without a reader, a reader without suffixes, or a suffix is not ``.lowercase``.
+    Raises `InputError` when there are suffixes without a reader, a reader without suffixes, or a suffix is not
+    ``.lowercase``.
     """
 
     name: str  #: The format's name in `wpcal export`; the same as the name of the entry point.
@@ -75,6 +74,8 @@ class Controller:
     takes_arcs: bool = False
     takes_plans: bool = False  #: Whether `writer` writes plans: joint moves between seams, and external axes.
 
+    #: Whether `writer` writes the zones of `JointMoves`, and they bound how far the tool leaves a corner.
+    takes_zones: bool = False
     welds_alone: bool = False  #: Whether its programs of plans have a routine for each seam alone, from and to home.
 
     def __post_init__(self) -> None:

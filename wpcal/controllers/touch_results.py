@@ -20,11 +20,8 @@ def read_touch_results(
 
     Raises `InputError` when no controller stores results in such files, or they cannot be used.
 
-    Parameters
-    ----------
-    path : Path
-        A file of the controller, or a folder with its files. Of files that belong together (``posreg.va`` and
-        ``numreg.va``) one is named, and the other is beside it.
+    `path`: A file of the controller, or a folder with its files. Of files that belong together (``posreg.va`` and
+    ``numreg.va``) one is named, and the other is beside it.
     """
     known = [each for each in controllers() if each.touch_results_reader is not None]
     chosen = [controller_named(controller)] if controller else _claiming(path, known)

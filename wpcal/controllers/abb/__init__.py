@@ -19,5 +19,6 @@ RAPID = Controller(
     program_suffixes=(".mod", ".prg", ".sys"),
     takes_arcs=True,
     takes_plans=True,
+    takes_zones=True,
     welds_alone=True,
 )

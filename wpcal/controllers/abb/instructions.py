@@ -18,7 +18,7 @@ import numpy as np
 from wpcal.controllers.abb.statements import Data
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.machine import Machine, Matrix, Place, inverted
+from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, inverted
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 STOP_LIMIT_MM_S = 100.0
@@ -138,8 +138,7 @@ class Instructions:
         *points, speed = arguments[: 3 if kind == "C" else 2]
         zone, tool = arguments[-2:]
         frame, T_tool = self._placed(tool, options, speed)
-        self.is_fine = self._known(zone, "zonedata").values[0]
-        self.machine.at = replace(self.machine.at, blends=not self.is_fine)
+        self._zone(zone)
         *via, goal = (frame @ matrix(self._known(tokens, "robtarget")) for tokens in points)
         if part == "START":
             self.machine.switch(Does.ON)
@@ -150,15 +149,19 @@ class Instructions:
         if part and part != "START":
             self.machine.switch(Does.OFF)
 
+    def _zone(self, zone: list[str]) -> None:
+        """Say where the tool leaves the path: the largest of the sizes in mm."""
+        self.is_fine, *sizes = self._known(zone, "zonedata").values
+        self.machine.at = replace(self.machine.at, blends=not self.is_fine, zone=(max(sizes[:3]), WHOLE_ZONE))
+
     def _do_moveabsj(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, MOVES | {"NOEOFFS"}, "MoveAbsJ")
         if len(arguments) != 4:
             raise ProgramError(f"MoveAbsJ with {len(arguments)} arguments")
         joints, speed, zone, tool = arguments
         target = self._known(joints, "jointtarget")
-        self.is_fine = self._known(zone, "zonedata").values[0]
         self._placed(tool, options, speed)
-        self.machine.at = replace(self.machine.at, blends=not self.is_fine)
+        self._zone(zone)
         self.machine.joint_move(np.array(target.values[0].values, dtype=np.float64))
 
     def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:

@@ -51,13 +51,8 @@ def _signals_of(texts: Iterable[str]) -> dict[str, bool]:
 class Interpreter(Instructions):
     """One motion task with its modules.
 
-    Parameters
-    ----------
-    files : Modules by file name.
-    tools, bases : Tools and work objects that the controller already has, T_flange_tool and T_base_frame; those of the
-        empty name are all that no module declares.
-    signals : Names of inputs that the touch switches, as in the configuration of the controller, and their level then.
-    on_stop : What the operator does at a stop: True goes on.
+    Parameters are those of `wpcal.controllers.run.interpreter.Interpreter`. Tools and work objects of the empty name
+    are all that no module declares.
     """
 
     def __init__(

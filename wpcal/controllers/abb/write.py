@@ -69,6 +69,15 @@ def speed_data(name: str, mm_s: float) -> str:
     return f"  LOCAL CONST speeddata {name}:=[{mm_s:g},{TURN_DEG_S},{mm_s:g},{TURN_DEG_S}];"
 
 
+def zone_data(name: str, mm: float) -> str:
+    """Declare a zone: the tool centre point, turns and external axes leave the path at the same distance."""
+    return f"  LOCAL CONST zonedata {name}:=[FALSE,{mm:g},{mm:g},{mm:g},{mm / 10:g},{mm:g},{mm / 10:g}];"
+
+
+def _zone(mm: float) -> str:
+    return f"wpZ{mm:g}".replace(".", "_")
+
+
 def rapid_frame(T: RigidTransform) -> tuple[str, RigidTransform]:
     """Return the frame's text and the frame with these digits: its rounding then does not move targets in the base."""
     q = rounded(quaternion_from_rotation(T.R), QUATERNION_DECIMALS)
@@ -207,6 +216,7 @@ class _Rapid(WeldWriter):
         ]
         if self.planned is not None:
             lines.append(speed_data("vJoint", TURN_DEG_S))  # a limit of the tip: the joints limit most of these moves
+            lines += [zone_data(_zone(mm), mm) for mm in self.planned.zones_mm]
             for moves, numbers in self.planned.numbered():
                 external = [_external(row) for row in self.planned.external_texts(moves.external, DEG_DECIMALS)]
                 lines += jointtargets([f"{JOINT_TARGET}{number:04d}" for number in numbers], moves.joints, external)
@@ -232,7 +242,8 @@ class _Rapid(WeldWriter):
         return robtargets(labels, *poses.poses_in(self.T_base_frame), self.program.posture_of(poses), external)
 
     def joint_move(self, number: int) -> list[str]:
-        return self.post.joint_move(f"{JOINT_TARGET}{number:04d}", speed="vJoint")
+        mm, _ = self.zone(number)
+        return self.post.joint_move(f"{JOINT_TARGET}{number:04d}", speed="vJoint", zone=_zone(mm) if mm else "")
 
     def _speed(self, path: WeldPath) -> str:
         return "vWeld" if path.run is None else f"v_{self.stems[path.seam.name]}"

@@ -48,11 +48,8 @@ def audit_path(path: Path, around: Surroundings | None = None, *, progress: Prog
 
     Raises `InputError` when there is no such file, or no file of a kind that wpcal knows.
 
-    Parameters
-    ----------
-    around : Surroundings, optional
-        The torch, the tool and the arm of programs. The part and its place come from the result folder that holds a
-        program.
+    `around`: The torch, the tool and the arm of programs. The part and its place come from the result folder that holds
+    a program.
     """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")

@@ -12,6 +12,7 @@ FANUC, R-30iB HandlingTool Operator's Manual (motion options, registers, branchi
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable, Mapping
@@ -319,28 +320,30 @@ class Interpreter(Base):
 
     _MOTION = re.compile(
         r"(P|PR)\[(\d+)\](?: (P|PR)\[(\d+)\])? (?:(\d+(?:\.\d+)?)|R\[(\d+)\])(%|mm/sec|cm/min|sec|deg/sec)"
-        r" (?:FINE|CNT ?\d+|CR ?\d+)\s*+(.*)"
+        r" (FINE|CNT ?\d+|CR ?\d+)\s*+(.*)"
     )
 
     def _motion(self, kind: str, text: str) -> int | None:
         found = self._MOTION.fullmatch(text)
         if found is None or (kind == "C") != (found[3] is not None) or kind == "A":
             raise ProgramError(f"not followed: {kind} {text!r}")
-        first, number, last, end, speed, register, unit, rest = found.groups()
+        first, number, last, end, speed, register, unit, zone, rest = found.groups()
         if (kind == "J") != (unit == "%") and unit not in {"sec", "deg/sec"}:
             raise ProgramError(f"the speed of {kind} {text!r}")
         amount = float(speed if speed else self.item("R", [int(register)]))
         mm_s = {"mm/sec": amount, "cm/min": amount / 6.0}.get(unit)
         options, skip = self._options(rest)
+        zone_mm = None if zone == "FINE" else math.inf  # a share of the speed bounds no distance
         points = [self.item(first, [int(number)])] + ([self.item(last, [int(end)])] if last else [])
         if isinstance(points[-1], Joints):
             if kind != "J" or rest:
                 raise ProgramError(f"joint angles in {kind} {text!r}")
+            self.blend(zone_mm)
             self.machine.joint_move(np.array(points[-1]))
             return None
         *via, T_goal = (self._T_base(point, options) for point in points)
         if skip is None:
-            self.go(kind, T_goal, via=via[0] if via else None, speed_mm_s=mm_s)
+            self.go(kind, T_goal, via=via[0] if via else None, speed_mm_s=mm_s, zone_mm=zone_mm)
             return None
         if kind != "L" or mm_s is None:
             raise ProgramError("Skip on a move that is not a line")

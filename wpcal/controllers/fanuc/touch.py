@@ -47,11 +47,8 @@ PARALLEL = 1e-3  #: Sine of the largest angle between a search of the package an
 def write_touch_fanuc(program: TouchProgram) -> dict[str, str]:
     """Write a TP program of searches, ``NAME_TOUCH.ls``.
 
-    Raises
-    ------
-    InputError
-        When there are too few registers, TP cannot write a speed, the configuration is missing, TP has no such input,
-        output or user frame, or a search of the package does not run along an axis of the part.
+    Raises `InputError` when there are too few registers, TP cannot write a speed, the configuration is missing, TP has
+    no such input, output or user frame, or a search of the package does not run along an axis of the part.
     """
     return _TpTouches(program).files()
 

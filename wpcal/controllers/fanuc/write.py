@@ -66,11 +66,8 @@ Body = tuple[str, ...]  #: The lines of a position of group 1.
 def write_fanuc(program: WeldProgram) -> dict[str, str]:
     """Write TP programs: ``NAME.ls`` and one file per seam.
 
-    Raises
-    ------
-    InputError
-        When a seam has too many points, TP cannot write a speed, or the configuration is missing or not a CONFIG. In a
-        plan, when the arm's file does not say how J3 counts.
+    Raises `InputError` when a seam has too many points, TP cannot write a speed, or the configuration is missing or not
+    a CONFIG. In a plan, when the arm's file does not say how J3 counts.
     """
     if program.planned is not None and program.arm is not None and not program.arm.couplings:
         raise InputError(

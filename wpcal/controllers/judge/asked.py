@@ -11,6 +11,7 @@ import numpy as np
 from wpcal.controllers.judge.execute import TOOL_OF_CONTROLLER
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.in_run import WeldsAfter
+from wpcal.controllers.program.planned import JointMoves
 from wpcal.controllers.program.touch_program import TouchProgram
 from wpcal.controllers.run.trace import Motion, Trace
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -109,13 +110,13 @@ Row = tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, bool]
 def _rows(program: WeldProgram) -> Iterator[Row]:
     planned, safe = program.planned, program.safe_point
     gaps = len(program.paths) + 1
-    air = [np.zeros((0, 6))] * gaps if planned is None else [np.degrees(moves.joints) for moves in planned.air]
+    air = [iter(())] * gaps if planned is None else [_rows_of(moves) for moves in planned.air]
     ends: list[Row] = [] if safe is None else [((safe.p_base[0], safe.R_base[0]), None, True)]
     yield from ends
     for before, path in zip(air, program.paths, strict=False):
-        yield from ((None, joints, True) for joints in before)
+        yield from before
         yield from _rows_along(path, is_planned=planned is not None)
-    yield from ((None, joints, True) for joints in air[-1])
+    yield from air[-1]
     yield from ends
 
 
@@ -131,9 +132,15 @@ def _rows_alone(program: WeldProgram) -> Iterator[Row]:
     for (to, back), path in zip(ways, program.paths, strict=False):
         if len(to):
             before = [] if path.joints is None else [path.joints[0]]
-            yield from ((None, np.degrees(joints), True) for joints in (*to.joints, *before))
+            yield from _rows_of(to)
+            yield from ((None, np.degrees(joints), True) for joints in before)
             yield from _rows_along(path, is_planned=True)
-            yield from ((None, joints, True) for joints in np.degrees(back.joints))
+            yield from _rows_of(back)
+
+
+def _rows_of(moves: JointMoves) -> Iterator[Row]:
+    zones = np.zeros(len(moves)) if moves.zone_mm is None else moves.zone_mm
+    yield from ((None, joints, not mm) for joints, mm in zip(np.degrees(moves.joints), zones, strict=True))
 
 
 def compare(trace: Trace, asked: Asked) -> Compared:

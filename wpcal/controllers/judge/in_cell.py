@@ -15,8 +15,9 @@ import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
 from wpcal.controllers.judge.swept import Meeting, poses_along
+from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.controllers.run.trace import Motion
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
@@ -27,6 +28,9 @@ from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 STEP_MM = 5.0  #: Between two states on a line the joints turn so little that the tool keeps to it within 0.01 mm.
 STEP_RAD = np.radians(2.0)  #: The same where the tool turns.
 DIGITS_MM = 0.1  #: The text has fewer digits than the plan; safety distances are kept within this.
+PARTS_OF_HALF = 100  #: Of the half of a move before a corner: how finely the end of its zone is found.
+LEAST_ZONE_MM = 1.0  #: A smaller zone saves no time.
+ROOM_OF_ZONE = 0.45  #: Of a move: the zones at both of its ends do not meet.
 LIMIT_RAD = 1e-5  #: The same for limits of joints.
 
 
@@ -71,6 +75,11 @@ class CellSweep:
                 continue
             legs.append((motion, states))
             q = states[-1]
+        for (_, before), (motion, states), (after, behind) in zip(legs, legs[1:], legs[2:], strict=False):
+            if motion.place.blends and motion.kind == after.kind == "J":
+                q = np.array([before[-1], states[-1], behind[-1]])
+                if not self._air.is_free_between(self.corner(q, *motion.place.zone)):
+                    yield Meeting(motion, "the zone at its end is not free")
         for is_air, group in groupby(legs, key=lambda leg: leg[0].kind == "J"):
             yield from self._row(list(group), self._air if is_air else self._near)
 
@@ -102,6 +111,46 @@ class CellSweep:
         via = motion.via if motion.via_joints is None else self._tool(motion.via_joints)
         line = replace(motion, start=self._tool(np.degrees(q[:JOINTS])), goal=T_goal, via=via)
         return np.concatenate([q[None], self._followed(poses_along(line, STEP_MM, STEP_RAD), q)])
+
+    def corner(self, q: FloatArray, zone_mm: float, share: float) -> FloatArray:
+        """Return states whose hull has every state of a rounded corner, shape (3, k).
+
+        The tool leaves the first move where its centre point is within the zone, and is back on the second by its half.
+
+        `q`: shape (3, k). Before, at and after the corner.
+        """
+        left = max(np.flatnonzero(self._inside(q, zone_mm)).tolist(), default=-1) + 1
+        share = min(left / PARTS_OF_HALF * WHOLE_ZONE, share)
+        return np.array([self._back(q, share), q[1], self._back(q[::-1], WHOLE_ZONE)])
+
+    @staticmethod
+    def _back(q: FloatArray, share: float) -> FloatArray:
+        return np.asarray(q[1] + share * (q[0] - q[1]))
+
+    def _inside(self, q: FloatArray, zone_mm: float) -> BoolArray:
+        """Tell at which places of the half before a corner the tool is within a zone."""
+        shares = np.linspace(0.0, WHOLE_ZONE, PARTS_OF_HALF + 1)[1:]
+        p = self.cell.tool_places(np.array([self._back(q, share) for share in (0.0, *shares)]))[:, :3, 3]
+        return np.asarray(np.linalg.norm(p[1:] - p[0], axis=1) <= zone_mm)
+
+    def zones(self, q: FloatArray, *, most_mm: float) -> tuple[FloatArray, FloatArray]:
+        """Return the largest free zones at joint moves through states of shape (m, k): mm, and shares of the moves.
+
+        A zone is `most_mm`, or a half of it, and so on; zones of neighbours do not meet. Both ends have none.
+        """
+        mm, shares = np.zeros(len(q)), np.zeros(len(q))
+        p = self.cell.tool_places(q)[:, :3, 3]
+        room = np.linalg.norm(np.diff(p, axis=0), axis=1) * ROOM_OF_ZONE
+        for row in range(1, len(q) - 1):
+            zone_mm, around = most_mm, q[row - 1 : row + 2]
+            while zone_mm >= LEAST_ZONE_MM:
+                is_free = zone_mm <= room[row - 1 : row + 1].min()
+                if is_free and self._air.is_free_between(self.corner(around, zone_mm, WHOLE_ZONE)):
+                    first_out = int(np.argmin([*self._inside(around, zone_mm), False]))
+                    mm[row], shares[row] = zone_mm, first_out / PARTS_OF_HALF * WHOLE_ZONE
+                    break
+                zone_mm /= 2.0
+        return mm, shares
 
     def _tool(self, joints_deg: FloatArray) -> FloatArray:
         """Return T_base_tool at joints of the arm, shape (4, 4)."""

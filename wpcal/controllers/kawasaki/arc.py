@@ -55,11 +55,8 @@ class _Numbers:
 def conditions(program: WeldProgram) -> Mapping[str, Conditions]:
     """Return the conditions of every seam by its name; empty for a dry run.
 
-    Raises
-    ------
-    InputError
-        When the weld data of a seam states neither a job nor current and voltage, a weave that AS does not have, or a
-        weave and a job.
+    Raises `InputError` when the weld data of a seam states neither a job nor current and voltage, a weave that AS does
+    not have, or a weave and a job.
     """
     if program.arc is None:
         return {}

@@ -67,9 +67,8 @@ class _File:
 def read_as(text: str, path: str) -> ProgramPoints:
     """Read the transformation values of a file.
 
-    Raises
-    ------
-    FormatError : When it has neither a section ``.TRANS`` nor ``.JOINTS`` nor a program, or a value is not six numbers.
+    Raises `FormatError` when it has neither a section ``.TRANS`` nor ``.JOINTS`` nor a program, or a value is not six
+    numbers.
     """
     found = _parsed(text)
     if not re.search(r"^\.(?:PROGRAM|TRANS|JOINTS)\b", text, re.MULTILINE | re.IGNORECASE):

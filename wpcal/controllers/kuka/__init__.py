@@ -19,5 +19,6 @@ KRL = Controller(
     program_suffixes=(".src", ".dat"),
     takes_arcs=True,
     takes_plans=True,
+    takes_zones=True,
     welds_alone=True,
 )

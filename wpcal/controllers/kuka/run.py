@@ -21,7 +21,7 @@ import numpy as np
 from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, called_in, read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does, mark_of
-from wpcal.controllers.run.machine import Machine, Place, inverted
+from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Place, inverted
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError
 from wpcal.core.arrays import FloatArray
 
@@ -82,12 +82,7 @@ def _signals_of(texts: Iterable[str]) -> dict[int, bool]:
 class Interpreter:
     """A robot interpreter with its modules.
 
-    Parameters
-    ----------
-    files : Modules by file name: ``.src`` and ``.dat``.
-    tools, bases : TOOL_DATA and BASE_DATA of the configuration.
-    signals : Numbers of inputs that a touch switches, and their level then.
-    on_stop : What the operator does at a stop: True goes on.
+    Parameters are those of `wpcal.controllers.run.interpreter.Interpreter`; `signals` are numbers of inputs.
     """
 
     def __init__(
@@ -505,7 +500,9 @@ class Interpreter:
         given = list(s.tokens if tokens is None else tokens)
         while given and given[-1].upper() in BLENDS:
             given.pop()
-            self.machine.at = replace(self.machine.at, blends=True)
+            percent = self.system.get("$APO.CPTP")  # of the half of a motion
+            share = percent / 100.0 if isinstance(percent, int | float) else 1.0
+            self.machine.at = replace(self.machine.at, blends=True, zone=(math.inf, WHOLE_ZONE * min(share, 1.0)))
         found = self._list(given)
         if len(found) != count or not all(isinstance(one, Aggregate) for one in found):
             raise ProgramError(f"{s.line.text[:80]!r}: expected {count} points")

@@ -13,6 +13,7 @@ orientation control for LIN and CIRC; the orientation of the middle of an arc is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import partial
 
@@ -26,6 +27,7 @@ from wpcal.controllers.language.rounding import rounded_frame, texts, zyx_degree
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, part_frame
 from wpcal.controllers.program.planned import ALONE
+from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
@@ -242,7 +244,9 @@ class _Krl(WeldWriter):
         ]
 
     def joint_move(self, number: int) -> list[str]:
-        return self.post.joint_move(f"{AXES}{number:04d}", speed="")
+        percent = math.floor(100.0 * self.zone(number)[1] / WHOLE_ZONE)
+        move = self.post.joint_move(f"{AXES}{number:04d}", speed="", zone=" C_PTP" if percent else "")
+        return [*([f"$APO.CPTP={percent}"] if percent else []), *move]
 
     def _seam(self, path: WeldPath) -> list[str]:
         program, arc = self.program, self.program.arc

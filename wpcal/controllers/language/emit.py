@@ -63,6 +63,10 @@ class WeldWriter:
         """The speed of the only joint move of a program without a plan."""
         return self.air
 
+    def zone(self, number: int) -> tuple[float, float]:
+        """Return the zone of the joint move of this number, mm and as a share of it; zeros where it stops."""
+        return (0.0, 0.0) if self.planned is None else self.planned.zone(number)
+
     def joint_move(self, number: int) -> list[str]:
         """Return the move to the joints of this number, from 1 on, of a plan."""
         raise NotImplementedError

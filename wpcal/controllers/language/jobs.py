@@ -54,11 +54,8 @@ class ConfigurationRule:
     def texts(self, program: WeldProgram, poses: WeldPath | SafePoint) -> list[str]:
         """Return the configuration of every pose as written: the user's if one is given, else computed.
 
-        Raises
-        ------
-        InputError
-            When the user gave none and it cannot be computed, or something else than a configuration of this language.
-            wpcal never guesses it.
+        Raises `InputError` when the user gave none and it cannot be computed, or something else than a configuration of
+        this language. wpcal never guesses it.
         """
         where = f"seam {poses.seam.name}" if isinstance(poses, WeldPath) else "the safe point"
         postures, has_arm = program.posture_of(poses), program.arm is not None

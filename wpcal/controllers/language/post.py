@@ -106,9 +106,9 @@ class Blocks:
         """Return the move to a point off the seams."""
         return self.lines("air_move", needs=point, point=point, speed=speed, joint=joint)
 
-    def joint_move(self, point: str, *, speed: str) -> list[str]:
-        """Return the move of a plan to joints; arguments as of `air_move`."""
-        return self.lines("joint_move", needs=point, point=point, speed=speed)
+    def joint_move(self, point: str, *, speed: str, zone: str = "") -> list[str]:
+        """Return the move of a plan to joints; `zone` is empty where it stops, other arguments as of `air_move`."""
+        return self.lines("joint_move", needs=point, point=point, speed=speed, zone=zone)
 
     def lines(self, block: str, *, needs: str = "", **names: Any) -> list[str]:
         """Return the lines of a template; without the point `needs` the torch would go another way than checked."""
@@ -130,10 +130,7 @@ class Blocks:
 class Post(Blocks):
     """The templates of one language for a weld program.
 
-    Parameters
-    ----------
-    language : str
-        The name of the format.
+    `language`: The name of the format.
     """
 
     program: WeldProgram

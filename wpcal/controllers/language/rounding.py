@@ -28,9 +28,7 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     γ. The rotation is then wrong by at most √3/2 units of the last digit. Rounding each angle alone gives up to √5/2
     near β = ±90°.
 
-    Parameters
-    ----------
-    R : array_like, shape (..., 3, 3)
+    `R`: array_like, shape (..., 3, 3)
 
     Returns
     -------

@@ -227,10 +227,8 @@ class TouchWriter:
 class TouchPost(Blocks):
     """The templates of one language for a touch program.
 
-    Raises
-    ------
-    InputError
-        When a folder of the user has one of the two templates of sensing: what switches it on may then not be off.
+    Raises `InputError` when a folder of the user has one of the two templates of sensing: what switches it on may then
+    not be off.
     """
 
     program: TouchProgram

@@ -34,11 +34,8 @@ def compensate_program(program: WeldProgram, arm: ArmAtTool) -> WeldProgram:
 
     Raises `InputError` when the poses have no joints.
 
-    Parameters
-    ----------
-    program : WeldProgram
-        With poses computed with the identified model of the robot, and their joints
-        (`wpcal.controllers.program.followed_program.follow_program`).
+    `program`: With poses computed with the identified model of the robot, and their joints
+    (`wpcal.controllers.program.followed_program.follow_program`).
     """
     if arm.arm.nominal is None:
         return program

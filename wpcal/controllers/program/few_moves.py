@@ -23,11 +23,8 @@ def fit_program(
 ) -> WeldProgram:
     """Replace the poses along every seam by lines and arcs.
 
-    Parameters
-    ----------
-    spin_is_free : bool
-        Whether the moves choose the turn about the wire, within the range of the torch. False: the tool keeps to the
-        turn that it has at every frame.
+    `spin_is_free`: Whether the moves choose the turn about the wire, within the range of the torch. False: the tool
+    keeps to the turn that it has at every frame.
 
     Returns
     -------

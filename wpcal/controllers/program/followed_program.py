@@ -86,15 +86,11 @@ def _first_branch(
 def follow_program(program: WeldProgram, arm: ArmAtTool, branch: int) -> WeldProgram:
     """Give every pose of a program the joints of the arm. With `joints` at every pose.
 
-    Parameters
-    ----------
-    program : WeldProgram
-        With the spin of `wpcal.controllers.program.reachable_spin`, and with or without the ways between the seams.
+    `program`: With the spin of `wpcal.controllers.program.reachable_spin`, and with or without the ways between the
+    seams.
 
-    Raises
-    ------
-    GeometryError
-        Where the arm cannot follow: at a joint limit, out of reach, or at a singularity. Its code is ``joint-path``.
+    Raises `GeometryError` where the arm cannot follow: at a joint limit, out of reach, or at a singularity. Its code is
+    ``joint-path``.
     """
     joints, before = [], arm.near
     for leg in _legs(program):

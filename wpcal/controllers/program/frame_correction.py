@@ -26,11 +26,8 @@ def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_bas
 
     `up_base`: shape (3,). Unit vector away from the support of the part, in `base`.
 
-    Raises
-    ------
-    InputError
-        When the searches of the plan are not the touches of one part on its planes and cylinders, leave a motion free,
-        or are planned for another part or place than the weld program; or this has no safe point.
+    Raises `InputError` when the searches of the plan are not the touches of one part on its planes and cylinders, leave
+    a motion free, or are planned for another part or place than the weld program; or this has no safe point.
     """
     T, part = plan.T_base_part, (program.calibration.get("inputs") or {}).get("part", {}).get("file", plan.part)
     if plan.part and part != plan.part:

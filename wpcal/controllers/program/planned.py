@@ -7,7 +7,7 @@ external axes that the plan has there, so that nothing is left to the controller
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,12 +25,17 @@ class JointMoves:
     joints: FloatArray  #: shape (n, 6). Where they lead: shown angles of the arm, rad.
     external: FloatArray  #: shape (n, e). External axes there, rad, a rail in mm.
 
+    #: shape (n,). How far from its end the tool may leave each move for the next one, mm; None: every move stops.
+    zone_mm: FloatArray | None = None
+    zone_share: FloatArray | None = None  #: shape (n,). The same as a share of the move.
+
     def __len__(self) -> int:
         return len(self.joints)
 
     def rows(self, first: int, last: int | None) -> JointMoves:
         """Return some of them."""
-        return JointMoves(self.joints[first:last], self.external[first:last])
+        zones = (None if each is None else each[first:last] for each in (self.zone_mm, self.zone_share))
+        return JointMoves(self.joints[first:last], self.external[first:last], *zones)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +57,25 @@ class PlannedMoves:
     #: Whether positions are then in the part that it carries: what a program calls the base is the flange of the
     #: positioner. Otherwise they are in the base of the robot, and the moves along such a seam are lines.
     is_carried: bool = True
+
+    def zone(self, number: int) -> tuple[float, float]:
+        """Return the zone of the move with this number, mm and as a share of it; zeros where it stops."""
+        for moves, numbers in self.numbered():
+            if number in numbers and moves.zone_mm is not None and moves.zone_share is not None:
+                row = number - numbers[0]
+                return float(moves.zone_mm[row]), float(moves.zone_share[row])
+        return 0.0, 0.0
+
+    @property
+    def zones_mm(self) -> list[float]:
+        """The sizes of all zones, mm, the smallest first."""
+        return sorted({float(mm) for moves in self.legs if moves.zone_mm is not None for mm in moves.zone_mm if mm})
+
+    def exact(self) -> PlannedMoves:
+        """Return the moves with a stop at every corner."""
+        stops = tuple(JointMoves(each.joints, each.external) for each in self.legs)
+        count = len(self.air)
+        return replace(self, air=stops[:count], ways=tuple(zip(stops[count::2], stops[count + 1 :: 2], strict=True)))
 
     @property
     def axis_count(self) -> int:

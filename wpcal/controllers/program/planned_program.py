@@ -6,7 +6,7 @@ there. Between them are joint moves, as they were checked against collision.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -48,6 +48,8 @@ class PlanOutput:
     #: Where the positioner turns along a seam: whether positions are in the part that it carries, and moves may be arcs
     #: (`PlannedMoves.is_carried`).
     is_carried: bool = True
+    #: From states of a row of joint moves, shape (m, k), to the zones at their ends: mm and shares, shapes (m,).
+    zones: Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None = None
 
 
 def build_planned_program(
@@ -66,8 +68,8 @@ def build_planned_program(
     follows = any(np.ptp(piece.q[:, cell.first_turning :], axis=0).any() for piece in plan.pieces)
     frame = _Frame(cell, follows=follows, is_carried=output.is_carried)
     paths = tuple(_path(plan, piece, seams[piece.task.name], output, frame) for piece in plan.pieces)
-    air = tuple(JointMoves(*_split(q if row == 0 else q[1:])) for row, q in enumerate(plan.air))
-    ways = tuple(_way(way) for way in plan.ways)
+    air = tuple(_moves_to(q, output).rows(0 if row == 0 else 1, None) for row, q in enumerate(plan.air))
+    ways = tuple(_way(way, output) for way in plan.ways)
     rail = None if cell.rail_axis is None else cell.axis_names[cell.rail_axis]
     about = _about(plan, rail)
     share = 100.0 * AIR_SHARE
@@ -114,12 +116,15 @@ def _is_known(way: Way) -> bool:
     return bool(len(way.from_home) and len(way.to_home))
 
 
-def _way(way: Way) -> tuple[JointMoves, JointMoves]:
+def _way(way: Way, output: PlanOutput) -> tuple[JointMoves, JointMoves]:
     """Return the moves from home on, but the last, and those home from where a seam ends."""
-    from_home, to_home = (
-        (way.from_home[:-1], way.to_home[1:]) if _is_known(way) else (way.from_home[:0], way.to_home[:0])
-    )
-    return JointMoves(*_split(from_home)), JointMoves(*_split(to_home))
+    if not _is_known(way):
+        return JointMoves(*_split(way.from_home[:0])), JointMoves(*_split(way.to_home[:0]))
+    return _moves_to(way.from_home, output).rows(0, -1), _moves_to(way.to_home, output).rows(1, None)
+
+
+def _moves_to(q: FloatArray, output: PlanOutput) -> JointMoves:
+    return JointMoves(*_split(q), *((None, None) if output.zones is None else output.zones(q)))
 
 
 def _split(q: FloatArray) -> tuple[FloatArray, FloatArray]:

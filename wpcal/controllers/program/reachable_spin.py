@@ -83,10 +83,8 @@ class _Stop:
 def spun_programs(program: WeldProgram, arm: ArmAtTool, *, as_near: bool = False) -> Iterator[SpunProgram]:
     """Yield programs per branch that leads along every seam, the nearest branch first.
 
-    Raises
-    ------
-    GeometryError
-        When there is none, with the seam, the point, its place in mm and the reason; its code is ``joint-path``.
+    Raises `GeometryError` when there is none, with the seam, the point, its place in mm and the reason; its code is
+    ``joint-path``.
     """
     seams = [_Seam.of(path, program, arm) for path in program.paths]
     stops, found = [], False

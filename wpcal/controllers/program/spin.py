@@ -81,11 +81,9 @@ def least_turn(swing: FloatArray, e: FloatArray, allowed: BoolArray) -> IntArray
 
     Raises `GeometryError` when at some point no e is allowed; the message names the point.
 
-    Parameters
-    ----------
-    swing : shape (n - 1,). rad.
-    e : shape (n, k). rad.
-    allowed : ndarray of bool, shape (n, k)
+    `swing`: shape (n - 1,). rad.
+    `e`: shape (n, k). rad.
+    `allowed`: ndarray of bool, shape (n, k)
     """
     if not allowed.any(axis=1).all():
         raise GeometryError(f"point {int(np.argmin(allowed.any(axis=1)))}: no turn about the wire is possible")

@@ -54,9 +54,8 @@ class TouchSteps:
 class TouchProgram:
     """What a writer of touch programs gets.
 
-    Raises
-    ------
-    InputError : When the plan has no searches, or a search would not move onto its own face: files are edited by hand.
+    Raises `InputError` when the plan has no searches, or a search would not move onto its own face: files are edited by
+    hand.
     """
 
     plan: TouchPlan
@@ -85,10 +84,8 @@ class TouchProgram:
     def steps(self, T_base_frame: RigidTransform) -> tuple[TouchSteps, ...]:
         """Return the poses of the searches.
 
-        Parameters
-        ----------
-        T_base_frame : RigidTransform
-            `TouchPlan.T_base_part` with the digits that the program states. Its rounding then does not move the robot.
+        `T_base_frame`: `TouchPlan.T_base_part` with the digits that the program states. Its rounding then does not move
+        the robot.
         """
         T_frame_part = T_base_frame.inverse() @ self.plan.T_base_part
         return tuple(_steps(search, T_frame_part, self.arm) for search in self.plan.searches)

@@ -29,10 +29,8 @@ def build_sync_program(run: CellRun, cell: Cell, *, controller: ControllerSettin
 
     Raises `InputError` when the run was checked and is not free: wpcal never writes a program that is known to collide.
 
-    Parameters
-    ----------
-    controller : ControllerSettings, optional
-        By default the program is named after the seam, so that programs of several seams can be loaded together.
+    `controller`: By default the program is named after the seam, so that programs of several seams can be loaded
+    together.
     """
     verdict = run.verdict
     if verdict is CollisionVerdict.NOT_FREE and run.check is not None:

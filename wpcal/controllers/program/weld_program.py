@@ -69,6 +69,11 @@ class ControllerSettings:
         "For plans: the programs set the tool data to the tool of the cell, over a measured tool centre point.",
         "--set-tool",
     )
+    zone_mm: float = opt(
+        0.0,
+        "For plans: between joint moves in the air the tool may leave a corner by so much, or less to be free; "
+        "0 stops, as the plan was made. Languages that bound no such zone stop.",
+    )
     #: For languages that cannot leave the configuration open, by name of the format; "" is used for every other format.
     #: Never guessed.
     configurations: Mapping[str, str] = opt(
@@ -94,6 +99,8 @@ class ControllerSettings:
             raise InputError("the names of the program and of the tool must not be empty")
         if self.tool_number < 0 or self.frame_number < 0:
             raise InputError(f"tool {self.tool_number}, frame {self.frame_number}: expected numbers of 0 or more")
+        if not 0.0 <= self.zone_mm < math.inf:
+            raise InputError(f"zone_mm: expected 0 or more, got {self.zone_mm:g}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -295,6 +302,8 @@ def build_program(
     """
     if controller is not None and controller.sets_tool:
         raise InputError("--set-tool: only the cell of a plan knows the tool (wpcal plan)")
+    if controller is not None and controller.zone_mm:
+        raise InputError("--zone-mm: only a plan has joint moves that are swept in a cell (wpcal plan)")
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
     if welds is None:
         paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]

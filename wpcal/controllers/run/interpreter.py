@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import Grammar, mark_of
 from wpcal.controllers.language.jobs import JobLanguage
-from wpcal.controllers.run.machine import Machine, Matrix, Place, rigid
+from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, rigid
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 WORD = re.compile(r"[A-Za-z_][\w-]*+")  #: May be the name of a routine.
@@ -21,11 +22,9 @@ T = TypeVar("T")
 class Interpreter:
     """Runs the files of a program.
 
-    Parameters
-    ----------
-    tools, bases : T_flange_tool and T_base_frame, shape (4, 4), that the controller has, by name or number.
-    signals : The touch input as the language calls it, and whether it is on or off at contact. None: as searches say.
-    on_stop : Whether the operator lets the program go on after this message.
+    `tools`, `bases`: T_flange_tool and T_base_frame, shape (4, 4), that the controller has, by name or number.
+    `signals`: The touch input as the language calls it, and whether it is on or off at contact. None: as searches say.
+    `on_stop`: Whether the operator lets the program go on after this message.
     """
 
     grammar: Grammar
@@ -127,14 +126,28 @@ class Interpreter:
         """Return T_base_frame of the present frame."""
         return _known(self.bases, self.frame, "frame")
 
-    def go(self, kind: str, goal: Matrix, *, via: Matrix | None = None, speed_mm_s: float | None = None) -> None:
+    def go(
+        self,
+        kind: str,
+        goal: Matrix,
+        *,
+        via: Matrix | None = None,
+        speed_mm_s: float | None = None,
+        zone_mm: float | None = None,
+    ) -> None:
         """Move the present tool to a pose in `base`: ``J`` by the joints, ``L`` on a line, ``C`` through `via`."""
         T_tool = self.T_tool()
         self.machine.at = Place(self.file, self.line, self.tool, self.frame, speed_mm_s)
+        self.blend(zone_mm)
         if via is not None:
             self.machine.arc(via, goal, T_tool)
         else:
             self.machine.move(goal, T_tool, is_line=kind == "L")
+
+    def blend(self, zone_mm: float | None) -> None:
+        """Say that the tool does not stop, but leaves the corner within a zone; None: it stops."""
+        if zone_mm is not None:
+            self.machine.at = replace(self.machine.at, blends=True, zone=(zone_mm, WHOLE_ZONE))
 
     def stop(self, message: str = "") -> None:
         """Stand until the operator lets the program go on."""

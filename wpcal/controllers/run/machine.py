@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
@@ -16,6 +17,9 @@ Matrix: TypeAlias = FloatArray
 """A pose, shape (4, 4)."""
 
 
+WHOLE_ZONE = 0.5  #: No controller leaves a motion before its half, and each is back on the next by then.
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """Where a program is, and what it moves with."""
@@ -26,6 +30,8 @@ class Place:
     frame: str = ""  #: Name or number.
     speed_mm_s: float | None = None
     blends: bool = False  #: Whether the tool does not stop at the end.
+    #: How far from the end the next motion may begin: the tool centre point, mm, and the share of this motion.
+    zone: tuple[float, float] = (math.inf, WHOLE_ZONE)
 
 
 class Machine(Protocol):
@@ -63,6 +69,9 @@ class Machine(Protocol):
 
         `kind`: ``J`` by the joints, ``L`` on a line, ``C`` on an arc through the joint angles `via`.
         """
+
+    def stand(self) -> None:
+        """Wait until the last motion has ended: it does not blend into the next."""
 
     def search(
         self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True

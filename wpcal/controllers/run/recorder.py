@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,11 +28,9 @@ def pulses_of(arm: Arm | None) -> Callable[[FloatArray], FloatArray] | None:
 class Recorder:
     """Writes a `Trace`.
 
-    Parameters
-    ----------
-    from_pulses : From pulses of an arm, shape (6,), to its joints, deg. Without it they are not known.
-    arc_output : Number of the digital output that switches the arc.
-    feel : From the end of a search to where it finds the part, both T_base_tool, or None for a search that misses.
+    `from_pulses`: From pulses of an arm, shape (6,), to its joints, deg. Without it they are not known.
+    `arc_output`: Number of the digital output that switches the arc.
+    `feel`: From the end of a search to where it finds the part, both T_base_tool, or None for a search that misses.
     """
 
     def __init__(
@@ -92,6 +91,11 @@ class Recorder:
             joints = None if known is None else known(joints)
             via = None if known is None or via is None else known(via)
         self._write(kind, None, np.eye(4), joints=joints, via_joints=via)
+
+    def stand(self) -> None:
+        """Write that the last motion stops."""
+        for last in self.trace.motions[-1:]:
+            self.trace.motions[-1] = replace(last, place=replace(last.place, blends=False))
 
     def search(
         self, T_base_tool: Matrix, T_flange_tool: Matrix, speed_mm_s: float, *, is_edge: bool = True

@@ -12,4 +12,5 @@ VAL3 = Controller(
     program_suffixes=(".dtx", ".pgx"),
     takes_arcs=True,
     takes_plans=True,
+    takes_zones=True,
 )

@@ -11,6 +11,7 @@ Staubli, VAL3 Reference Manual (pointRx, jointRx, frame, mdesc, movej, movel, mo
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 import xml.etree.ElementTree as ET
@@ -33,7 +34,7 @@ from wpcal.core.numbers import parse_number
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 JOINTS = ("j1", "j2", "j3", "j4", "j5", "j6")
-SPEEDS = ("accel", "vel", "decel", "tmax", "rmax", "leave", "reach")
+SPEEDS, ZONES = ("accel", "vel", "decel", "tmax", "rmax"), ("leave", "reach")
 WORDS = Syntax(
     re.compile(r'"[^"]*"|\d+(?:\.\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|&|[-+*/%=<>()\[\]{},.!]'),
     (
@@ -59,6 +60,7 @@ class _Element:
     kind: str
     values: Mapping[str, float]
     father: str = ""
+    blends: bool = False  #: Whether a motion does not stop.
 
     def place(self) -> FloatArray:
         """Return a point, a frame or a transformation as a matrix: R = Rx Ry Rz of the moving axes."""
@@ -75,14 +77,16 @@ def _element_of(T: FloatArray, like: _Element) -> _Element:
 
 def _element(value: ET.Element, name: str, kind: str) -> tuple[int, Any]:
     """Return the number of a value of the database, and the value."""
-    cells = {key: value.get(key) for key in (*AXES, *JOINTS, *SPEEDS, "value")}
+    cells = {key: value.get(key) for key in (*AXES, *JOINTS, *SPEEDS, *ZONES, "value")}
     try:
         numbers = {key: float(parse_number(cell)) for key, cell in cells.items() if cell is not None}
         at = int(parse_number(value.get("key") or "0"))
     except InputError as error:
         raise ProgramError(f"{name}: {error}") from None
     is_number = kind == "num" and "value" in numbers
-    return at, numbers["value"] if is_number else _Element(kind, numbers, value.get("fatherId") or "")
+    return at, numbers["value"] if is_number else _Element(
+        kind, numbers, value.get("fatherId") or "", value.get("blend", "off") != "off"
+    )
 
 
 class Interpreter(BlockInterpreter):
@@ -274,10 +278,11 @@ class Interpreter(BlockInterpreter):
         self.tool = str(tool)
         speed = motion.values.get("tmax") if isinstance(motion, _Element) else None
         T_via = None if via is None else self._T(via)
-        self.go(kind, self._T(goal), via=T_via, speed_mm_s=speed)
+        self.go(kind, self._T(goal), via=T_via, speed_mm_s=speed, zone_mm=_zone_mm(motion))
 
     def _do_movej(self, goal: Any, tool: Any, motion: Any) -> None:
         if isinstance(goal, _Element) and set(JOINTS) <= set(goal.values):
+            self.blend(_zone_mm(motion))
             self.machine.joint_move(np.array([goal.values[key] for key in JOINTS]))
         else:
             self._travel("J", goal, tool, motion)
@@ -291,7 +296,17 @@ class Interpreter(BlockInterpreter):
     def _do_nothing(self, *_: Any) -> None:
         """Pass what moves nothing."""
 
-    _do_waitendmove = _do_delay = _do_putln = _do_put = _do_logmsg = _do_resetmotion = _do_nothing
+    def _do_waitendmove(self) -> None:
+        self.machine.stand()
+
+    _do_delay = _do_putln = _do_put = _do_logmsg = _do_resetmotion = _do_nothing
+
+
+def _zone_mm(motion: Any) -> float | None:
+    """Return how far from a point a motion may leave the path, or be back on it; None where it stops."""
+    if not isinstance(motion, _Element) or not motion.blends:
+        return None
+    return max(motion.values.get(key, math.inf) for key in ZONES)
 
 
 def _first(value: Any) -> Any:

@@ -71,9 +71,14 @@ def _filled(template: str, **names: object) -> str:
     return "\n".join([*whole_template("val3", template, names), ""])
 
 
-def _motion(speed_mm_s: float, blend: str, *, percent: int = 100) -> str:
+def _motion(speed_mm_s: float, blend: str, *, percent: int = 100, zone_mm: float = BLEND_MM) -> str:
     limits = f'accel="{percent}" vel="{percent}" decel="{percent}" tmax="{speed_mm_s:g}" rmax="100"'
-    return f'{limits} blend="{blend}" leave="{BLEND_MM:g}" reach="{BLEND_MM:g}"'
+    return f'{limits} blend="{blend}" leave="{zone_mm:g}" reach="{zone_mm:g}"'
+
+
+def _zone(mm: float) -> str:
+    """Return the name of the motion with this zone."""
+    return f"mJointZ{mm:g}".replace(".", "_")
 
 
 def _angles(R: FloatArray) -> FloatArray:
@@ -120,15 +125,20 @@ class _Val3(WeldWriter):
         """Return name, type and values of the data."""
         program, planned, T = self.program, self.planned, self.T_base_frame
         frame = f'{_coordinates(T.t_mm[None], T.R[None])[0]} fatherId="world[0]"'
+        zones = list[tuple[str, str, tuple[str, ...]]]()
         joint = _motion(program.motion.air_speed_mm_s, "off", percent=JOINT_PERCENT)
         if planned is not None:
-            joint = _motion(PLANNED_MM_S, "off", percent=round(planned.joint_percent))
+            percent = round(planned.joint_percent)
+            joint = _motion(PLANNED_MM_S, "off", percent=percent)
+            for mm in planned.zones_mm:
+                zones.append((_zone(mm), "mdesc", (_motion(PLANNED_MM_S, "joint", percent=percent, zone_mm=mm),)))
         data: list[tuple[str, str, tuple[str, ...]]] = [
             ("fPart", "frame", (frame,)),
             ("mAir", "mdesc", (_motion(program.motion.air_speed_mm_s, "off"),)),
             ("mJoint", "mdesc", (joint,)),
             ("mWeld", "mdesc", (_motion(program.motion.speed_mm_s, "cartesian"),)),
         ]
+        data += zones
         own = [path for path in program.paths if path.run is not None]  # with a speed of their own
         data += [(self._motion(path), "mdesc", (_motion(program.weld_speed_mm_s(path), "cartesian"),)) for path in own]
         if any(path.moves is None for path in program.paths):
@@ -184,7 +194,8 @@ class _Val3(WeldWriter):
         return self.comments(text)
 
     def joint_move(self, number: int) -> list[str]:
-        return self.post.joint_move(f"{JOINTS}[{number - 1}]", speed="mJoint")
+        mm, _ = self.zone(number)
+        return self.post.joint_move(f"{JOINTS}[{number - 1}]", speed=_zone(mm) if mm else "mJoint")
 
     def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
         if path.moves is not None:

@@ -15,4 +15,5 @@ URSCRIPT = Controller(
     program_suffixes=(".script",),
     takes_arcs=True,
     takes_plans=True,
+    takes_zones=True,
 )

@@ -289,7 +289,7 @@ class Interpreter(BlockInterpreter):
         self._stands()
         T = self._line_to(goal)
         if not self.in_thread:
-            self.go("L", T, speed_mm_s=None if t else MM_PER_M * v)
+            self.go("L", T, speed_mm_s=None if t else MM_PER_M * v, zone_mm=_zone_mm(r))
             return
         if r or t:
             raise ProgramError("a search with a blend radius or a time")
@@ -306,21 +306,22 @@ class Interpreter(BlockInterpreter):
 
     def fn_movec(self, via: Any, to: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0, mode: int = 0) -> None:
         """Move on an arc."""
-        del a, r
+        del a
         self._stands()
         if mode or self.in_thread:
             raise ProgramError("movec with mode 1 or in a thread")
-        self.go("C", self._line_to(to), via=self._line_to(via), speed_mm_s=MM_PER_M * v)
+        self.go("C", self._line_to(to), via=self._line_to(via), speed_mm_s=MM_PER_M * v, zone_mm=_zone_mm(r))
 
     def fn_movej(self, goal: Any, a: float = 1.4, v: float = 1.05, t: float = 0.0, r: float = 0.0) -> None:
         """Move by the joints."""
-        del a, v, t, r
+        del a, v, t
         self._stands()
         if self.in_thread:
             raise ProgramError("movej in a thread")
         if isinstance(goal, _Pose):
-            self.go("J", _matrix(goal))
+            self.go("J", _matrix(goal), zone_mm=_zone_mm(r))
         elif isinstance(goal, list) and len(goal) == 6:
+            self.blend(_zone_mm(r))
             self.machine.joint_move(np.degrees(np.array(goal, dtype=np.float64)))
         else:
             raise ProgramError("movej to neither a pose nor six joints")
@@ -412,3 +413,7 @@ class Interpreter(BlockInterpreter):
         self.run.messages.append(text)
         if blocking:
             self.stop(text)
+
+
+def _zone_mm(r: float) -> float | None:
+    return MM_PER_M * r if r else None

@@ -139,7 +139,8 @@ class _Script(WeldWriter):
         speed = min(stated, default=USUAL_JOINT_RAD_S) * percent / 100.0
         how = f"a={PLANNED_ACCELERATION_RAD_S2:g}, v={math.floor(1e3 * speed) / 1e3:g}"
         (row,) = texts(self.joints[number - 1][None], DECIMALS)
-        return self.post.joint_move(f"[{', '.join(row)}]", speed=how)
+        mm, _ = self.zone(number)
+        return self.post.joint_move(f"[{', '.join(row)}]", speed=how, zone=f", r={mm * MM:g}" if mm else "")
 
     def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
         how = f"{to}, {limits(self.program.weld_speed_mm_s(path))}{'' if stops else f', r={BLEND_MM * MM:g}'}"

@@ -21,10 +21,8 @@ VALUES = "without a job the values are written"
 def inform_arc_on(path: WeldPath) -> list[str]:
     """Return the instructions that start the arc and the weave.
 
-    Raises
-    ------
-    InputError
-        When the weld data states neither a job nor current and voltage, or a weave without the number of its file.
+    Raises `InputError` when the weld data states neither a job nor current and voltage, or a weave without the number
+    of its file.
     """
     values = path.values
     if values.job is not None:

@@ -25,14 +25,11 @@ HALF_TURN_DEG = 180.0
 def rconf(posture: Posture, given: str) -> list[str]:
     """Return the RCONF of every posture.
 
-    Parameters
-    ----------
-    given : str
-        The RCONF of a taught job in the same posture: numbers with commas, at least six for the ranges to be written.
+    `given`: The RCONF of a taught job in the same posture: numbers with commas, at least six for the ranges to be
+    written.
 
-    Raises
-    ------
-    InputError : When R, T or S is beyond ±180°: which of the two ranges a negative angle belongs to is not stated.
+    Raises `InputError` when R, T or S is beyond ±180°: which of the two ranges a negative angle belongs to is not
+    stated.
     """
     beyond = np.abs(posture.degrees[:, [0, 3, 5]]).max(axis=1) > HALF_TURN_DEG
     refuse_first(beyond, "S, R or T is beyond 180 deg, for which the range of RCONF could not be checked")

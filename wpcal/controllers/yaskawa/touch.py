@@ -43,11 +43,8 @@ HEAD = 5
 def write_touch_inform(program: TouchProgram) -> dict[str, str]:
     """Write an INFORM job of searches, ``NAME_TOUCH.jbi``, and ``NAME_TOUCHH.jbi`` where the plan has a home.
 
-    Raises
-    ------
-    InputError
-        When there are too few variables, INFORM cannot write a speed, the configuration is missing, or INFORM has no
-        such input, output or user frame.
+    Raises `InputError` when there are too few variables, INFORM cannot write a speed, the configuration is missing, or
+    INFORM has no such input, output or user frame.
     """
     return _InformTouches(program).files()
 

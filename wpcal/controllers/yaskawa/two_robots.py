@@ -54,11 +54,8 @@ HOLDER_TOOL = 0  #: The tool of robot 2: its targets are joints, so the tool doe
 def write_sync_inform(program: SyncProgram) -> dict[str, str]:
     """Write one INFORM job per robot, and one that starts both: ``NAME.jbi``, ``NAME_R1.jbi`` and ``NAME_R2.jbi``.
 
-    Raises
-    ------
-    InputError
-        When an arm does not state the largest speeds of its joints, a move needs more than these, or a job would be
-        too long.
+    Raises `InputError` when an arm does not state the largest speeds of its joints, a move needs more than these, or a
+    job would be too long.
     """
     name = program.controller.program_name
     main = safe_names([name], NAMES, room=len("_R1"))[name].upper()

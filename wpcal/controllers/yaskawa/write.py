@@ -66,10 +66,8 @@ LANGUAGE = JobLanguage(
 def write_inform(program: WeldProgram) -> dict[str, str]:
     """Write INFORM jobs: ``NAME.jbi`` and one file per seam.
 
-    Raises
-    ------
-    InputError
-        When a seam has too many points, INFORM cannot write a speed, or the configuration is missing or not an RCONF.
+    Raises `InputError` when a seam has too many points, INFORM cannot write a speed, or the configuration is missing or
+    not an RCONF.
     """
     return _Inform(program).files()
 

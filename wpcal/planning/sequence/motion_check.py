@@ -122,6 +122,7 @@ FIRST_STEP_MM = 150.0  #: Steps of the first round: most of a move is this far f
 LONG_STEP_MM = 800.0
 """The same where many moves are tried of which few are free: most are given up in the first round."""
 ROUND_OFF_MM = 1e-6  #: A move that was free and is divided at other places has a margin that is less by round-off.
+MOST_HALVINGS = 24  #: Of a triangle: its sides are then a thousandth of what they were.
 LEAST_FREE_MM = 0.25
 """A step is also proved with this free distance at both ends where the safety distances are smaller, as at a corner
 where the torch may touch the part: between two states it is in the part by so much at most."""
@@ -258,6 +259,33 @@ class MotionChecker:
         share = np.zeros(len(a))
         np.maximum.at(share, move, t)
         return share
+
+    def is_free_between(self, corners: FloatArray) -> bool:
+        """Tell whether all states of a triangle of three states are free.
+
+        From the middle of a triangle no body moves farther than to one of its corners. Where that is more than is free
+        around the middle, the triangle is halved across its longest side.
+
+        `corners`: shape (3, k). rad and mm.
+        """
+        triangles = corners[None]
+        for _ in range(MOST_HALVINGS):
+            middle = triangles.mean(axis=1)
+            margin, free = self._measured(middle)
+            if (margin <= 0.0).any():
+                return False
+            away = np.abs(triangles - middle[:, None])
+            wide = (product(away, self._per_axis.T).max(axis=1) > free).any(axis=1)
+            if not wide.any():
+                return True
+            a, b, c = triangles[wide].transpose(1, 0, 2)
+            sides = np.array([self.motion_mm(b, c), self.motion_mm(c, a), self.motion_mm(a, b)])
+            row, longest = np.arange(len(a)), sides.argmax(axis=0)
+            turned = np.stack([a, b, c], axis=1)[row[:, None], (longest[:, None] + [0, 1, 2]) % 3]
+            tip, one, other = turned.transpose(1, 0, 2)
+            half = (one + other) / 2
+            triangles = np.concatenate([np.stack([tip, one, half], axis=1), np.stack([tip, half, other], axis=1)])
+        return False
 
     def is_free(self, a: FloatArray, b: FloatArray) -> bool:
         """Tell whether the straight move between two states of shape (k,) is free."""
