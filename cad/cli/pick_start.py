@@ -256,17 +256,11 @@ def _is_same(one: Path, other: Path) -> bool:
 def require_table(out: Path, part_step: Path, *, is_asked: bool) -> None:
     """Refuse a name under which the page could not save its table, before the part is read.
 
-    Parameters
-    ----------
-    is_asked : bool
-        Whether a person gave the name for saving. A table that was only opened may be read-only: the page saves it
-        under another name.
+    `is_asked`: Whether a person gave the name for saving. A table that was only opened may be read-only: the page saves
+    it under another name.
 
-    Raises
-    ------
-    InputError
-        If the table, its draft or its last version would be a folder or the part itself, it is named like a draft, or
-        it cannot be written.
+    Raises `InputError` if the table, its draft or its last version would be a folder or the part itself, it is named
+    like a draft, or it cannot be written.
     """
     from cad.pick.draft import KEPT_ENDINGS, backup_of, draft_of, is_read_only, require_table_name, require_table_room
     from wpcal.core.errors import InputError

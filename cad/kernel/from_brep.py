@@ -30,10 +30,8 @@ def make_wire(
 
     Raises `KernelError` when the kernel fails.
 
-    Parameters
-    ----------
-    edge : shape (k,). Edges of the graph; each piece begins where the one before ends.
-    t0, t1 : shape (k,). Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
+    `edge`: shape (k,). Edges of the graph; each piece begins where the one before ends.
+    `t0`, `t1`: shape (k,). Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
 
     Returns
     -------

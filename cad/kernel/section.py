@@ -26,10 +26,8 @@ def add_sections(
 ) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
     """Add the intersection curves of pairs of solids to a graph, as edges that belong to no face.
 
-    Parameters
-    ----------
-    shapes : The solids that the graph was made from, in its order.
-    pairs : shape (k, 2). Solids by number.
+    `shapes`: The solids that the graph was made from, in its order.
+    `pairs`: shape (k, 2). Solids by number.
 
     Returns
     -------

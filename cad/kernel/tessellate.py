@@ -33,9 +33,7 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 
     Raises `KernelError` when the kernel fails as a whole.
 
-    Parameters
-    ----------
-    solids : In the frame `part`, mm; sRGB colours in 0…1, or None.
+    `solids`: In the frame `part`, mm; sRGB colours in 0…1, or None.
 
     Returns
     -------

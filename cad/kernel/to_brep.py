@@ -53,9 +53,7 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
     Raises `GeometryError` when a solid has geometry at infinity.
     Raises `KernelError` when the kernel fails on a face or an edge.
 
-    Parameters
-    ----------
-    solids : Name and shape of each solid (or open shell), located in `part`, mm.
+    `solids`: Name and shape of each solid (or open shell), located in `part`, mm.
 
     Returns
     -------

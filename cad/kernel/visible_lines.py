@@ -42,10 +42,8 @@ def visible_lines(
     Returns `smooth`: ndarray, shape (k, 2, 2). Edges between faces that join smoothly.
     Raises `KernelError` when the kernel cannot project the part.
 
-    Parameters
-    ----------
-    shape : Of `meshed_compound`.
-    right, toward : shape (3,). Unit directions in `part`: to the right on paper, and towards the viewer.
+    `shape`: Of `meshed_compound`.
+    `right`, `toward`: shape (3,). Unit directions in `part`: to the right on paper, and towards the viewer.
     """
     with kernel_call(f"projecting the view {name}"):
         algorithm = HLRBRep_PolyAlgo()

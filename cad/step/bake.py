@@ -40,11 +40,8 @@ def bake_text(file: Part21File, T_base_part: RigidTransform) -> bytes:
 
     Returns bytes. The text. Moved numbers are written with all their digits.
 
-    Raises
-    ------
-    FormatError
-        When the file holds coordinates in a form of `NOT_BAKEABLE`, its contexts have different units, or its roots are
-        both assemblies and parts.
+    Raises `FormatError` when the file holds coordinates in a form of `NOT_BAKEABLE`, its contexts have different units,
+    or its roots are both assemblies and parts.
     """
     roots = find_roots(file)
     components = {root: components_of(file, root) for root in roots}

@@ -42,9 +42,7 @@ def move_solids(
 
     Raises `FormatError` when the text does not say where the solids are, or not as the kernel does.
 
-    Parameters
-    ----------
-    T_part_moved : shape (n, 4, 4). The motion of every solid, mm.
+    `T_part_moved`: shape (n, 4, 4). The motion of every solid, mm.
 
     Returns
     -------

@@ -29,11 +29,8 @@ def new_step_text(members: Sequence[Member], name: str, *, pcurves: bool = True)
 
     Raises `KernelError` when the kernel fails.
 
-    Parameters
-    ----------
-    pcurves : bool
-        Whether each edge is also written as a curve in the parameters of its faces. This kernel does so by default;
-        most CAD systems do not.
+    `pcurves`: Whether each edge is also written as a curve in the parameters of its faces. This kernel does so by
+    default; most CAD systems do not.
     """
     placed = [(member, shape, TopLoc_Location()) for member, shape, _ in members]
     text = plain_step_text(placed, name, pcurves=pcurves)

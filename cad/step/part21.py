@@ -114,11 +114,9 @@ def index_part21(text: bytes, *, name: str) -> Part21File:
     This takes a few milliseconds per megabyte: a few passes over the bytes with NumPy, and no Python loop over
     instances.
 
-    Raises
-    ------
-    FormatError
-        When a string or comment does not end, or the file is cut off: no data section, or one that does not end. When
-        a number is too large for a float64: the kernel would take it as infinity, and may compute with it for ever.
+    Raises `FormatError` when a string or comment does not end, or the file is cut off: no data section, or one that
+    does not end. When a number is too large for a float64: the kernel would take it as infinity, and may compute with
+    it for ever.
     """
     clean = _blank_comments(text, name)
     _refuse_infinite(clean, text, name)

@@ -97,10 +97,8 @@ class Component:
 def components_of(file: Part21File, root: Root) -> tuple[Component, ...]:
     """Placements of a root's components; empty for a single part.
 
-    Raises
-    ------
-    FormatError
-        When a component is not placed by an ``ITEM_DEFINED_TRANSFORMATION``, or the root also has a shape of its own.
+    Raises `FormatError` when a component is not placed by an ``ITEM_DEFINED_TRANSFORMATION``, or the root also has a
+    shape of its own.
     """
     usages = {
         usage.id

@@ -228,10 +228,7 @@ HERE: ContextVar[AnswerCache | None] = ContextVar("here", default=None)
 def kernel_in_this_process(cache: AnswerCache) -> Iterator[None]:
     """Let commands that run inside work with the kernel here: this process is a child of another one already.
 
-    Parameters
-    ----------
-    cache : AnswerCache
-        Where their answers are kept.
+    `cache`: Where their answers are kept.
     """
     before = HERE.set(cache)
     try:

@@ -135,11 +135,8 @@ def find_bodies(trimmed: TrimmedFaces, options: BodiesOptions) -> PartBodies:
 
     Returns PartBodies. In the order of the solids.
 
-    Raises
-    ------
-    InputError
-        When a group names no solid of the part, or two groups name the same one, or the part is one body, or no body
-        can bend that is asked to.
+    Raises `InputError` when a group names no solid of the part, or two groups name the same one, or the part is one
+    body, or no body can bend that is asked to.
     """
     units, face_unit = units_of(trimmed)
     body_of_unit, names, tolerances = _grouped(units, options)

@@ -14,9 +14,7 @@ from wpcal.core.transform import RigidTransform
 def moved_shapes(workpiece: Workpiece, T_base_part: RigidTransform, T_part_moved: FloatArray | None) -> list[Any]:
     """Return the shapes of a part in `base`.
 
-    Parameters
-    ----------
-    T_part_moved : shape (solids, 4, 4). Where each solid moved within `part`, mm; None: they did not.
+    `T_part_moved`: shape (solids, 4, 4). Where each solid moved within `part`, mm; None: they did not.
 
     Returns
     -------

@@ -63,11 +63,8 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
     Raises `InputError` when the seam has no pieces: it was read from a file.
     Raises `KernelError` when the kernel fails.
 
-    Parameters
-    ----------
-    graph : BrepGraph
-        The graph in which the seam was found: ``found.workpiece.graph`` after `calibrate_workpiece`, the graph of the
-        second result of `find_seams`, or that given to `detect_seams`.
+    `graph`: The graph in which the seam was found: ``found.workpiece.graph`` after `calibrate_workpiece`, the graph of
+    the second result of `find_seams`, or that given to `detect_seams`.
 
     Returns
     -------

@@ -6,33 +6,20 @@ To reach: at most 0.5 s a format.
 from __future__ import annotations
 
 import io
-import time
-from collections.abc import Callable
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
+from tests.benchmarks.bench_write_step import least_time
 from wpcal.controllers.program import ControllerSettings, WeldPath, WeldProgram
 from wpcal.core.transform import RigidTransform
 from wpcal.formats.registry import exporter_named, exporter_names
 from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
-REPEATS = 3  #: The least of so many runs counts: other work on the machine only ever adds.
-
 PATHS, POSES = 4, 2500
 TO_REACH_S = 0.5
-
-
-def least_time(action: Callable[[], object]) -> float:
-    """Shortest of several runs, s."""
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def large_program() -> WeldProgram:

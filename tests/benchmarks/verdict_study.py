@@ -50,12 +50,10 @@ def run_verdict_study(
 
     Raises `InputError` when there are not as many sets as errors.
 
-    Parameters
-    ----------
-    sets : shape (n, 3). Reference points of each trial, mm.
-    seam_points : shape (k, 3). Same frame, mm.
-    errors : shape (n, 3). Errors of the taught points of each trial, mm.
-    seam_errors : shape (k, 3). What the robot shows beside the real seam points of each trial, mm; by default nothing.
+    `sets`: shape (n, 3). Reference points of each trial, mm.
+    `seam_points`: shape (k, 3). Same frame, mm.
+    `errors`: shape (n, 3). Errors of the taught points of each trial, mm.
+    `seam_errors`: shape (k, 3). What the robot shows beside the real seam points of each trial, mm; by default nothing.
     """
     if len(sets) != len(errors) or not sets:
         raise InputError(f"expected errors for every set of points, got {len(sets)} sets and {len(errors)} errors")

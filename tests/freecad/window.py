@@ -105,18 +105,15 @@ def run_in_window(
 ) -> WindowRun:
     """Run a file of steps in FreeCAD's window.
 
-    Parameters
-    ----------
-    steps : A Python file with a generator function `steps(window)`; see `inside/driver.py`.
-    folder : For FreeCAD's settings, what it said, and the pictures.
-    seconds : FreeCAD is ended after this time.
-    workbench : Which workbench is active at the start.
-    addon : A folder of an addon; it is put into `Mod/`.
-    environment : More variables for FreeCAD.
+    `steps`: A Python file with a generator function `steps(window)`; see `inside/driver.py`.
+    `folder`: For FreeCAD's settings, what it said, and the pictures.
+    `seconds`: FreeCAD is ended after this time.
+    `workbench`: Which workbench is active at the start.
+    `addon`: A folder of an addon; it is put into `Mod/`.
+    `environment`: More variables for FreeCAD.
 
-    Raises
-    ------
-    WindowRunError : If a step raised or waited in vain, FreeCAD reported an exception, crashed, or ran out of time.
+    Raises `WindowRunError` if a step raised or waited in vain, FreeCAD reported an exception, crashed, or ran out of
+    time.
     """
     result, output_file = folder / "result.json", folder / "output.txt"
     start = time.monotonic()

@@ -32,9 +32,8 @@ class BoxTree:
     def of(cls, low: FloatArray, high: FloatArray) -> BoxTree:
         """Build the tree.
 
-        Parameters
-        ----------
-        low, high : shape (n, 3). Least and greatest corner of each box. A query never meets an empty box (low > high).
+        `low`, `high`: shape (n, 3). Least and greatest corner of each box. A query never meets an empty box (low >
+        high).
         """
         real = np.flatnonzero((low <= high).all(axis=1))
         order = real[np.argsort(_morton((low[real] + high[real]) / 2), kind="stable")]

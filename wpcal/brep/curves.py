@@ -22,10 +22,8 @@ def evaluate_edges(graph: BrepGraph, edges: ArrayLike, t: ArrayLike) -> tuple[Fl
     Returns `points`: ndarray, shape (m, 3). In `part`, mm.
     Returns `slopes`: ndarray, shape (m, 3). Derivatives with respect to t, mm per unit of t.
 
-    Parameters
-    ----------
-    edges : array_like of int, shape (m,)
-    t : shape (m,). Parameters on those edges.
+    `edges`: array_like of int, shape (m,)
+    `t`: shape (m,). Parameters on those edges.
     """
     e, t = np.asarray(edges, dtype=np.int64), np.asarray(t, dtype=np.float64)
     kind = graph.edge_kind[e]

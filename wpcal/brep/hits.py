@@ -90,12 +90,10 @@ def through_faces(
 ) -> tuple[IntArray, FloatArray, IntArray]:
     """Find which of k pairs of a ray and a face meet.
 
-    Parameters
-    ----------
-    face : ndarray of int, shape (k,)
-    origins, rays : shape (k, 3). Starts (mm) and unit directions in `part`.
-    length : shape (k,). Where the rays end, mm.
-    low, high : shape (k,). Distances between which the ray is in the box of the face, mm.
+    `face`: ndarray of int, shape (k,)
+    `origins`, `rays`: shape (k, 3). Starts (mm) and unit directions in `part`.
+    `length`: shape (k,). Where the rays end, mm.
+    `low`, `high`: shape (k,). Distances between which the ray is in the box of the face, mm.
 
     Returns
     -------

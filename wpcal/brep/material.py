@@ -60,11 +60,9 @@ class Material(Protocol):
     ) -> IntArray:
         """Find the solid that each straight tube meets first, from its axis outwards or along its lines.
 
-        Parameters
-        ----------
-        tips : shape (n, 3). Points on the axes, in the frame of the solids, mm.
-        back : shape (n, 3). Unit vectors along the axes.
-        low, high : shape (n,). Where each tube begins and ends, mm from the tip.
+        `tips`: shape (n, 3). Points on the axes, in the frame of the solids, mm.
+        `back`: shape (n, 3). Unit vectors along the axes.
+        `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
 
         Returns
         -------
@@ -104,11 +102,9 @@ class ExactMaterial:
     ) -> IntArray:
         """Find the solid that the lines of each straight tube meet first, with exact faces.
 
-        Parameters
-        ----------
-        tips : shape (n, 3). Points on the axes, in `part`, mm.
-        back : shape (n, 3). Unit vectors along the axes.
-        low, high : shape (n,). Where each tube begins and ends, mm from the tip.
+        `tips`: shape (n, 3). Points on the axes, in `part`, mm.
+        `back`: shape (n, 3). Unit vectors along the axes.
+        `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
 
         Returns
         -------
@@ -185,11 +181,9 @@ class TriangleMaterial:
     ) -> IntArray:
         """Find the solid of the triangle nearest to the axis of each straight tube, among those that it meets.
 
-        Parameters
-        ----------
-        tips : shape (n, 3). Points on the axes, in the frame of the triangles, mm.
-        back : shape (n, 3). Unit vectors along the axes.
-        low, high : shape (n,). Where each tube begins and ends, mm from the tip.
+        `tips`: shape (n, 3). Points on the axes, in the frame of the triangles, mm.
+        `back`: shape (n, 3). Unit vectors along the axes.
+        `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
 
         Returns
         -------
@@ -227,9 +221,7 @@ class TriangleMaterial:
 def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray, IntArray]:
     """Find the solids that points are inside of.
 
-    Parameters
-    ----------
-    points : shape (m, 3). In `part`, mm. On a face the answer is either.
+    `points`: shape (m, 3). In `part`, mm. On a face the answer is either.
 
     Returns
     -------

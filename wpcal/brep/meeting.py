@@ -80,12 +80,10 @@ def meet_surfaces(
 
     Returns ndarray, shape (n, 3). In `part`, mm; NaN where there is no answer.
 
-    Parameters
-    ----------
-    first, second : shape (n,). Faces; their whole surfaces count.
-    p0 : shape (n, 3). Where the search starts, in `part`, mm.
-    x : shape (n, 3). Unit normals of the planes through p0.
-    height_mm : shape (n,), or float. Above both surfaces, on the outer side.
+    `first`, `second`: shape (n,). Faces; their whole surfaces count.
+    `p0`: shape (n, 3). Where the search starts, in `part`, mm.
+    `x`: shape (n, 3). Unit normals of the planes through p0.
+    `height_mm`: shape (n,), or float. Above both surfaces, on the outer side.
     """
 
     def feet(rows: IntArray, at: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

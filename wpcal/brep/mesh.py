@@ -48,10 +48,8 @@ class PartMesh:
 def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return unit normals of points: the direction of the sum of their triangles' area vectors.
 
-    Parameters
-    ----------
-    points : shape (n, 3). Any frame and unit.
-    triangles : shape (m, 3). Rows of `points`, counter-clockwise seen from outside.
+    `points`: shape (n, 3). Any frame and unit.
+    `triangles`: shape (m, 3). Rows of `points`, counter-clockwise seen from outside.
 
     Returns
     -------

@@ -16,10 +16,8 @@ MOST_STEPS = 40  #: For a point nearer than the radius of the curve, each Gauss-
 def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Find the nearest point of each edge's curve to a point.
 
-    Parameters
-    ----------
-    edges : ndarray of int, shape (m,)
-    points : shape (m, 3). In `part`, mm.
+    `edges`: ndarray of int, shape (m,)
+    `points`: shape (m, 3). In `part`, mm.
 
     Returns
     -------

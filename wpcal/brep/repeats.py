@@ -254,9 +254,7 @@ def copy_added_edges(
     Returns `edges`: ndarray of int. The number in it of each edge of `wider`.
     Returns `copies`: tuple of Copy. The same copies, which have these edges, too.
 
-    Parameters
-    ----------
-    solid : shape (m,). The solid that each of these edges belongs to, -1 for none.
+    `solid`: shape (m,). The solid that each of these edges belongs to, -1 for none.
     """
     added = [_free_edge(wider, edge) for edge in range(firsts.graph.edge_count, wider.edge_count)]
     rows_of = [np.flatnonzero(np.isin(solid, copy.first.solids)) for copy in copies]

@@ -43,11 +43,9 @@ def meet_rays(
 
     Returns SurfaceHits. A ray that only touches a surface may have none or two that coincide.
 
-    Parameters
-    ----------
-    surface : ndarray of int, shape (k,)
-    origins, rays : shape (k, 3). Starts (mm) and unit directions in `part`.
-    low, high : shape (k,). Distances between which crossings are looked for, mm.
+    `surface`: ndarray of int, shape (k,)
+    `origins`, `rays`: shape (k, 3). Starts (mm) and unit directions in `part`.
+    `low`, `high`: shape (k,). Distances between which crossings are looked for, mm.
     """
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(rays.T)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -52,10 +52,8 @@ def offsets_from_faces(graph: BrepGraph, faces: IntArray, points: FloatArray) ->
     Returns `offset`: ndarray, shape (m,). Along the outward normal, mm; negative inside.
     Returns `uv`: ndarray, shape (m, 2).
 
-    Parameters
-    ----------
-    faces : shape (m,). None of them free-form.
-    points : shape (m, 3). In `part`, mm.
+    `faces`: shape (m,). None of them free-form.
+    `points`: shape (m, 3). In `part`, mm.
     """
     frame, kinds, param = graph.face_frame[faces], graph.face_kind[faces], graph.face_param[faces]
     local = (frame[:, 1:] @ (points - frame[:, 0])[..., None])[..., 0]

@@ -22,10 +22,8 @@ EVEN = 1e-9
 def torus_roots(o: FloatArray, d: FloatArray, major_mm: FloatArray, minor_mm: FloatArray) -> FloatArray:
     """Return the distances at which lines meet tori about the z axis.
 
-    Parameters
-    ----------
-    o, d : shape (k, 3). Starts (mm) and unit directions in the frame of each torus.
-    major_mm, minor_mm : shape (k,). Radius of the circle in the middle of the tube, and of the tube.
+    `o`, `d`: shape (k, 3). Starts (mm) and unit directions in the frame of each torus.
+    `major_mm`, `minor_mm`: shape (k,). Radius of the circle in the middle of the tube, and of the tube.
 
     Returns
     -------

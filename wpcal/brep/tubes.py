@@ -26,12 +26,10 @@ def tube_triangles(
 
     Returns ndarray of int, shape (n,). The triangle; -1 for a tube that meets none.
 
-    Parameters
-    ----------
-    corners : shape (m, 3, 3). The three corners of each triangle, mm.
-    tips : shape (n, 3). Points on the axes, in the frame of the corners, mm.
-    back : shape (n, 3). Unit vectors along the axes.
-    low, high : shape (n,). Where each tube begins and ends, mm from the tip.
+    `corners`: shape (m, 3, 3). The three corners of each triangle, mm.
+    `tips`: shape (n, 3). Points on the axes, in the frame of the corners, mm.
+    `back`: shape (n, 3). Unit vectors along the axes.
+    `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
     """
     starts, ends = tips + low[:, None] * back, tips + high[:, None] * back
     row, triangle = tree.meeting(np.minimum(starts, ends) - radius_mm, np.maximum(starts, ends) + radius_mm)

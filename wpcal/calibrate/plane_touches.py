@@ -61,10 +61,8 @@ def calibrate_bodies(
     -------
     MovedBodies. ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors` gives errors.
 
-    Raises
-    ------
-    InputError, GeometryError, ConvergenceError
-        When lengths differ or values cannot be used, the touches leave the part free, or the fit does not settle.
+    Raises `InputError, GeometryError, ConvergenceError` when lengths differ or values cannot be used, the touches leave
+    the part free, or the fit does not settle.
     """
     p, n, q = (as_points(each, name=name) for each, name in _named(p_part, normal_part, p_base))
     if not len(p) == len(n) == len(q) == len(body):

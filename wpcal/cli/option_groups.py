@@ -37,11 +37,8 @@ def takes(
 ) -> Callable[[Callback], Callable[..., Any]]:
     """Add the options of a group to a command (made by `command`), which receives the group as one argument.
 
-    Parameters
-    ----------
-    without, only : sequence of str
-        Fields that are left at their defaults, or all that are options. Groups may share an option: each gets its
-        value.
+    `without`, `only`: Fields that are left at their defaults, or all that are options. Groups may share an option: each
+    gets its value.
     """
     asked = _Asked(group, tuple(without), tuple(only))
 
@@ -88,10 +85,8 @@ command = functools.partial(click.command, cls=GroupedCommand)
 def option_of(parameter: str, *names: str, **settings: Any) -> Callable[[Callback], Callback]:
     """Add an option whose default is that of a function's parameter; the rest is as of `click.option`.
 
-    Parameters
-    ----------
-    parameter : str
-        As ``"module:function.parameter"``. If its default is a member of an enumeration, its values may be chosen.
+    `parameter`: As ``"module:function.parameter"``. If its default is a member of an enumeration, its values may be
+    chosen.
     """
 
     def decorate(callback: Callback) -> Callback:

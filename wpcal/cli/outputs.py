@@ -14,10 +14,8 @@ import click
 def require_new(path: Path, *, overwrite: bool) -> None:
     """Refuse a file that cannot be written, unless an existing one may be overwritten.
 
-    Raises
-    ------
-    InputError
-        If the file exists and `overwrite` is false, or there is no folder to write it into, or it cannot be written.
+    Raises `InputError` if the file exists and `overwrite` is false, or there is no folder to write it into, or it
+    cannot be written.
     """
     from wpcal.core.errors import ErrorCode, InputError
     from wpcal.core.records import require_place

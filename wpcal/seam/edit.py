@@ -170,11 +170,8 @@ def apply_edits(
         In the order of the candidates. Seams that were accepted or changed by an edit have the torch's leans; they are
         not cut where no torch gets to them. None that is accepted has a frame that points into material.
 
-    Raises
-    ------
-    InputError
-        If the candidate of an edit is not on the part, a range is longer than its seam, joined seams do not meet, or
-        two seams get one name.
+    Raises `InputError` if the candidate of an edit is not on the part, a range is longer than its seam, joined seams do
+    not meet, or two seams get one name.
     """
     own: dict[int, list[PlacedEdit]] = {}
     for edit in edits:

@@ -26,9 +26,7 @@ def explain_seam(
 ) -> dict[str, Any]:
     """Return everything that decided about a seam.
 
-    Parameters
-    ----------
-    thick_mm : Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
+    `thick_mm`: Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
 
     Returns
     -------

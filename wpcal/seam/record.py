@@ -48,11 +48,9 @@ def seams_record(
 ) -> dict[str, Any]:
     """Return the record of ``seams.json``.
 
-    Parameters
-    ----------
-    u95_mm : shape (n,). For each seam, the 95 % error at each of its n frames, mm.
-    join_mm : A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
-    columns : shape (n,). More numbers of the frames of each seam, by the name of their field.
+    `u95_mm`: shape (n,). For each seam, the 95 % error at each of its n frames, mm.
+    `join_mm`: A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
+    `columns`: shape (n,). More numbers of the frames of each seam, by the name of their field.
 
     Returns
     -------
@@ -179,9 +177,8 @@ SEAMS_CSV_COLUMNS = {
 def seams_from_record(record: dict[str, Any], *, path: str) -> tuple[Seam, ...]:
     """Return the seams of a ``seams.json``, in the coordinates of the file and without pieces of edges.
 
-    Raises
-    ------
-    FormatError : If a field is missing or has the wrong shape, or a value is not what its field says (`check_seams`).
+    Raises `FormatError` if a field is missing or has the wrong shape, or a value is not what its field says
+    (`check_seams`).
     """
     try:
         check_seams(record, path=path)

@@ -283,18 +283,14 @@ def advise_touches(
 
     Returns MovedAdvice. The index of a touch is its row in `p_part`; seams are named by their bodies: ``web on plate``.
 
-    Parameters
-    ----------
-    p_part, normal_part : shape (n, 3). Places that may be touched, and outward normals there; `part`, mm.
-    body : length n. The body of each place. A body turns about the middle of its places.
-    seam_p : shape (k, 3). Points of seams, in `part`, mm.
-    seam_normals : shape (k, 3) each. Outward normals of the two faces that meet there: of the wall, of the base.
-    seam_bodies : length k. The bodies of these faces.
+    `p_part`, `normal_part`: shape (n, 3). Places that may be touched, and outward normals there; `part`, mm.
+    `body`: length n. The body of each place. A body turns about the middle of its places.
+    `seam_p`: shape (k, 3). Points of seams, in `part`, mm.
+    `seam_normals`: shape (k, 3) each. Outward normals of the two faces that meet there: of the wall, of the base.
+    `seam_bodies`: length k. The bodies of these faces.
 
-    Raises
-    ------
-    InputError, GeometryError
-        When lengths differ, a body of a seam has no place, or as in `wpcal.touch.moved_advice.advise_moved`.
+    Raises `InputError, GeometryError` when lengths differ, a body of a seam has no place, or as in
+    `wpcal.touch.moved_advice.advise_moved`.
     """
     p, n, at = (as_points(each, name="points") for each in (p_part, normal_part, seam_p))
     wall_normal, base_normal = (as_points(each, name="normals") for each in seam_normals)

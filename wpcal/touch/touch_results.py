@@ -79,11 +79,8 @@ def pair_results(plan: TouchPlan, results: SearchResults, setup: TouchSetup | No
     touched with the end of the wire, the mean error of the stick-out that they show corrects all touches along the
     wire.
 
-    Raises
-    ------
-    FormatError
-        When the results are those of another plan, frame or tool, a place is outside of its stroke, or no search on
-        the part found anything.
+    Raises `FormatError` when the results are those of another plan, frame or tool, a place is outside of its stroke, or
+    no search on the part found anything.
     """
     cell = setup or TouchSetup()
     _require_same_plan(plan, results)

@@ -209,9 +209,7 @@ class Linearised:
     def jacobian(self, pivot: FloatArray) -> FloatArray:
         """Derivative of the residuals by the small motion (ω, v) about `pivot`.
 
-        Parameters
-        ----------
-        pivot : shape (3,). In `base`, mm.
+        `pivot`: shape (3,). In `base`, mm.
 
         Returns
         -------

@@ -59,11 +59,9 @@ def refine_optimum(
 ) -> ExactOptimum | None:
     """Solve the optimality conditions of a minimax fit to round-off.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Points about their centroids, mm.
-    R, t : shapes (3, 3) and (3,). A fit near the optimum.
-    weights : shape (n,). Its multipliers.
+    `p`, `q`: shape (n, 3). Points about their centroids, mm.
+    `R`, `t`: shapes (3, 3) and (3,). A fit near the optimum.
+    `weights`: shape (n,). Its multipliers.
 
     Returns
     -------

@@ -70,13 +70,11 @@ def bound_cells(
 ) -> CellBounds:
     """Bound the largest distance over balls of rotations.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Points about their centroids, mm.
-    R : shape (m, 3, 3). Centres.
-    weights : shape (m, k, n). For every ball k weights to start from, rows on the simplex.
-    angle : Radius of the balls, rad.
-    goal : A ball is left alone once its bound has reached this, mm.
+    `p`, `q`: shape (n, 3). Points about their centroids, mm.
+    `R`: shape (m, 3, 3). Centres.
+    `weights`: shape (m, k, n). For every ball k weights to start from, rows on the simplex.
+    `angle`: Radius of the balls, rad.
+    `goal`: A ball is left alone once its bound has reached this, mm.
     """
     residuals = q - p @ R.transpose(0, 2, 1)
     best, value = np.full(len(R), -1.0), np.full(len(R), np.inf)
@@ -138,12 +136,10 @@ def search_rotations(
 
     Returns RotationSearch. It ends early with the centres whose largest distance is below `value`.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). Points about their centroids, mm.
-    value : Largest distance of the best answer known, mm.
-    tolerance : Gap to reach, mm.
-    pool : shape (k, n). Weights to try first, rows on the simplex.
+    `p`, `q`: shape (n, 3). Points about their centroids, mm.
+    `value`: Largest distance of the best answer known, mm.
+    `tolerance`: Gap to reach, mm.
+    `pool`: shape (k, n). Weights to try first, rows on the simplex.
     """
     half = np.pi / 2  # two cells a side hold the ball of rotation vectors of length up to pi
     centres = half * np.array(list(product((-1.0, 1.0), repeat=3)))

@@ -65,11 +65,9 @@ def least_squares_among_best(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Turn an optimal fit about its free axes to the least sum of squares.
 
-    Parameters
-    ----------
-    p, q : shape (n, 3). mm.
-    R : shape (3, 3). An optimal fit.
-    weights : shape (n,). Its multipliers.
+    `p`, `q`: shape (n, 3). mm.
+    `R`: shape (3, 3). An optimal fit.
+    `weights`: shape (n,). Its multipliers.
 
     Returns
     -------

@@ -143,9 +143,8 @@ def centred(points: FloatArray) -> FloatArray:
 def require_spread(pairs: PointPairs) -> None:
     """Refuse pairs that do not fix the rotation.
 
-    Raises
-    ------
-    GeometryError : When there are fewer than three pairs, or the points of either side are coincident or collinear.
+    Raises `GeometryError` when there are fewer than three pairs, or the points of either side are coincident or
+    collinear.
     """
     if len(pairs) < 3:
         raise GeometryError(f"a rigid fit needs at least 3 pairs of points, got {len(pairs)}")

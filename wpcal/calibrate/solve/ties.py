@@ -193,11 +193,9 @@ def break_ties(
 ) -> tuple[FloatArray, FloatArray]:
     """Turn minimax fits about the line of their carrying points to the least sum of squares.
 
-    Parameters
-    ----------
-    p, q : shape (B, n, 3). Points of B problems, source and target, mm.
-    R, t : shapes (B, 3, 3) and (B, 3). Minimax fits, ``q ≈ R p + t``.
-    weights : shape (B, n). Their multipliers.
+    `p`, `q`: shape (B, n, 3). Points of B problems, source and target, mm.
+    `R`, `t`: shapes (B, 3, 3) and (B, 3). Minimax fits, ``q ≈ R p + t``.
+    `weights`: shape (B, n). Their multipliers.
 
     Returns
     -------

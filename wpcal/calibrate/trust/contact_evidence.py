@@ -55,9 +55,7 @@ def judge_contacts(touched: Whitened, contacts: KeptContacts, wrong: IntArray) -
 
     The pair of bodies whose contacts contradict most is left out, and the others are judged again.
 
-    Parameters
-    ----------
-    wrong : shape (w,). Rows of touches that are wrong also without contacts; they are left out.
+    `wrong`: shape (w,). Rows of touches that are wrong also without contacts; they are left out.
 
     Returns
     -------

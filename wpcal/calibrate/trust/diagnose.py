@@ -40,9 +40,8 @@ MOST_SWAP_POINTS = 40  #: Swaps are tried among this many points with the larges
 def require_plausible_units(pairs: PointPairs) -> None:
     """Refuse pairs whose two sides are in different units.
 
-    Raises
-    ------
-    UnitError : When the distances among the taught points are 1000 or 25.4 times those of the model, or the inverse.
+    Raises `UnitError` when the distances among the taught points are 1000 or 25.4 times those of the model, or the
+    inverse.
     """
     p, q = centred(pairs.p_source), centred(pairs.p_target)
     factor = float(np.sqrt(np.sum(q**2) / np.sum(p**2)))

@@ -195,11 +195,8 @@ BEFORE, AFTER = "#b35900", "#00527a"
 def write_charts(result: Identification, folder: Path) -> list[str]:
     """Write the charts as PNG files into a folder and return their names.
 
-    Parameters
-    ----------
-    folder : Path
-        ``errors.png``: errors of the test poses before and after. ``parameters.png``: changes with 95 % intervals.
-        ``fitness.png``: the search, where there was one.
+    `folder`: ``errors.png``: errors of the test poses before and after. ``parameters.png``: changes with 95 %
+    intervals. ``fitness.png``: the search, where there was one.
     """
     names = ["errors.png", "parameters.png"]
     _charts_errors(result, folder / names[0])

@@ -112,9 +112,7 @@ def read_taught_joints(path: Path, arm: Arm) -> tuple[tuple[str, ...], FloatArra
     Returns `joints`: ndarray, shape (N, n). Shown angles, rad.
     Returns `others`: list of dict. The other cells of each row (``feature``, ``use``), to be passed on.
 
-    Raises
-    ------
-    InputError, FormatError, UnitError : As in `read_poses`; also when a name is missing or appears twice.
+    Raises `InputError, FormatError, UnitError` as in `read_poses`; also when a name is missing or appears twice.
     """
     table = read_table(path)
     names = table.unique_names("name")

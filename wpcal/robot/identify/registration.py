@@ -27,12 +27,9 @@ def register(
 ) -> KinematicModel:
     """Estimate the base and the tool (or reflectors) that the links of a chain need to meet the measurements.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Model angles of the rows, rad.
-    free_base, free_tool : bool
-        Which of the two is unknown; what is known stays as the chain has it. An unknown tool is a pose where
-        orientations were measured, and one offset a reflector where not.
+    `theta`: shape (N, n). Model angles of the rows, rad.
+    `free_base`, `free_tool`: Which of the two is unknown; what is known stays as the chain has it. An unknown tool is a
+    pose where orientations were measured, and one offset a reflector where not.
     """
     T = forward_kinematics(chain, theta)
     R, p = T[:, :3, :3], T[:, :3, 3]

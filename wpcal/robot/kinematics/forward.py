@@ -214,10 +214,8 @@ def forward_kinematics(chain: MDHChain, theta: ArrayLike) -> FloatArray:
 def geometric_jacobian(chain: MDHChain, theta: ArrayLike, *, point: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
     """Return the derivative of the flange with respect to the joint angles of the model.
 
-    Parameters
-    ----------
-    theta : shape (N, n). Joint angles, rad.
-    point : shape (3,) or (3, N). The point in the flange frame whose velocity is wanted, mm.
+    `theta`: shape (N, n). Joint angles, rad.
+    `point`: shape (3,) or (3, N). The point in the flange frame whose velocity is wanted, mm.
 
     Returns
     -------

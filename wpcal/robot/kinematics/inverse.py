@@ -180,14 +180,11 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
 
     Returns ndarray, shape (N, n). Shown angles, rad.
 
-    Parameters
-    ----------
-    T_base_flange : array_like, shape (N, 4, 4)
-    near : shape (n,) or (N, n). Shown angles, rad.
+    `T_base_flange`: array_like, shape (N, 4, 4)
+    `near`: shape (n,) or (N, n). Shown angles, rad.
 
-    Raises
-    ------
-    GeometryError : When a pose is out of reach or all its solutions break a limit: which pose, and which of the two.
+    Raises `GeometryError` when a pose is out of reach or all its solutions break a limit: which pose, and which of the
+    two.
     """
     solutions = solve_inverse(arm, T_base_flange)
     target = np.broadcast_to(np.asarray(near, dtype=np.float64), (len(solutions.joints), len(arm.joints)))[:, None]
@@ -207,10 +204,8 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
 
     Raises `GeometryError` as in `nearest_joints`.
 
-    Parameters
-    ----------
-    T_base_flange : shape (N, 4, 4). Flange poses in the order of travel.
-    start : shape (n,). Shown angles before the first pose, rad.
+    `T_base_flange`: shape (N, 4, 4). Flange poses in the order of travel.
+    `start`: shape (n,). Shown angles before the first pose, rad.
 
     Returns
     -------
@@ -311,15 +306,10 @@ class Posture:
 def posture(arm: Arm, joints: ArrayLike) -> Posture:
     """Return the postures of an arm.
 
-    Parameters
-    ----------
-    joints : shape (N, 6). Shown angles, rad.
+    `joints`: shape (N, 6). Shown angles, rad.
 
-    Raises
-    ------
-    GeometryError
-        When the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 = 0: which side is its
-        front is then not known.
+    Raises `GeometryError` when the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 =
+    0: which side is its front is then not known.
     """
     q = np.asarray(joints, dtype=np.float64)
     nominal = arm.as_nominal()

@@ -58,9 +58,8 @@ class OPWGeometry:
     def of_chain(cls, chain: MDHChain) -> OPWGeometry:
         """Read the geometry off the axes of a chain.
 
-        Raises
-        ------
-        GeometryError : When the chain is not of the family; the message says which axes are not as they should be.
+        Raises `GeometryError` when the chain is not of the family; the message says which axes are not as they should
+        be.
         """
         return _geometry(chain)
 

@@ -61,12 +61,10 @@ class Course:
     ) -> Course:
         """Return the course through given poses.
 
-        Parameters
-        ----------
-        p : shape (n, 3). Tool centre points, mm.
-        R : shape (n, 3, 3). Axes of the tool.
-        s_mm : shape (n,). Lengths along the path.
-        headings : shape (n, 3). Directions of travel of the wire's tip; None: straight between two points.
+        `p`: shape (n, 3). Tool centre points, mm.
+        `R`: shape (n, 3, 3). Axes of the tool.
+        `s_mm`: shape (n,). Lengths along the path.
+        `headings`: shape (n, 3). Directions of travel of the wire's tip; None: straight between two points.
         """
         tip = p + standoff_mm * R[:, :, axis]
         step = np.diff(tip, axis=0)

@@ -55,12 +55,10 @@ class Moves:
     def between(cls, p0: FloatArray, R0: FloatArray, p1: FloatArray, turn: FloatArray, via: FloatArray) -> Moves:
         """Return moves from points to points.
 
-        Parameters
-        ----------
-        p0, p1 : shape (m, 3). Starts and ends, mm.
-        R0 : shape (m, 3, 3). Axes of the tool at the starts.
-        turn : shape (m, 3). Rotation vectors from there to the ends, rad.
-        via : shape (m, 3). A point of each arc between its ends; NaN for a line.
+        `p0`, `p1`: shape (m, 3). Starts and ends, mm.
+        `R0`: shape (m, 3, 3). Axes of the tool at the starts.
+        `turn`: shape (m, 3). Rotation vectors from there to the ends, rad.
+        `via`: shape (m, 3). A point of each arc between its ends; NaN for a line.
         """
         chord = p1 - p0
         is_arc, is_held = np.isfinite(via[:, 0]), np.linalg.norm(turn, axis=1) < LARGEST_TURN_RAD

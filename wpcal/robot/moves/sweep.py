@@ -41,10 +41,8 @@ class Swept(NamedTuple):
 def sweep(p: FloatArray, R: FloatArray, tool: Reaching, *, axis: int) -> Swept:
     """Divide the moves between poses so that no point of a tool moves farther than its step between two places.
 
-    Parameters
-    ----------
-    p, R : shapes (n, 3) and (n, 3, 3). Tips of the wire, mm, and axes of the tool, in one frame; n of 1 or more.
-    axis : Column of `R` along the wire.
+    `p`, `R`: shapes (n, 3) and (n, 3, 3). Tips of the wire, mm, and axes of the tool, in one frame; n of 1 or more.
+    `axis`: Column of `R` along the wire.
     """
     chord, turn = np.diff(p, axis=0), turns_between(R[:-1], R[1:])
     about = np.abs(np.einsum("ni,ni->n", turn, R[:-1, :, axis]))

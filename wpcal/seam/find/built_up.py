@@ -217,10 +217,8 @@ def way_out(
     Returns `length_mm`: ndarray, shape (m,). Infinite where a ray does not leave the solid.
     Returns `normal`: ndarray, shape (m, 3).
 
-    Parameters
-    ----------
-    solid : int or ndarray of int, shape (m,)
-    p, ray : shape (m, 3). Starts inside the solid (mm) and unit directions, in `part`.
+    `solid`: int or ndarray of int, shape (m,)
+    `p`, `ray`: shape (m, 3). Starts inside the solid (mm) and unit directions, in `part`.
     """
     hits = find_hits(graph, trimmed, p, ray, length_mm=graph.size_mm, solid=solid)
     rows = np.flatnonzero(hits.way > 0)

@@ -52,11 +52,9 @@ def find_edge_contacts(
 ) -> EdgeContacts:
     """Find every interval of an edge that lies on a face of another solid within a gap.
 
-    Parameters
-    ----------
-    gap_mm : Largest distance between edge and face, mm.
-    edges : shape (n,). Only these edges; all by default.
-    pairs : shape (k,). Only these edges and faces, some of `candidate_pairs`; all by default.
+    `gap_mm`: Largest distance between edge and face, mm.
+    `edges`: shape (n,). Only these edges; all by default.
+    `pairs`: shape (k,). Only these edges and faces, some of `candidate_pairs`; all by default.
 
     Returns
     -------
@@ -206,14 +204,11 @@ class _Touching:
     ) -> FloatArray:
         """Find where contacts end beyond their outermost touching sample.
 
-        Parameters
-        ----------
-        edge, face : ndarray of int, shape (k,)
-        t : shape (k, CONTACT_SAMPLES). Parameters of the samples.
-        deep : ndarray of bool, shape (k, CONTACT_SAMPLES)
-        at : shape (k,). Column of the outermost touching sample.
-        way : int
-            -1 for the start, +1 for the end.
+        `edge`, `face`: ndarray of int, shape (k,)
+        `t`: shape (k, CONTACT_SAMPLES). Parameters of the samples.
+        `deep`: ndarray of bool, shape (k, CONTACT_SAMPLES)
+        `at`: shape (k,). Column of the outermost touching sample.
+        `way`: -1 for the start, +1 for the end.
         """
         rows = np.arange(len(edge))
         anchor = at.copy()

@@ -46,9 +46,7 @@ CHUNK = 200_000  #: Points compared with segments in one array: some 50 MB.
 def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float) -> JoinedPieces:
     """Return pieces of which no two cover the same stretch of the same joint.
 
-    Parameters
-    ----------
-    gap_mm : Gap within which they were found, mm.
+    `gap_mm`: Gap within which they were found, mm.
 
     Returns
     -------

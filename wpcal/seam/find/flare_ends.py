@@ -72,10 +72,8 @@ def _feet(search: FlareSearch, pairs: FacePairs, s: FloatArray, ball_mm: FloatAr
 def nearest_edges(trimmed: TrimmedFaces, face: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
     """Find the edge of each face that is nearest to a point.
 
-    Parameters
-    ----------
-    face : ndarray of int, shape (n,)
-    points : shape (n, 3). In `part`, mm.
+    `face`: ndarray of int, shape (n,)
+    `points`: shape (n, 3). In `part`, mm.
 
     Returns
     -------

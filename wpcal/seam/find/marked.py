@@ -49,9 +49,7 @@ def take_marked(
 ) -> tuple[JoinedPieces, tuple[str, ...], JoinedPieces]:
     """Separate what is marked from the other contacts.
 
-    Parameters
-    ----------
-    gap_mm : The gap with which the contacts were found, mm.
+    `gap_mm`: The gap with which the contacts were found, mm.
 
     Returns
     -------

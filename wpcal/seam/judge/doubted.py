@@ -44,9 +44,7 @@ def why_none_is_taken(seams: Sequence[Seam]) -> list[Issue]:
 def why_nothing_is_found(seams: Sequence[Seam], solids: int, gap_mm: float) -> list[Issue]:
     """Tell why a part has no seam at all that any level would take.
 
-    Parameters
-    ----------
-    gap_mm : Largest gap with which they were found, mm.
+    `gap_mm`: Largest gap with which they were found, mm.
 
     Returns
     -------

@@ -55,12 +55,10 @@ def find_in_way(
 ) -> tuple[InWay, ...]:
     """Return every place along a seam, or on the way along the wire to its ends, with the torch inside material.
 
-    Parameters
-    ----------
-    tips : shape (n, 3). Tips of the wire in the frame of the material, mm.
-    R : shape (n, 3, 3). Axes of the tool in the same frame.
-    torch : With its usual wire: that of the seam (`Seam.more_wire_mm`) is added.
-    back_mm : How far the torch comes from along the wire at the first point, and goes at the last, mm.
+    `tips`: shape (n, 3). Tips of the wire in the frame of the material, mm.
+    `R`: shape (n, 3, 3). Axes of the tool in the same frame.
+    `torch`: With its usual wire: that of the seam (`Seam.more_wire_mm`) is added.
+    `back_mm`: How far the torch comes from along the wire at the first point, and goes at the last, mm.
     """
     torch = torch.with_more_wire(seam.more_wire_mm)
     swept = sweep(tips, R, torch.reaching, axis=2 if axis is ToolAxis.Z else 0)

@@ -46,12 +46,11 @@ def neck_faces(
 ) -> IntArray:
     """Return a face that neck or body meets at each pose, or -1, shape (n,).
 
-    Parameters
-    ----------
-    owner : shape (n,). Ascending: neighbours of one owner are searched together.
-    mouth : shape (n, 3). Middles of the mouths of the nozzles in `part`, mm.
-    back, bend : shape (n, 3). Unit directions in `part`: along the wire to the torch, and towards which the neck bends.
-    more_mm : shape (n,). How far the torch goes back along the wire.
+    `owner`: shape (n,). Ascending: neighbours of one owner are searched together.
+    `mouth`: shape (n, 3). Middles of the mouths of the nozzles in `part`, mm.
+    `back`, `bend`: shape (n, 3). Unit directions in `part`: along the wire to the torch, and towards which the neck
+    bends.
+    `more_mm`: shape (n,). How far the torch goes back along the wire.
     """
     found = np.full(len(mouth), -1)
     frames = np.stack([bend, np.cross(back, bend), back], axis=2)

@@ -94,9 +94,7 @@ def measured(
     Returns `length_mm`: ndarray, shape (n,).
     Returns `closed`: ndarray of bool, shape (n,).
 
-    Parameters
-    ----------
-    closed : shape (n,). Runs that are known to be closed; those whose ends meet without a corner are closed as well.
+    `closed`: shape (n,). Runs that are known to be closed; those whose ends meet without a corner are closed as well.
     """
     p0, p1 = runs.ends(graph)
     apart = np.linalg.norm(p1 - p0, axis=1)

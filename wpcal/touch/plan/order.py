@@ -81,11 +81,9 @@ class Air:
     ) -> FloatArray | None:
         """Return the points of a way on which the torch passes the part wherever it stands.
 
-        Parameters
-        ----------
-        way : shape (k, 3). Points of the way between two approaches that is free of the part as planned.
-        a, b : shape (2, 3). Approach and start of the two searches.
-        Ra, Rb : ndarray, shape (3, 3)
+        `way`: shape (k, 3). Points of the way between two approaches that is free of the part as planned.
+        `a`, `b`: shape (2, 3). Approach and start of the two searches.
+        `Ra`, `Rb`: ndarray, shape (3, 3)
 
         Returns
         -------

@@ -53,11 +53,8 @@ def plan_touches(
 ) -> TouchPlan:
     """Choose searches with the least predicted 95 % error of the seams, order them, and find the ways between them.
 
-    Raises
-    ------
-    GeometryError
-        When the part has no seam, no face can be touched, or the touches leave a motion free. The message names it and
-        what would help.
+    Raises `GeometryError` when the part has no seam, no face can be touched, or the touches leave a motion free. The
+    message names it and what would help.
     """
     if not any(len(seam.frames) for seam in part.seams):
         raise GeometryError(

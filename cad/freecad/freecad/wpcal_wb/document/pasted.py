@@ -18,9 +18,8 @@ def pasted_points(text: str) -> list[tuple[str, str, str]]:
 
     A comma is the decimal sign if the line has no decimal point and something else separates its numbers.
 
-    Raises
-    ------
-    ValueError : When a line is not empty and has fewer than three numbers, or when spaces may separate its thousands.
+    Raises `ValueError` when a line is not empty and has fewer than three numbers, or when spaces may separate its
+    thousands.
     """
     points = []
     for number, line in enumerate(text.splitlines(), 1):
