@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from wpcal.calibrate.errors.prediction import COVERAGE, JOINT_SAMPLES, Sigma, SigmaSource, length_quantile
 from wpcal.calibrate.errors.robot_field import (
-    USUAL_SCALE,
+    PRIOR_SCALE,
     Belief,
     FieldOrigin,
     believed_freedom,
@@ -56,7 +56,7 @@ class ErrorBudget:
     white: FloatArray  #: shape (6, 6). Covariance of η by errors of 1 mm that are independent from place to place.
     fields: FloatArray  #: shape (L, 6, 6). Covariance of η by the unit field, for each length of the belief.
     tool_mm: float = 0.0  #: Standard deviation per axis of the tool's error in another posture.
-    scale: float = USUAL_SCALE  #: Root mean square of the scale, after the touches.
+    scale: float = PRIOR_SCALE  #: Root mean square of the scale, after the touches.
 
     @classmethod
     def of(
@@ -247,8 +247,8 @@ class ErrorBudget:
             if self.tool_mm
             else "tool centre point: nothing stated",
             "robot": belief.field.describe(),
-            "part": f"scale of the part, {1e6 * self.scale:.2g} ppm after the touches, {1e6 * USUAL_SCALE:.0f} before: "
-            "steel within 10 K of 20 °C",
+            "part": f"scale of the part, {1e6 * self.scale:.2g} ppm after the touches, {1e6 * PRIOR_SCALE:.0f} before: "
+            "steel within 10 K of 20 °C, and one part in twenty is far off",
             "model": "tails of the residuals and what a fit of this kind does with them",
         }
         return {"name": name, "type": "A" if is_a else "B", "source": told[name]}

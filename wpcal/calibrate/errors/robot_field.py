@@ -48,6 +48,9 @@ CLASS_LENGTHS_MM = np.array([250.0, 500.0, 1000.0])
 """Prior of the length, equally likely: errors of joints and links change over a good part of the arm's reach."""
 USUAL_SCALE = 1e-4
 """Standard deviation of the scale between model and robot before anything is touched: steel, 10 K from 20 °C."""
+SCALES, SCALE_WEIGHTS = np.array([USUAL_SCALE, 1e-3]), np.array([0.95, 0.05])
+"""One part in twenty is far off: hot from welding, or touched by a robot whose links are longer than it knows."""
+PRIOR_SCALE = float(np.sqrt(SCALE_WEIGHTS @ SCALES**2))
 MOST_EVIDENCE = 60  #: Observations of which the residuals are weighed; more hardly say more about a smooth field.
 
 
@@ -273,7 +276,7 @@ class Belief:
     origin: FieldOrigin = FieldOrigin.STATED
     rows: ResidualRows | None = None  #: The residuals that were weighed.
     rest_mm: float = 0.0  #: The robot's error that is independent from place to place.
-    scale: float = USUAL_SCALE  #: Root mean square of the scale of the part.
+    scale: float = PRIOR_SCALE  #: Root mean square of the scale of the part.
 
     @property
     def field(self) -> RobotField:
@@ -341,14 +344,14 @@ class Evidence:
         return np.asarray(self.square - share * self.size**2 * self.weight)
 
     @property
-    def share(self) -> FloatArray:
-        """Return how much of the fitted scale is believed, given the usual one."""
-        return self.weight / (self.weight + USUAL_SCALE**-2)
-
-    @property
-    def scale2(self) -> FloatArray:
-        """Mean square of the scale, after the residuals."""
-        return np.asarray((self.share * self.size) ** 2 + (1.0 - self.share) * USUAL_SCALE**2)
+    def scale(self) -> tuple[FloatArray, FloatArray]:
+        """Return how much of the fitted scale is believed, and the mean square of the scale, after the residuals."""
+        weight, size2 = self.weight[..., None], self.size[..., None] ** 2
+        share = weight / (weight + SCALES**-2)
+        log = 0.5 * (np.log1p(-share) + share * weight * size2) + np.log(SCALE_WEIGHTS)
+        p = np.exp(log - log.max(axis=-1, keepdims=True))
+        p /= p.sum(axis=-1, keepdims=True)
+        return np.sum(p * share, axis=-1), np.sum(p * (share**2 * size2 + (1.0 - share) * SCALES**2), axis=-1)
 
 
 @lru_cache(maxsize=8)
@@ -365,15 +368,16 @@ def believe(rows: ResidualRows | None, s: float | None, field: RobotField | None
     `s`: The factor that is known, or None.
     """
     nodes = Nodes.of(rows, s, field)
-    weight, chance, scale2 = nodes.prior, 1.0, USUAL_SCALE**2
+    weight, chance, scale2 = nodes.prior, 1.0, PRIOR_SCALE**2
     origin = FieldOrigin.ASSUMED if field is None else field.origin
     if rows is not None and len(rows.y):
         found = evidence_of(rows, s, field)[1]
-        tail = chdtrc(len(rows.y), found.left(found.share))
+        share, after = found.scale
+        tail = chdtrc(len(rows.y), found.left(share))
         usual = nodes.prior * (nodes.amplitudes_mm <= max(2.0 * TYPICAL_AMPLITUDE_MM, nodes.amplitudes_mm.min()))
         chance = 1.0 if s is None else float(np.sum(usual * tail) / np.sum(usual))
         weight = nodes.weighed(found.log)
-        scale2 = float(np.sum(weight * found.scale2))
+        scale2 = float(np.sum(weight * after))
         if field is None and len(rows.y) >= LEAST_ESTIMATED:
             origin = FieldOrigin.ESTIMATED
     s2, a2 = nodes.sigmas[None, :, None] ** 2, nodes.amplitudes_mm[None, None, :] ** 2
@@ -389,7 +393,7 @@ def foresee(rows: ResidualRows, s: float, field: RobotField | None) -> Belief:
     `rows`: With residuals of zero: a part that has the size of its model is expected.
     """
     nodes, found = evidence_of(rows, s, field)
-    return replace(believe(None, s, field), scale=math.sqrt(float(np.sum(nodes.prior * found.scale2))))
+    return replace(believe(None, s, field), scale=math.sqrt(float(np.sum(nodes.prior * found.scale[1]))))
 
 
 def believed_freedom(mean: FloatArray, scatter: FloatArray) -> FloatArray:

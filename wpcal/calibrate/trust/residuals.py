@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ LEAST_SIGMA_MM = 1e-6
 """A smaller stated error counts as this. No controller shows less, and the inverse square stays finite."""
 CLEAR_FACTOR = 4.0
 """The best explanation is named only if every rival leaves at least this many times its sum of squares."""
+SMALLEST = 1e-300  #: A smaller probability has no quantile.
 LEAST_REDUNDANCY = 0.01
 """Share of the variance of an observation that its residual must keep. Below it, less than a tenth of a wrong touch
 shows in its own residual."""
@@ -43,6 +45,12 @@ class ResidualEvidence:
     def contradicts_stated(self) -> bool:
         """Whether the residuals are larger than the stated errors explain; a false alarm in one fit of a hundred."""
         return self.chance < FALSE_ALARM and self.rms_mm > FLOOR_MM
+
+    @property
+    def birge_ratio(self) -> float:
+        """How many times the stated errors would have to be larger to explain the residuals on average (Birge 1932)."""
+        freedom = max(self.degrees_of_freedom, 1)
+        return math.sqrt(float(chdtri(freedom, max(self.chance, SMALLEST))) / freedom)
 
     def contradicts(self, sigma_mm: float) -> bool:
         """Whether the residuals are larger than a teaching error per axis explains, with the same false alarms."""

@@ -275,21 +275,23 @@ class VerdictEvidence:
         for issue in self.issues:
             if issue.code in CONTRADICTIONS and self._matters(issue, shown.error_mm):
                 yield Ground(VerdictReason.CONTRADICTION, issue.message)
+        if shown.error_mm * self.residuals.birge_ratio > self.tolerance_mm:
+            yield from self._unexplained()
+
+    def _unexplained(self) -> Iterator[Ground]:
+        """Say that the residuals are larger than the stated errors explain."""
         explained = any(issue.code == TOOL_OFFSET for issue in self.issues)  # the predicted error has an allowance
-        if self.residuals.contradicts_stated and not explained:
-            for issue in self.issues:
-                if issue.code == SCALE:
-                    yield Ground.told(VerdictReason.SCALE, issue.message)
-            than = f"larger than the stated teaching error of {self.sigma.mm:.3g} mm per axis explains"
-            rows = self.fit.budget.belief.rows
-            if self.problem.has_covariances and rows is not None:
-                times = float(np.sqrt(np.mean(rows.y**2)))
-                than = f"{times:.2g} times as large as the stated errors of the {plural(self.word)} explain"
-            sentence = (
-                f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are {than}: a {self.word} is wrong, the part "
-                "differs from its model, or the stated error is too small"
-            )
-            yield Ground(VerdictReason.STATED_ERROR, sentence)
+        if not self.residuals.contradicts_stated or explained:
+            return
+        yield from (Ground.told(VerdictReason.SCALE, each.message) for each in self.issues if each.code == SCALE)
+        than = f"larger than the stated teaching error of {self.sigma.mm:.3g} mm per axis explains"
+        rows = self.fit.budget.belief.rows
+        if self.problem.has_covariances and rows is not None:
+            times = float(np.sqrt(np.mean(rows.y**2)))
+            than = f"{times:.2g} times as large as the stated errors of the {plural(self.word)} explain"
+        what = f"the residuals (RMS {self.residuals.rms_mm:.3g} mm) are {than}: "
+        wrong = f"a {self.word} is wrong, the part differs from its model, or the stated error is too small"
+        yield Ground.told(VerdictReason.STATED_ERROR, what + wrong)
 
     def _matters(self, issue: Issue, error_mm: float) -> bool:
         """Whether contradicted observations were fitted, or a wrong tool may carry a seam out of the tolerance."""
@@ -310,7 +312,8 @@ class VerdictEvidence:
         return self.sigma.source is SigmaSource.STATED and self.fit.budget.belief.origin not in unknown
 
     def doubts(self, shown: Predicted) -> Iterator[Ground]:
-        """Name what nothing tests, what the others contradict, and residuals that are larger than usual."""
+        """Name what nothing tests, what the others contradict, and residuals that are larger than stated or usual."""
+        yield from self._unexplained()
         if self.residuals.unchecked and not self._is_stated:
             what = f"nothing tests {named(self.residuals.unchecked)}; if one is wrong, no residual shows it"
             yield Ground(VerdictReason.UNCHECKED, what)

@@ -16,7 +16,6 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.budget import ErrorBudget
-from wpcal.calibrate.errors.of_bodies import joint_error
 from wpcal.calibrate.errors.prediction import COVERAGE, Sigma
 from wpcal.calibrate.errors.robot_field import ResidualRows, RobotField, foresee
 from wpcal.calibrate.observe.bodies import Bodies
@@ -62,7 +61,7 @@ class TouchDesign:
     #: `p`, `normal`: shape (n, 3). Of the touches, about `centre`, mm.
     p: FloatArray
     normal: FloatArray
-    robot: RobotField | None = None  #: The robot's own error, if it is stated; otherwise the touches alone count.
+    robot: RobotField | None = None  #: The robot's own error, if it is stated.
 
     @classmethod
     def of(
@@ -266,11 +265,8 @@ def joint_error_of(design: TouchDesign, rows: IntArray, seam_points: FloatArray)
     `rows`: shape (n,). The touches.
     `seam_points`: shape (k, 3). About the centre of the design, mm.
     """
-    covariances, free = design.covariances(rows[None])
-    if free[0]:
+    if design.covariances(rows[None])[1][0]:
         return float("inf")
-    if design.robot is None:
-        return joint_error(point_jacobian(seam_points), covariances[0])
     return float(np.quantile(design.budget(rows).joint_errors(seam_points), COVERAGE))
 
 

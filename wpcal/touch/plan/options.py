@@ -105,7 +105,8 @@ class TouchOptions:
     robot: RobotField | None = opt(
         None,
         "The robot's own smooth error: standard deviation per axis, and the distance over which it changes (0.3,500). "
-        "Or an identification.json, or a file of wpcal drift --cell-errors. Without it, the touches alone count.",
+        "Or an identification.json, or a file of wpcal drift --cell-errors. Without it, the prior of an uncalibrated "
+        "six-axis arm counts.",
         "--robot-mm",
         metavar="AMPLITUDE,LENGTH|FILE",
         read=RobotField.read,

@@ -10,7 +10,6 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, Material
-from wpcal.calibrate.errors.prediction import error_95
 from wpcal.calibrate.trust.held_motions import free_words
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import ErrorCode, GeometryError
@@ -184,12 +183,8 @@ def _for_bodies(
 
 def _prediction(seams: Sequence[Seam], design: TouchDesign, chosen: IntArray, centre: FloatArray) -> SeamPrediction:
     places = [(seam.name, seam.frames.p - centre) for seam in seams if len(seam.frames)]
-    if design.robot is None:
-        covariance = design.covariances(chosen[None])[0][0]
-        by_seam = tuple((name, float(error_95(p, covariance).max())) for name, p in places)
-    else:
-        budget = design.budget(chosen)
-        by_seam = tuple((name, float(budget.error_95_mm(p).max())) for name, p in places)
+    budget = design.budget(chosen)
+    by_seam = tuple((name, float(budget.error_95_mm(p).max())) for name, p in places)
     worst = max(by_seam, key=lambda each: each[1])
     every = np.concatenate([seam.frames.p for seam in seams]) - centre
     return SeamPrediction(worst[1], worst[0], by_seam, joint_error_of(design, chosen, every))

@@ -220,5 +220,5 @@ def test_a_plan_with_a_stated_robot_promises_what_the_verdict_compares(robot: Ro
     found = budget_of_touches(touches, pose, Criterion.WEIGHTED, TeachingError(robot=robot))
     promised = joint_error_of(design, rows, design.seam_points)
     assert promised == pytest.approx(float(np.quantile(found.joint_errors(design.seam_points), 0.95)), rel=1e-6)
-    alone = joint_error_of(replace(design, robot=None), rows, design.seam_points)
+    alone = joint_error_of(replace(design, robot=RobotField.none()), rows, design.seam_points)
     assert promised > alone
