@@ -38,12 +38,9 @@ def compensate_targets(
     Raises `InputError` when the arm is not an identified one.
     Raises `GeometryError` when a pose is out of reach or breaks a joint limit.
 
-    Parameters
-    ----------
-    T_base_tool : shape (N, 4, 4). True tool poses, mm.
-    near : array_like, shape (n,) or (N, n)
-        Shown angles, rad, that say which of the eight configurations the robot will be in; the correction differs a
-        little from one to another.
+    `T_base_tool`: shape (N, 4, 4). True tool poses, mm.
+    `near`: shape (n,) or (N, n). Shown angles, rad, that say which of the eight configurations the robot will be in;
+    the correction differs a little from one to another.
     """
     if arm.nominal is None:
         raise InputError(f"{arm.name} is a nominal arm: compensated targets need an identified one")

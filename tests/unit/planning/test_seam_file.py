@@ -55,8 +55,6 @@ def test_seams_of_an_identified_robot_need_that_robot_in_the_cell(tmp_path, cell
         read_seam_path(written(tmp_path, identified), "W1", cell)
     arm = find_arm("mh6")
     moved = read_seam_path(
-        written(tmp_path, identified),
-        "W1",
-        replace(cell, arm=arm.as_identified(arm.chain.with_table(arm.chain.table))),
+        written(tmp_path, identified), "W1", replace(cell, arm=arm.as_identified(arm.chain.with_table(arm.chain.table)))
     )
     assert len(moved) == len(path)

@@ -89,10 +89,7 @@ def assert_record_holds_the_plans(result):
     motions = [plan["objectives"]["motion_deg_per_mm"] for plan in record["plans"]]
     assert chosen["objectives"]["motion_deg_per_mm"] == min(motions)
     np.testing.assert_allclose(
-        np.radians(chosen["robot2_deg"]),
-        result.front.plans[record["chosen"] - 1].state.joints2,
-        rtol=0,
-        atol=1e-12,
+        np.radians(chosen["robot2_deg"]), result.front.plans[record["chosen"] - 1].state.joints2, rtol=0, atol=1e-12
     )
     validator.validate(json.loads(to_json(failed_record(result.problem, "no feasible plan"))))
 

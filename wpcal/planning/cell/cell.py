@@ -245,11 +245,8 @@ class Cell:
     def frames(self, q: FloatArray) -> tuple[Frames, ...]:
         """Return the frames that carry bodies for axes of shape (n, k), in `world`, mm.
 
-        Returns
-        -------
-        tuple of Frames
-            Seven of the arm, `tool`, `world`, those of the carrier (its base and one per axis), the part; arrays of
-            shape (3, n) or (3, 1).
+        Returns tuple of Frames. Seven of the arm, `tool`, `world`, those of the carrier (its base and one per axis),
+        the part; arrays of shape (3, n) or (3, 1).
         """
         shift = None if self.rail is None else self.rail.direction[:, None] * q[:, JOINTS]
         arm = list(arm_frames(self.arm, self.T_world_base, q[:, :JOINTS], shift_mm=shift))

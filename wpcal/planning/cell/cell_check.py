@@ -42,11 +42,9 @@ SAMPLES = 17  #: Points per link and per edge of a hull that are measured: one p
 def check_cell(cell: Cell) -> tuple[Issue, ...]:
     """Return everything that is odd in a cell.
 
-    Returns
-    -------
-    tuple of Issue
-        Codes ``mounting-face``, ``below-floor``, ``no-bodies``, ``metres``, ``far-from-link``, ``capsule-and-hull``; of
-        two robots ``bases-too-near``, of one ``torch-place`` and ``home``; empty for a cell without oddities.
+    Returns tuple of Issue. Codes ``mounting-face``, ``below-floor``, ``no-bodies``, ``metres``, ``far-from-link``,
+    ``capsule-and-hull``; of two robots ``bases-too-near``, of one ``torch-place`` and ``home``; empty for a cell
+    without oddities.
     """
     frames = [frame.matrices()[0] for frame in cell.frames(np.zeros((1, len(cell.home))))]
     bodies = bodies_of(cell)

@@ -103,10 +103,8 @@ def cell_files(holding: Holding, T_flange2_part: RigidTransform) -> dict[str, An
 def with_arms(record: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return the record of a cell as ``cell.json``, and the records of the arm files beside its file.
 
-    Returns
-    -------
-    dict of str to dict
-        Records by file name. The cell names its arms without a folder, so that all files can be in one folder.
+    Returns dict of str to dict. Records by file name. The cell names its arms without a folder, so that all files can
+    be in one folder.
     """
     cell = copy.deepcopy(dict(record))
     files = {"cell.json": cell}

@@ -27,13 +27,7 @@ from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.robot.kinematics.forward import start_frames, walk
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
-from wpcal.robot.torch.bodies import (
-    NOZZLE_TO_PART_MM,
-    bodies_of_capsules,
-    bodies_of_mesh,
-    bodies_of_shape,
-    hulled,
-)
+from wpcal.robot.torch.bodies import NOZZLE_TO_PART_MM, bodies_of_capsules, bodies_of_mesh, bodies_of_shape, hulled
 from wpcal.robot.torch.file import without_none
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 

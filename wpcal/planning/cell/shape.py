@@ -19,10 +19,8 @@ class Shape:
 
     Raises `InputError` when shapes of arrays differ, a value is not finite or a radius is not positive.
 
-    Parameters
-    ----------
-    hull : array_like, shape (m, 3), optional
-        Corners of the convex body in the same frame, mm; empty if the body has capsules only.
+    `hull`: shape (m, 3), optional. Corners of the convex body in the same frame, mm; empty if the body has capsules
+    only.
     """
 
     name: str

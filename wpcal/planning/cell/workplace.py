@@ -82,17 +82,12 @@ LEAST_REGULARITY = 0.1
 def regularity(arm: Arm, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Measure the distance from singular poses.
 
-    Parameters
-    ----------
-    q : shape (n, 6). Shown angles, rad.
-
-    Returns
-    -------
-    values : ndarray, shape (n, c)
-        Of an arm with a spherical wrist three. Wrist: sine of its bend. Elbow: sine of the angle off the stretched arm.
-        Shoulder: distance of the wrist's centre from axis 1 in the plane of the arm, in parts of the reach. Of another
-        arm one: the cube root of the determinant that for the first ones is the product of the three. Absolute values.
-    slopes : ndarray, shape (n, c, 6). Derivatives with respect to the shown angles, per rad.
+    `q`: shape (n, 6). Shown angles, rad.
+    Returns `values`: ndarray, shape (n, c). Three of an arm with a spherical wrist. Wrist: sine of its bend. Elbow:
+    sine of the angle off the stretched arm. Shoulder: distance of the wrist's centre from axis 1 in the plane of the
+    arm, in parts of the reach. Of another arm one: the cube root of the determinant that for the first ones is the
+    product of the three. Absolute values.
+    Returns `slopes`: ndarray, shape (n, c, 6). Derivatives with respect to the shown angles, per rad.
     """
     g = family_of(arm.as_nominal().chain)
     if isinstance(g, OffsetWrist):

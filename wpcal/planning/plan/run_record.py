@@ -23,9 +23,8 @@ CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
 def run_record(run: CellRun, cell: Cell, coordinated: Mapping[str, CoordinatedRun] | None = None) -> dict[str, Any]:
     """Return the record of ``plan.json``.
 
-    Returns
-    -------
-    dict. Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null elsewhere.
+    Returns dict. Angles in degrees. ``points`` has one entry per state. Values that exist only on the weld are null
+    elsewhere.
     """
     plan = run.plan
     return {

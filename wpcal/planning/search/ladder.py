@@ -18,25 +18,10 @@ from wpcal.core.same_bits import product
 from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.closed_chain import SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.search.diagnosis import (
-    LEANS,
-    Obstacle,
-    attitudes_at,
-    farthest_from_a_plan,
-    left_reach,
-    obstacle_at,
-)
-from wpcal.planning.search.objectives import (
-    Weights,
-    deviation_weights,
-    deviations,
-    joint_step_weight,
-)
+from wpcal.planning.search.diagnosis import LEANS, Obstacle, attitudes_at, farthest_from_a_plan, left_reach, obstacle_at
+from wpcal.planning.search.objectives import Weights, deviation_weights, deviations, joint_step_weight
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
-from wpcal.planning.search.reachable_states import (
-    ReachablePlace,
-    usable_branches,
-)
+from wpcal.planning.search.reachable_states import ReachablePlace, usable_branches
 from wpcal.robot.kinematics.inverse import TURN
 
 RUNG_MM = 7.0  #: Target distance of rungs; a path between them is a straight line in the coordinates.
@@ -58,11 +43,8 @@ class Ladder:
 def build_ladder(problem: PlanningProblem, reachable: ReachablePlace, *, leaning: bool = False) -> Ladder:
     """Compute the states of a ladder; a rung may be left without any.
 
-    Parameters
-    ----------
-    leaning : bool
-        Whether the torch leans at rungs that have no state at the target torch angles: by the least of some angles that
-        gives a state.
+    `leaning`: Whether the torch leans at rungs that have no state at the target torch angles: by the least of some
+    angles that gives a state.
     """
     count = int(np.clip(round(problem.path.s_mm[-1] / RUNG_MM) + 1, FEWEST_RUNGS, MOST_RUNGS))
     rungs = np.unique(_nearest(problem.path.s_mm, np.linspace(0.0, problem.path.s_mm[-1], count)))

@@ -215,11 +215,7 @@ def evolve_paths(
     code = PathEncoding.of_seeds(problem, seeds if options.seeded else ())
     start = first_population(code, options.population, np.random.default_rng(options.seed))
     task = Problem(
-        n_var=len(code.least),
-        n_obj=len(OBJECTIVES),
-        n_ieq_constr=len(CONSTRAINTS),
-        xl=code.least,
-        xu=code.largest,
+        n_var=len(code.least), n_obj=len(OBJECTIVES), n_ieq_constr=len(CONSTRAINTS), xl=code.least, xu=code.largest
     )
     kept = Archive.empty(len(code.least))
     algorithm: Any = NSGA2(pop_size=options.population, sampling=start)

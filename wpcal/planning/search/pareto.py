@@ -163,9 +163,8 @@ def pareto_record(
 ) -> dict[str, Any]:
     """Return the record of a search that found plans.
 
-    Returns
-    -------
-    dict. Angles in degrees. ``fronts`` holds the objectives of each method's own front, in the order of ``objectives``.
+    Returns dict. Angles in degrees. ``fronts`` holds the objectives of each method's own front, in the order of
+    ``objectives``.
     """
     front = result.front
     chosen = front.chosen(preference)

@@ -93,12 +93,9 @@ class PlanningProblem:
     def excesses(self, path: CandidatePath) -> dict[str, float]:
         """Return how far a path is beyond each kind of limit, by name; all zero for an allowed path.
 
-        Returns
-        -------
-        dict
-            ``reach`` (share of points out of reach), ``joint limits`` (rad), ``singular
-            poses`` (of `regularity`), ``joint speeds`` (parts of the largest),
-            ``weld position`` and ``torch angles`` (rad), ``weld zone`` (mm), ``clearance`` (mm).
+        Returns dict. ``reach`` (share of points out of reach), ``joint limits`` (rad), ``singular poses`` (of
+        `regularity`), ``joint speeds`` (parts of the largest), ``weld position`` and ``torch angles`` (rad), ``weld
+        zone`` (mm), ``clearance`` (mm).
         """
         joints = path.joints
         missing = ~np.isfinite(joints).all(axis=-1)

@@ -16,15 +16,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
-from wpcal.planning.cell.closed_chain import (
-    PLACE,
-    ROTATION,
-    SPIN,
-    YAW,
-    SeamPath,
-    all_joints,
-    flange_poses,
-)
+from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, YAW, SeamPath, all_joints, flange_poses
 from wpcal.planning.cell.workplace import candidate_places, is_usable, least_shortage
 from wpcal.planning.search.diagnosis import (
     ROTATIONS_RAD,

@@ -103,12 +103,7 @@ def _limit(cell: Cell, q: FloatArray) -> str:
 
 
 def _body_in_the_way(
-    search: SeamSearch,
-    stretch: SeamTask,
-    poses: TorchPoses,
-    along: FloatArray,
-    joints: FloatArray,
-    usable: BoolArray,
+    search: SeamSearch, stretch: SeamTask, poses: TorchPoses, along: FloatArray, joints: FloatArray, usable: BoolArray
 ) -> str:
     """Name the two bodies that are too near at the best state of the worst rung."""
     worst: tuple[float, str, int] | None = None

@@ -120,11 +120,7 @@ class _Seconds:
     """Times between all ways of all stops."""
 
     def __init__(
-        self,
-        stops: Sequence[Stop],
-        home: FloatArray,
-        speeds: FloatArray,
-        blocked: Sequence[tuple[int, int, int, int]],
+        self, stops: Sequence[Stop], home: FloatArray, speeds: FloatArray, blocked: Sequence[tuple[int, int, int, int]]
     ) -> None:
         count = [len(stop.cost_s) for stop in stops]
         self.rank = [stop.rank for stop in stops]

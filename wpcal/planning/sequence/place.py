@@ -186,12 +186,10 @@ class _Grid:
     def _has_free_way(self, moves: FloatArray, usable: BoolArray, joints: FloatArray, outer: FloatArray) -> BoolArray:
         """Tell at which places one branch reaches all points of a seam without collision, shape (p,).
 
-        Parameters
-        ----------
-        moves : shape (p, 3). In `world`, mm.
-        usable : shape (p, c, m, K, 8). For each position of the external axes, point, pose of the torch and branch.
-        joints : shape (p, c, m, K, 8, 6). rad.
-        outer : shape (c, m, K, e). External axes, rad and mm.
+        `moves`: shape (p, 3). In `world`, mm.
+        `usable`: shape (p, c, m, K, 8). For each position of the external axes, point, pose of the torch and branch.
+        `joints`: shape (p, c, m, K, 8, 6). rad.
+        `outer`: shape (c, m, K, e). External axes, rad and mm.
         """
         counts = (
             usable.sum(axis=3).min(axis=2).reshape(len(moves), usable.shape[1] * usable.shape[4])

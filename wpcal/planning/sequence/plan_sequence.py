@@ -254,11 +254,7 @@ class _Smoother:
 
 
 def _values(
-    cell: Cell,
-    stretches: Sequence[_Ways],
-    targets: SequenceTargets,
-    order: Order,
-    smooth: Smooth,
+    cell: Cell, stretches: Sequence[_Ways], targets: SequenceTargets, order: Order, smooth: Smooth
 ) -> SequenceValues:
     """Return the values of a plan that is not worked out: straight moves between the welds."""
     chosen = [smooth(stretches[stop], way) for stop, way in zip(order.stops, order.ways, strict=True)]

@@ -232,12 +232,7 @@ class SeamSearch:
         return clear
 
     def _filled(
-        self,
-        task: SeamTask,
-        poses: TorchPoses,
-        values: FloatArray,
-        branch: tuple[int, FloatArray],
-        way: list[int],
+        self, task: SeamTask, poses: TorchPoses, values: FloatArray, branch: tuple[int, FloatArray], way: list[int]
     ) -> tuple[Climb, int | None]:
         """Return the way with all points between the rungs as far as it is good, and the first point that is not."""
         knots = poses.angles[np.arange(len(way)), way].copy()
@@ -317,12 +312,10 @@ def way_of_branch(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, we
     The cost is :math:`\sum_i w_o\,o_i^2 + w_s \sum_{i,j} K_j (2 - 2 \cos \Delta q_{ij})`: the cosine is the squared
     step for small steps, the same for whole turns, and a product of matrices.
 
-    Parameters
-    ----------
-    joints : shape (m, K, 6). Of one branch, rad.
-    usable : ndarray of bool, shape (m, K)
-    off_rad : shape (m, K). Deviation of the torch from its targets.
-    weights : shape (6,). K_j, positive.
+    `joints`: shape (m, K, 6). Of one branch, rad.
+    `usable`: shape (m, K).
+    `off_rad`: shape (m, K). Deviation of the torch from its targets.
+    `weights`: shape (6,). K_j, positive.
     """
     q = np.nan_to_num(joints)
     ring = np.concatenate(sine_cosine(q), axis=2) * np.sqrt(np.tile(weights, 2))

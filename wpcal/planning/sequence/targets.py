@@ -103,14 +103,9 @@ class SequenceTargets:
     def off_position(self, R_world_seam: FloatArray) -> FloatArray:
         """Return how far seam frames are from the asked weld position.
 
-        Parameters
-        ----------
-        R_world_seam : shape (..., 3, 3). Columns x (travel), y, z (out of the joint) in `world`.
-
-        Returns
-        -------
-        ndarray, shape (...)
-            rad; the larger of the slope and of what the rotation is off. 0 if any position is asked for.
+        `R_world_seam`: shape (..., 3, 3). Columns x (travel), y, z (out of the joint) in `world`.
+        Returns ndarray, shape (...). rad; the larger of the slope and of what the rotation is off. 0 if any position is
+        asked for.
         """
         travel, outward = R_world_seam[..., 0], R_world_seam[..., 2]
         slope, rotation = weld_slope(travel), weld_rotation(travel, outward)

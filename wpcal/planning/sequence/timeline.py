@@ -43,16 +43,10 @@ SOLVED = 1e-6  #: mm and rad: what is left where Newton's method found the place
 def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return states between which straight moves in the axes keep the tip of the wire on lines in the part.
 
-    Parameters
-    ----------
-    q : shape (n, k). Neighbouring states of a weld with its approach and retract, rad and mm.
-
-    Returns
-    -------
-    q : ndarray, shape (m, k)
-        The given states and those between them; a place that Newton's method does not find within the limits is on the
-        straight move in the axes.
-    at : ndarray, shape (m,). Their places, in steps from the first.
+    `q`: shape (n, k). Neighbouring states of a weld with its approach and retract, rad and mm.
+    Returns `q`: ndarray, shape (m, k). The given states and those between them; a place that Newton's method does not
+    find within the limits is on the straight move in the axes.
+    Returns `at`: ndarray, shape (m,). Their places, in steps from the first.
     """
     tool = _in_part(cell, q)
     middle = _in_part(cell, (q[:-1] + q[1:]) / 2)[:, :3, 3]

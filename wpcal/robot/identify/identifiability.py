@@ -71,10 +71,7 @@ def whitened(J: FloatArray, observations: PoseObservations, noise: Noise) -> Flo
 
 
 def split_determined(
-    model: KinematicModel,
-    parameters: Sequence[Parameter],
-    theta: FloatArray,
-    observations: PoseObservations,
+    model: KinematicModel, parameters: Sequence[Parameter], theta: FloatArray, observations: PoseObservations
 ) -> tuple[tuple[Parameter, ...], tuple[Unseen, ...]]:
     """Split parameters into those the measurements determine and the others.
 

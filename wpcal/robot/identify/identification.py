@@ -127,18 +127,12 @@ class Identification:
 
 
 def identify_arm(
-    arm: Arm,
-    observations: PoseObservations,
-    *,
-    options: IdentifyOptions | None = None,
-    test: BoolArray | None = None,
+    arm: Arm, observations: PoseObservations, *, options: IdentifyOptions | None = None, test: BoolArray | None = None
 ) -> Identification:
     """Identify the parameters of an arm and judge them on held-out poses.
 
-    Parameters
-    ----------
-    test : ndarray of bool, shape (N,), optional
-        Rows to keep back; two sevenths of the poses drawn with the seed unless given, or unless `folds` is set.
+    `test`: shape (N,), optional. Rows to keep back; two sevenths of the poses drawn with the seed unless given, or
+    unless `folds` is set.
 
     Raises
     ------
@@ -237,9 +231,7 @@ class _Task:
         o, theta, seen = self.options, self.theta[rows], self.observations.select(rows)
         nominal = register(self.arm.chain, theta, seen, free_base=o.free_base, free_tool=o.free_tool)
         surroundings = surrounding_parameters(
-            free_base=o.free_base,
-            free_tool=o.free_tool,
-            reflectors=None if seen.has_orientations else seen.reflectors,
+            free_base=o.free_base, free_tool=o.free_tool, reflectors=None if seen.has_orientations else seen.reflectors
         )
         links = last_link_first(self.arm.chain, o.parameters)
         if surroundings:
@@ -319,10 +311,7 @@ def _outlier(errors: FloatArray, observations: PoseObservations, pose: int, *, h
     lines = tuple(observations.rows[i] for i in np.flatnonzero(observations.poses == pose))
     turns = turns_deg(errors)
     return OutlierPose(
-        lines,
-        float(distances_mm(errors).max()),
-        None if turns is None else float(turns.max()),
-        held_back,
+        lines, float(distances_mm(errors).max()), None if turns is None else float(turns.max()), held_back
     )
 
 

@@ -156,12 +156,7 @@ def assess(
 
 
 def absorbed_errors(
-    fit: LeastSquaresFit,
-    theta: FloatArray,
-    observations: PoseObservations,
-    *,
-    expected_mm: float,
-    expected_rad: float,
+    fit: LeastSquaresFit, theta: FloatArray, observations: PoseObservations, *, expected_mm: float, expected_rad: float
 ) -> FloatArray:
     """Return what the errors of unseen parameters add to the errors of those that absorb them.
 

@@ -80,11 +80,7 @@ def pose_errors(model: KinematicModel, theta: FloatArray, observations: PoseObse
 
 
 def evaluate(
-    model: KinematicModel,
-    prior: Prior,
-    theta: FloatArray,
-    observations: PoseObservations,
-    noise: Noise,
+    model: KinematicModel, prior: Prior, theta: FloatArray, observations: PoseObservations, noise: Noise
 ) -> Minimum:
     """Return residuals and Jacobian at a model; nothing is moved.
 
@@ -96,11 +92,7 @@ def evaluate(
 
 
 def minimise(
-    model: KinematicModel,
-    prior: Prior,
-    theta: FloatArray,
-    observations: PoseObservations,
-    noise: Noise,
+    model: KinematicModel, prior: Prior, theta: FloatArray, observations: PoseObservations, noise: Noise
 ) -> Minimum:
     """Find the parameters with the least sum of squared residuals, each divided by its noise.
 

@@ -55,10 +55,7 @@ class Arm:
 
     The model's angles are ``θ = S q`` with ``S = diag(sign) (I + couplings)``; the chain holds constant offsets.
 
-    Parameters
-    ----------
-    mount_mm : array_like, shape (3,)
-        Origin of the mounting face in the base frame: the origin of drawings and meshes of the arm.
+    `mount_mm`: shape (3,). Origin of the mounting face in the base frame: the origin of drawings and meshes of the arm.
     """
 
     name: str

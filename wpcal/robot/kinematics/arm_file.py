@@ -162,11 +162,7 @@ def _chain_record(chain: MDHChain) -> dict[str, Any]:
         }
         for (theta, d, a, alpha, beta), parallel in zip(chain.table.T, chain.hayati, strict=True)
     ]
-    return {
-        "links": links,
-        "T_base_dh0": chain.T_base_dh0.to_record(),
-        "T_dhn_flange": chain.T_dhn_flange.to_record(),
-    }
+    return {"links": links, "T_base_dh0": chain.T_base_dh0.to_record(), "T_dhn_flange": chain.T_dhn_flange.to_record()}
 
 
 def _joint_record(joint: Joint) -> dict[str, Any]:

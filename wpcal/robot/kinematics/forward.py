@@ -32,7 +32,6 @@ class MDHChain:
     Link i (Xiong 2015, eq. 1 and 2) is ``Rz(θ_i + offset_i) Tz(d_i) Tx(a_i) Rx(α_i) Ry(β_i)``. The flange is
 
     ``T_base_flange = T_base_dh0 · link 1 · … · link n · T_dhn_flange``.
-
     Raises `InputError` when lengths differ, a value is not finite, or the last link is marked parallel to a next one.
     """
 
@@ -144,11 +143,9 @@ def start_frames(T_base_dh0: RigidTransform, ndim: int) -> Frames:
 def walk(start: Frames, table: FloatArray, theta: FloatArray) -> Iterator[LinkMotion]:
     """Go along the links and yield what each of them does.
 
-    Parameters
-    ----------
-    table : ndarray, shape (5, n, ...)
-        Link parameters in the order of `LINK_SYMBOLS`; axes after the second broadcast with those of `theta`.
-    theta : shape (n, ...). Joint angles without the offsets of the table, rad.
+    `table`: shape (5, n, ...). Link parameters in the order of `LINK_SYMBOLS`; axes after the second broadcast with
+    those of `theta`.
+    `theta`: shape (n, ...). Joint angles without the offsets of the table, rad.
     """
     frame, more = start, (1,) * (theta.ndim + 1 - table.ndim)
     offsets, ds, lengths, alphas, betas = table.reshape(*table.shape[:2], *more, *table.shape[2:])
@@ -216,11 +213,8 @@ def geometric_jacobian(chain: MDHChain, theta: ArrayLike, *, point: ArrayLike = 
 
     `theta`: shape (N, n). Joint angles, rad.
     `point`: shape (3,) or (3, N). The point in the flange frame whose velocity is wanted, mm.
-
-    Returns
-    -------
-    ndarray, shape (N, 6, n)
-        Rows: turning of the flange (rad), then velocity of the point (mm), both in the base, per rad.
+    Returns ndarray, shape (N, 6, n). Rows: turning of the flange (rad), then velocity of the point (mm), both in the
+    base, per rad.
     """
     angles = np.ascontiguousarray(np.asarray(theta, dtype=np.float64).T)
     motions = list(walk(start_frames(chain.T_base_dh0, 1), chain.table, angles))

@@ -180,11 +180,12 @@ def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> Float
 
     Returns ndarray, shape (N, n). Shown angles, rad.
 
-    `T_base_flange`: array_like, shape (N, 4, 4)
+    `T_base_flange`: shape (N, 4, 4).
     `near`: shape (n,) or (N, n). Shown angles, rad.
 
-    Raises `GeometryError` when a pose is out of reach or all its solutions break a limit: which pose, and which of the
-    two.
+    Raises
+    ------
+    GeometryError : When a pose is out of reach or all its solutions break a limit: which pose, and which of the two.
     """
     solutions = solve_inverse(arm, T_base_flange)
     target = np.broadcast_to(np.asarray(near, dtype=np.float64), (len(solutions.joints), len(arm.joints)))[:, None]
@@ -206,11 +207,8 @@ def follow_path(arm: Arm, T_base_flange: ArrayLike, start: ArrayLike) -> FloatAr
 
     `T_base_flange`: shape (N, 4, 4). Flange poses in the order of travel.
     `start`: shape (n,). Shown angles before the first pose, rad.
-
-    Returns
-    -------
-    ndarray, shape (N, n)
-        Shown angles, rad; a last axis with several turns goes on turning as long as its limits allow.
+    Returns ndarray, shape (N, n). Shown angles, rad; a last axis with several turns goes on turning as long as its
+    limits allow.
     """
     solutions = solve_inverse(arm, T_base_flange)
     path = np.empty((len(solutions.joints), len(arm.joints)))
@@ -241,11 +239,9 @@ class Broken:
 def continue_branch(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray | Broken:
     """Count whole turns along a path, shape (N, n). Shown angles, rad; or where the path breaks, and why.
 
-    Parameters
-    ----------
-    joints : array_like, shape (N, n)
-        Shown angles of one branch, each in the turn around zero, rad; NaN where the branch does not reach.
-    near : shape (n,). The first angles are as near as possible to these.
+    `joints`: shape (N, n). Shown angles of one branch, each in the turn around zero, rad; NaN where the branch does not
+    reach.
+    `near`: shape (n,). The first angles are as near as possible to these.
     """
     q = np.asarray(joints, dtype=np.float64)
     out = ~np.isfinite(q).all(axis=1)
@@ -308,8 +304,11 @@ def posture(arm: Arm, joints: ArrayLike) -> Posture:
 
     `joints`: shape (N, 6). Shown angles, rad.
 
-    Raises `GeometryError` when the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 =
-    0: which side is its front is then not known.
+    Raises
+    ------
+    GeometryError
+        When the arm has no spherical wrist, or does not reach along the base's x axis at joint 1 = 0: which side is its
+        front is then not known.
     """
     q = np.asarray(joints, dtype=np.float64)
     nominal = arm.as_nominal()
@@ -327,7 +326,5 @@ def posture(arm: Arm, joints: ArrayLike) -> Posture:
     bend = t[:, 2] + np.arctan2(g.a2, g.c3)
     r = g.a1 + g.c2 * np.sin(t[:, 1]) + np.hypot(g.a2, g.c3) * np.sin(t[:, 1] + bend)
     return Posture(
-        q,
-        np.asarray(front * r < 0.0, dtype=np.bool_),
-        np.asarray(front * up * np.sin(bend) < 0.0, dtype=np.bool_),
+        q, np.asarray(front * r < 0.0, dtype=np.bool_), np.asarray(front * up * np.sin(bend) < 0.0, dtype=np.bool_)
     )

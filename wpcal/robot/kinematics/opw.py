@@ -155,18 +155,12 @@ def forward_opw(geometry: OPWGeometry, theta: ArrayLike) -> FloatArray:
 def solve_opw(geometry: OPWGeometry, T_base_flange: ArrayLike, *, least_bend: float = 0.0) -> FloatArray:
     """Return all eight solutions for every pose.
 
-    Parameters
-    ----------
-    T_base_flange : shape (N, 4, 4). Flange poses, mm.
-    least_bend : float, optional
-        Sine of the elbow angle that a start for other steps keeps off the stretched arm; poses that are out of reach
-        by as little get this bend instead of NaN. With 0 the answers are exact.
-
-    Returns
-    -------
-    ndarray, shape (N, 8, 6)
-        Angles of the model without the chain's offsets, rad, in (-π, π]. NaN where the arm does not reach. Branch
-        number: 4 for the shoulder turned back, plus 2 for the other elbow, plus 1 for the flipped wrist.
+    `T_base_flange`: shape (N, 4, 4). Flange poses, mm.
+    `least_bend`: Sine of the elbow angle that a start for other steps keeps off the stretched arm; poses that are out
+    of reach by as little get this bend instead of NaN. With 0 the answers are exact.
+    Returns ndarray, shape (N, 8, 6). Angles of the model without the chain's offsets, rad, in (-π, π]. NaN where the
+    arm does not reach. Branch number: 4 for the shoulder turned back, plus 2 for the other elbow, plus 1 for the
+    flipped wrist.
 
     Notes
     -----

@@ -52,11 +52,8 @@ class _UrdfJoint:
 def read_urdf(path: Path, *, base_link: str | None = None, tip_link: str | None = None) -> Arm:
     """Read the chain of revolute joints from one link of a URDF to another.
 
-    Parameters
-    ----------
-    base_link : str, optional
-        Link whose frame becomes `base`; unless given, the link ``base`` where there is one (by convention of the
-        ROS-Industrial packages the controller's own base frame), else the root.
+    `base_link`: Link whose frame becomes `base`; unless given, the link ``base`` where there is one (by convention of
+    the ROS-Industrial packages the controller's own base frame), else the root.
 
     Raises
     ------
@@ -88,10 +85,8 @@ def urdf_root(path: Path) -> ET.Element:
 def link_places(root: ET.Element) -> dict[str, tuple[int, FloatArray]]:
     """Return where the links of a robot are with all joints at zero.
 
-    Returns
-    -------
-    dict of str to (int, ndarray of shape (4, 4))
-        By the name of the link: how many joints move it, and its frame in the base that `read_urdf` uses, mm.
+    Returns dict of str to (int, ndarray of shape (4, 4)). By the name of the link: how many joints move it, and its
+    frame in the base that `read_urdf` uses, mm.
     """
     joints = {joint.child: joint for joint in map(_parse_joint, root.findall("joint"))}
     links = {joint.parent for joint in joints.values()} | set(joints)
@@ -123,16 +118,7 @@ def _parse_joint(element: ET.Element) -> _UrdfJoint:
     length = float(np.linalg.norm(direction))
     if length < LEAST_AXIS:
         raise FormatError(f"joint {name}: expected an axis of length 1, got one of length {length:g}")
-    return _UrdfJoint(
-        name,
-        kind,
-        str(parent.get("link")),
-        str(child.get("link")),
-        T,
-        direction / length,
-        bounds,
-        speed,
-    )
+    return _UrdfJoint(name, kind, str(parent.get("link")), str(child.get("link")), T, direction / length, bounds, speed)
 
 
 def origin_pose(origin: ET.Element) -> FloatArray:

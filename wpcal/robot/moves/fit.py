@@ -109,22 +109,15 @@ def fit_moves(
 
     Raises `GeometryError` when there are fewer than two points.
 
-    Parameters
-    ----------
-    p : shape (n, 3). Tool centre points along the path, in any one frame, mm; at least two.
-    R : shape (n, 3, 3). Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
-    s_mm : shape (n,). Lengths along the path, increasing; by default those of the chords.
-    headings : array_like, shape (n, 3), optional
-        Directions of travel of the wire's tip. Without them the path is straight between two points.
-    spin_is_free : bool
-        Whether only the wire has to keep its direction. The turn about the wire is then as each move makes it, starting
-        from the first pose. False: every move begins and ends with the given axes of the tool.
-
-    Returns
-    -------
-    MovePath
-        Its first pose is the first of the path. Its last is the last of the path; with a free spin it may be turned
-        about the wire.
+    `p`: shape (n, 3). Tool centre points along the path, in any one frame, mm; at least two.
+    `R`: shape (n, 3, 3). Axes of the tool there, in the same frame. Between two points the tool turns smoothly.
+    `s_mm`: shape (n,). Lengths along the path, increasing; by default those of the chords.
+    `headings`: shape (n, 3), optional. Directions of travel of the wire's tip. Without them the path is straight
+    between two points.
+    `spin_is_free`: Whether only the wire has to keep its direction. The turn about the wire is then as each move makes
+    it, starting from the first pose. False: every move begins and ends with the given axes of the tool.
+    Returns MovePath. Its first pose is the first of the path. Its last is the last of the path; with a free spin it may
+    be turned about the wire.
 
     Notes
     -----

@@ -70,21 +70,14 @@ def tool_rotations(
     :math:`R_{tool} = R_{seam}\,R_x(w)\,R_y(-v)\,R_x(\pi)`, whose z is the wire direction
     :math:`d = (\sin v, \cos v \sin w, -\cos v \cos w)` in the seam frame (work angle w, travel angle v).
 
-    Parameters
-    ----------
-    R_seam : shape (n, 3, 3). Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
-    lean_rad : ndarray, shape (n, 2), optional
-        Work and travel angle at every frame (`Seam.lean_rad`). They replace those of `torch` where they are not zero:
-        there a straight torch meets the part. NaN: unknown.
-    spin_rad : ndarray, shape (n,), optional
-        How far a bent neck is turned about the wire, right-handed from the tip (`Seam.spin_rad`). The tool turns with
-        it: the neck always bends towards the same side of the tool (`neck_directions`).
-
-    Returns
-    -------
-    ndarray, shape (n, 3, 3)
-        Columns are the tool's axes in the same frame. With ``ToolAxis.X`` the tool's x is the wire direction, y is the
-        same, and z points against the travel.
+    `R_seam`: shape (n, 3, 3). Columns are x (travel), y and z (out of the joint) of the seam, in any frame.
+    `lean_rad`: shape (n, 2), optional. Work and travel angle at every frame (`Seam.lean_rad`). They replace those of
+    `torch` where they are not zero: there a straight torch meets the part. NaN: unknown.
+    `spin_rad`: shape (n,), optional. How far a bent neck is turned about the wire, right-handed from the tip
+    (`Seam.spin_rad`). The tool turns with it: the neck always bends towards the same side of the tool
+    (`neck_directions`).
+    Returns ndarray, shape (n, 3, 3). Columns are the tool's axes in the same frame. With ``ToolAxis.X`` the tool's x is
+    the wire direction, y is the same, and z points against the travel.
     """
     lean = np.zeros((1, 2)) if lean_rad is None else np.nan_to_num(lean_rad)
     leans = lean.any(axis=1)
