@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -70,7 +71,10 @@ class Robot:
     @contextlib.contextmanager
     def serve(self, kind: str, tls: ssl.SSLContext | None = None, port: int = 0) -> Iterator[int]:
         """Serve a protocol on a port of this machine."""
-        robot, answer = self, {"ur": rtde, "kuka": kukavar, "fanuc": web, "fanuc-ftp": ftp, "abb": rws}[kind]
+        robot, answer = (
+            self,
+            {"ur": rtde, "ur-log": primary, "kuka": kukavar, "fanuc": web, "fanuc-ftp": ftp, "abb": rws}[kind],
+        )
 
         class Handler(socketserver.BaseRequestHandler):
             def handle(self) -> None:
@@ -88,6 +92,13 @@ class Robot:
                 yield server.server_address[1]
             finally:
                 server.shutdown()
+
+
+def fake_tls() -> ssl.SSLContext:
+    """Return what encrypts with the certificate of the fake."""
+    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    tls.load_cert_chain(Path(__file__).parent / "samples" / "fake_robot.pem")
+    return tls
 
 
 def exact(connection: socket.socket, count: int) -> bytes:
@@ -163,6 +174,18 @@ def rtde(robot: Robot, connection: socket.socket) -> None:
             threading.Thread(target=stream, daemon=True).start()
 
 
+def primary(robot: Robot, connection: socket.socket) -> None:
+    """Universal Robots: the primary interface; a touch program that writes into the log when somebody listens."""
+
+    def package(kind: int, body: bytes) -> None:
+        robot.send(connection, struct.pack("!iB", len(body) + 5, kind) + body)
+
+    for line in robot.files["log_history.txt"].splitlines():
+        package(16, bytes(60))  # the state of the robot
+        package(20, struct.pack("!QbbiB", 0, -2, 7, 0, 0) + b"a key message")
+        package(20, struct.pack("!Qbb", 0, -3, 0) + line)
+
+
 def kukavar(robot: Robot, connection: socket.socket) -> None:
     """KUKAVARPROXY: variables by name."""
 
@@ -190,7 +213,9 @@ def kukavar(robot: Robot, connection: socket.socket) -> None:
             "$AXIS_ACT": f"{{E6AXIS: {axes}, E1 0.0}}",
             "$IPO_MODE": "#BASE",
         }
-        value = known.get(name, "").encode()
+        for each in robot.files.values():
+            known |= dict(re.findall(r"^(?:DECL \w+ )?(WP\w+(?:\[\])?)=(.*?)\r?$", each.decode(), re.MULTILINE))
+        value = known.get(name, "").replace("{X", "{E6POS: X").encode()
         done = b"\x00\x01\x01" if value else b"\x00\x00\x00"
         answer = struct.pack("!BH", body[0], len(value)) + value + done
         robot.send(connection, struct.pack("!HH", number, len(answer)) + answer)
@@ -317,11 +342,14 @@ def rws(robot: Robot, connection: socket.socket) -> None:
             state["_type"] = "ms-jointtarget"
         inner = {"state": [state]} if is_second else {"_links": {}, "_embedded": {"_state": [state]}}
         body = json.dumps(inner).encode()
-        name = path.partition("?")[0].rpartition("/")[2].lower()
-        if "/fileservice/" in path and name != "$home":
-            body = robot.files.get(name, b"")
+        home = "/fileservice/HOME" if is_second else "/fileservice/$HOME"
+        where, name = path.partition("?")[0], path.partition("?")[0].rpartition("/")[2].lower()
+        if where == home:
+            listed = [{"_type": "fs-file", "_title": each} for each in robot.files]
+            body = json.dumps({"_embedded": {"resources" if is_second else "_state": listed}}).encode()
         elif "/fileservice/" in path:
-            body = json.dumps({"_embedded": {"_state": [{"_title": each} for each in robot.files]}}).encode()
+            is_there = where.startswith(home) and "hal+json" not in head.get("accept", "")
+            body = robot.files.get(name, b"") if is_there else b""
         status = "404 Not Found" if "/fileservice/" in path and not body else "200 OK"
         cookie = "Set-Cookie: -http-session-=4::http.session::1; path=/"
         first = (

@@ -30,7 +30,7 @@ def _require_taught(context: click.Context, parameter: click.Parameter, value: P
     "--from",
     "results_from",
     metavar="KIND:ADDRESS",
-    help="With --touches: read the results over the network (fanuc, fanuc-ftp, abb, omnicore) into the folder TAUGHT.  "
+    help="With --touches: read the results over the network (ur: of the next run) into the folder TAUGHT.  "
     "[default: results, beside the plan]",
 )
 @click.option("-o", "--out", required=True, type=click.Path(path_type=Path), help="Output: a folder.")
@@ -111,7 +111,7 @@ def results_of_robot(robot: str, asked: Request, folder: Path | None) -> Path:
     folder = folder or plan.parent / "results"
     link = link_opener(robot, credentials_asked())[1]()
     try:
-        files = link.results()
+        files = link.results(plan)
     finally:
         link.close()
     folder.mkdir(exist_ok=True)

@@ -176,6 +176,7 @@ def watch_robot(reading: PointsAsked) -> tuple[Callable[[], Watch] | None, Point
     from wpcal.links.registry import link_opener
     from wpcal.links.watch import Watch
     from wpcal.robot.identify.poses_file import parse_tool
+    from wpcal.robot.kinematics.arm_file import find_arm
 
     address, opened = link_opener(reading.robot, credentials_asked())
     link = opened()  # here, where a person can be asked for a password
@@ -184,7 +185,8 @@ def watch_robot(reading: PointsAsked) -> tuple[Callable[[], Watch] | None, Point
     finally:
         link.close()
     tool = None if reading.tool is None else parse_tool(reading.tool)[0]
-    judge = RowJudge(address.tool, address.frame, tool)
+    arm = None if address.arm is None else find_arm(address.arm)
+    judge = RowJudge(address.tool, address.frame, tool, arm)
     return lambda: Watch(opened, judge), replace(reading, robot=None)
 
 

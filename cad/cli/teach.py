@@ -88,14 +88,14 @@ class Teaching:
         if key == "s":
             self.skipped.add(self._cell(at, "name"))
         elif key == "u" and self.done:
-            self._write(self.done[-1], ("", "", ""))
+            self._write(self.done[-1], ("", "", ""), "")
             click.echo(f"{self._cell(self.done.pop(), 'name')}: taken back")
         elif key in ("\r", "\n", " "):
             self._take(at, watch.take())
 
     def _take(self, at: int, taken: Accepted) -> None:
         place = [f"{value:.3f}" for value in taken.T_base_tool.t_mm]
-        self._write(at, place)
+        self._write(at, place, taken.kept().to_text())
         self.done.append(at)
         click.echo(f"{self._cell(at, 'name')}: {'  '.join(place)}  ({taken.note})")
         self._show_fit()
@@ -168,25 +168,27 @@ class Teaching:
         rows = self.started.table.rows
         return rows.cells[row][rows.columns.index(column)] if column in rows.columns else ""
 
-    def _write(self, row: int, place: Sequence[str]) -> None:
-        """Put coordinates into a row, and save."""
+    def _write(self, row: int, place: Sequence[str], reading: str) -> None:
+        """Put coordinates and what the robot told into a row, and save."""
+        from wpcal.core.readings import READING
         from wpcal.taught.columns import TAUGHT_COLUMNS
 
         rows = self.started.table.rows
-        cells = [list(each) for each in rows.cells]
-        for column, text in zip(TAUGHT_COLUMNS, place, strict=True):
-            cells[row][rows.columns.index(column)] = text
-        self._keep([tuple(each) for each in cells])
+        columns = rows.columns if READING in rows.columns else (*rows.columns, READING)
+        cells = [[*each, ""][: len(columns)] for each in rows.cells]
+        for column, text in zip((*TAUGHT_COLUMNS, READING), (*place, reading), strict=True):
+            cells[row][columns.index(column)] = text
+        self._keep([tuple(each) for each in cells], columns)
         if self.started.table.rows.complete():
             self.started.table.save(revision=self._revision(), window=WINDOW)
 
-    def _keep(self, cells: Sequence[tuple[str, ...]]) -> None:
+    def _keep(self, cells: Sequence[tuple[str, ...]], columns: tuple[str, ...] = ()) -> None:
         from cad.pick.draft import Keyed
         from cad.session.rows import Rows
         from wpcal.core.errors import InputError
 
         table, revision = self.started.table, self._revision()
-        keyed = Keyed.of_rows(Rows(table.rows.columns, tuple(cells)))
+        keyed = Keyed.of_rows(Rows(columns or table.rows.columns, tuple(cells)))
         kept = table.keep(keyed, revision=revision, window=WINDOW, number=revision)
         if kept.get("is_stale"):
             raise InputError("another window changed the table just now; once more")

@@ -13,7 +13,11 @@ import pytest
 
 from tests.robot_servers import Robot
 from tests.running import run_here
+from wpcal.core.readings import readings_of_table
+from wpcal.core.tables import parse_table
 from wpcal.core.transform import RigidTransform
+from wpcal.links.judge import STILL_S
+from wpcal.taught.table import taught_from_table
 
 pytestmark = pytest.mark.usefixtures("kernel_here")
 TEE = Path(__file__).parents[2] / "fixtures" / "tee" / "tee.step"
@@ -67,6 +71,13 @@ def test_a_key_per_row_until_it_is_enough(
     with (tmp_path / "taught.csv").open(encoding="utf-8") as file:
         saved = {row["name"]: [float(row[key]) for key in ("x_mm", "y_mm", "z_mm")] for row in csv.DictReader(file)}
     assert list(saved) == list(NAMES)
+    table = parse_table((tmp_path / "taught.csv").read_bytes(), path="")
+    kept = readings_of_table(table)
+    assert {(read.tool, read.frame, read.configuration) for read in kept if read} == {("7", "3", "S 2, T 35")}
+    assert all(read and read.still_s >= STILL_S and read.joints_deg == list(robot.joints_deg) for read in kept)
+    np.testing.assert_allclose(taught_from_table(table).R_base_tool, [T_BASE_PART.R] * 4, rtol=0, atol=1e-6)
+    typed_over = parse_table((tmp_path / "taught.csv").read_bytes().replace(b"V2,", b"V2,9", 1), path="")
+    assert [read is None for read in readings_of_table(typed_over)] == [True, False, False, False]
     for name, read in saved.items():
         np.testing.assert_allclose(read, T_BASE_PART.apply(np.array(places[name])), rtol=0, atol=0.01)
 

@@ -11,7 +11,7 @@ from cad.workpiece.fit_taught import prepare_fit
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from tests.few import few
 from tests.record_checks import check_record
-from tests.robot_servers import PASSWORD, USER, Robot
+from tests.robot_servers import PASSWORD, USER, Robot, fake_tls
 from tests.running import FINISHED, run_here
 from tests.touch_plans import TEE_PLAN, tee_plan
 from tests.touch_results_files import DIGITS_MM, WRITERS
@@ -108,11 +108,7 @@ def test_missed_and_skipped_searches_are_told_and_left_out(
     stored = {**exact, "T2": Outcome.MISSED, "T5": Outcome.NOT_RUN, "T7": Outcome.ACTIVE_AT_START}
     paired = pair_results(PLAN, read_touch_results(written(tmp_path, brand, stored), PLAN))
     assert paired.taught.names == ("T1", "T3", "T4", "T6", "T8")
-    assert paired.left_out == (
-        ("T2", Outcome.MISSED),
-        ("T5", Outcome.NOT_RUN),
-        ("T7", Outcome.ACTIVE_AT_START),
-    )
+    assert paired.left_out == (("T2", Outcome.MISSED), ("T5", Outcome.NOT_RUN), ("T7", Outcome.ACTIVE_AT_START))
     (issue,) = paired.issues
     assert issue.code == TOUCH_LEFT_OUT
     assert "T2 missed" in issue.message
@@ -304,24 +300,38 @@ def test_the_command_fits_results_and_says_which_searches_it_used(exact: dict[st
     np.testing.assert_allclose(t, (PLAN.T_base_part @ MOVED).t_mm, rtol=0, atol=1e-3)
 
 
-@pytest.mark.parametrize(("kind", "brand"), [("fanuc", "fanuc"), ("fanuc-ftp", "fanuc"), ("abb", "rapid")])
+FROM = [("fanuc", "fanuc"), ("fanuc-ftp", "fanuc"), ("abb", "rapid"), ("omnicore", "rapid")]
+FROM += [("kuka", "krl"), ("ur", "urscript")]
+
+
+@pytest.mark.parametrize(("kind", "brand"), FROM)
 def test_results_read_from_the_robot_are_those_of_its_files(
     exact: dict[str, FloatArray], kind: str, brand: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WPCAL_LINK_USER", USER)
     monkeypatch.setenv("WPCAL_LINK_PASSWORD", PASSWORD)
-    plan, written_here = TEE_PLAN / "touches.json", written(tmp_path / "files", brand, exact).parent
+    written_here = written(tmp_path / "files", brand, exact).parent
     files = {each.name.lower(): each.read_bytes() for each in written_here.iterdir()}
-    with Robot(files=files).serve(kind) as port:
-        words = (TEE / "tee.step", tmp_path / "read", "--touches", plan, "--from", f"{kind}:127.0.0.1:{port}")
-        done = run_here("calibrate", *words, "-o", tmp_path / "out")
-        again = run_here("calibrate", *words, "-o", tmp_path / "again")
-    assert done.returncode in FINISHED
+    plan = written(tmp_path / "plan", brand, dict.fromkeys(exact, Outcome.NOT_RUN)).with_name("touches.json")
+    plan.write_bytes((TEE_PLAN / "touches.json").read_bytes())
+    served = {"omnicore": "abb", "ur": "ur-log"}.get(kind, kind)
+    robot = Robot(files=files)
+    with robot.serve(served, fake_tls() if kind == "omnicore" else None) as port:
+        words = (TEE / "tee.step", "--touches", plan, "--from", f"{kind}:127.0.0.1:{port}")
+        done = run_here("calibrate", *words, tmp_path / "read", "-o", tmp_path / "out")
+        again = run_here("calibrate", *words, tmp_path / "read", "-o", tmp_path / "again")
+        robot.files = {name: data.replace(PLAN.fingerprint.encode(), b"01234567") for name, data in files.items()}
+        other_plan = run_here("calibrate", *words, tmp_path / "other", "-o", tmp_path / "wrong")
+    assert done.returncode in FINISHED, done.stderr
     assert again.returncode in FINISHED
-    assert {each.name: each.read_bytes() for each in (tmp_path / "read").iterdir()} == files
+    if kind not in ("kuka", "ur"):  # these have no files: what is read is put into one
+        assert {each.name: each.read_bytes() for each in (tmp_path / "read").iterdir()} == files
+    if brand != "fanuc":
+        assert (other_plan.returncode, "holds results of the plan" in other_plan.stderr) == (2, True)
     run_here("calibrate", TEE / "tee.step", written_here, "--touches", plan, "-o", tmp_path / "from_files")
     one, other = (json.loads((tmp_path / name / "calibration.json").read_text()) for name in ("out", "from_files"))
     assert one["T_base_part"] == other["T_base_part"]
+    assert one["searches"]["used"] == other["searches"]["used"] == [each.name for each in PLAN.searches]
     assert PASSWORD not in (tmp_path / "out" / "job.json").read_text() + done.stdout + done.stderr
 
 

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -23,9 +24,9 @@ from wpcal.links.wire import Web
 HTTP, HTTPS = 80, 443
 UNIT = "ROB_1"
 RESULTS = "_touch_res.mod"  #: How the names of modules of results end, lower case.
+CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")
 UNIT_LENGTH = 1e-3  #: A quaternion printed with six digits is nearer to length one.
 JSON_2 = "application/hal+json;v=2.0"  #: What Robot Web Services 2 is asked to answer.
-FOLDER = "$HOME"  #: Where touch programs write their results: the folder HOME: of the controller.
 
 
 class AbbLink:
@@ -56,12 +57,14 @@ class AbbLink:
         place_mm = numbers([target.get(key, "") for key in "xyz"])
         T = RigidTransform(rotation_from_quaternion(q), np.array(place_mm), "base", "tool")
         angles = numbers([joints.get(f"rax_{row}", "") for row in range(1, 7)])
-        return Reading(T, Setting(tool), Setting(frame), np.radians(angles), asked)
+        posture = ", ".join(f"{key} {setting_name(target[key])}" for key in CONFIGURATION if key in target)
+        return Reading(T, Setting(tool), Setting(frame), np.radians(angles), asked, posture)
 
-    def results(self) -> dict[str, bytes]:
+    def results(self, plan: Path) -> dict[str, bytes]:
         """Return the modules of results in the folder HOME:."""
-        folder = f"/fileservice/{FOLDER}"
+        folder = "/fileservice/$HOME" if self._question else "/fileservice/HOME"
         listed = self._web.get(f"{folder}?{self._question}" if self._question else folder) or b"{}"
+        self._web.accept = self._web.accept.replace("hal+json", "xhtml+xml")  # of which a file is neither
         names = {str(each.get("_title", "")) for each in _records_of(listed)}
         found = {name: self._web.get(f"{folder}/{quote(name)}") for name in names if name.lower().endswith(RESULTS)}
         if not found:

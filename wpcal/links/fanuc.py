@@ -9,19 +9,11 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from wpcal.links.reading import (
-    Address,
-    Credentials,
-    LinkError,
-    Reading,
-    Setting,
-    numbers,
-    pose,
-    setting_name,
-)
+from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting, numbers, pose, setting_name
 from wpcal.links.wire import Web, Wire
 
 HTTP, FTP = 80, 21
@@ -31,6 +23,7 @@ GROUP = re.compile(r"^Group #:\s*(\d+)\s*$", re.MULTILINE)
 SETTINGS = re.compile(r"^Frame #:\s*(\S+)\s+Tool #:\s*(\S+)\s*$", re.MULTILINE)
 JOINT = re.compile(r"^Joint\s+(\d+):\s*(\S+)\s*$", re.MULTILINE)
 WORLD = "CURRENT WORLD POSITION:"
+CONFIGURATION = re.compile(r"^CFG: *(.{1,40})$", re.MULTILINE)
 COORDINATE = re.compile(r"^([XYZWPR]):\s*(\S+)\s*$", re.MULTILINE)
 PASSIVE = re.compile(r"\((\d+),(\d+),(\d+),(\d+),(\d+),(\d+)\)")
 REPLY = re.compile(r"(\d{3}) (.*)")
@@ -57,12 +50,14 @@ def reading_of_page(text: str, asked_s: float, *, group: str = "1") -> Reading:
         )
     joints = numbers([value for _, value in JOINT.findall(before)])
     frame, tool = settings[0]
+    configuration = CONFIGURATION.search(world)
     return Reading(
         pose([value for _, value in cells]),
         Setting(setting_name(tool)),
         Setting(setting_name(frame)),
         np.radians(joints),
         asked_s,
+        "" if configuration is None else setting_name(configuration[1]),
     )
 
 
@@ -94,6 +89,7 @@ class _FtpFiles:
                 self._ask(f"USER {user}", "230", "331")
                 self._ask(f"PASS {password}", "230")
             self._ask("TYPE I", "200")
+            self._send("PASV")  # for the next file: its answer is there when a key asks for it
         except LinkError:
             self.close()
             raise
@@ -101,17 +97,18 @@ class _FtpFiles:
     def get(self, name: str) -> bytes | None:
         """Return a file; None if there is none."""
         self._wire.begin()
-        found = PASSIVE.search(self._ask("PASV", "227")[1])
+        found = PASSIVE.search(self._reply(("227",))[1])
         if found is None:
             raise LinkError(f"{self._host}: answers PASV without a port")
         data = Wire(self._host, int(found[5]) * 256 + int(found[6]))  # the host of the reply is not used
         try:
-            if self._ask(f"RETR MD:{name.upper()}", "125", "150", "550")[0] == "550":
-                return None
-            body = data.rest()
+            is_there = self._ask(f"RETR MD:{name.upper()}", "125", "150", "550")[0] != "550"
+            body = data.rest() if is_there else None
         finally:
             data.close()
-        self._reply(("226", "250"))
+        self._send("PASV")
+        if is_there:
+            self._reply(("226", "250"))
         return body
 
     def close(self) -> None:
@@ -120,8 +117,11 @@ class _FtpFiles:
 
     def _ask(self, line: str, *expected: str) -> tuple[str, str]:
         self._wire.begin()
-        self._wire.send(line.encode("utf-8", "replace").replace(b"\n", b"").replace(b"\r", b"") + b"\r\n")
+        self._send(line)
         return self._reply(expected)
+
+    def _send(self, line: str) -> None:
+        self._wire.send(line.encode("utf-8", "replace").replace(b"\n", b"").replace(b"\r", b"") + b"\r\n")
 
     def _reply(self, expected: Sequence[str]) -> tuple[str, str]:
         while True:
@@ -147,7 +147,7 @@ class FanucLink:
             raise LinkError(f"the controller has no {PAGE}; is its web server on?")
         return reading_of_page(page.decode("latin-1"), asked, group=self._group)
 
-    def results(self) -> dict[str, bytes]:
+    def results(self, plan: Path) -> dict[str, bytes]:
         """Return the position registers and the registers."""
         found = {name: self._files.get(name) for name in RESULTS}
         missing = [name for name, body in found.items() if body is None]

@@ -2,6 +2,9 @@
 
 A request is a number, a length, the function and the name of a variable. Only function 0, to read, is implemented.
 ``$POS_ACT`` is the tip of ``$TOOL`` in ``$BASE``; with ``$BASE`` it becomes the position in the world.
+
+The results of a touch program are its own variables. The bridge answers them while the program is selected, also when
+it has ended. What is read is put into the data list that was written with the plan, as the controller does it.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ import struct
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 
@@ -23,6 +27,9 @@ READ = 0  #: The function; 1 would write.
 DONE = b"\x00\x01\x01"  #: Behind an answer that is one.
 STRUCTURE = re.compile(r"\s*\{\s*(?:\w+\s*:)?([^{}]*)\}\s*")
 FIELD = re.compile(r"\s*([A-Z]\d*)\s+(\S+)\s*")
+PLAN = 'WPPLAN[]="'
+RESULT = re.compile(r"^(DECL \w+ (WP(?:PART|TOOL|COUNT|[OR]_\w+))=)[^\r\n]*|^(WPPLAN\[\])=[^\r\n]*", re.MULTILINE)
+"""What holds a result in the data list of a touch program: the outcome and the place of a search, tool and frame."""
 CONNECTIONS = 4  #: The bridge takes ten clients.
 
 
@@ -50,12 +57,31 @@ class KukaLink:
         tool = Setting(setting_name(first["$ACT_TOOL"]), _frame(first["$TOOL"], "flange", "tool"))
         axes = _fields(then["$AXIS_ACT"])
         joints = np.radians(numbers([axes.get(f"A{row}", "") for row in range(1, 7)]))
-        position = base @ _frame(then["$POS_ACT"], "shown", "tool")
-        return Reading(position, tool, Setting(setting_name(first["$ACT_BASE"]), base), joints, asked)
+        position, shown = base @ _frame(then["$POS_ACT"], "shown", "tool"), _fields(then["$POS_ACT"])
+        posture = ", ".join(f"{key} {setting_name(shown[key])}" for key in "ST" if key in shown)
+        return Reading(position, tool, Setting(setting_name(first["$ACT_BASE"]), base), joints, asked, posture)
 
-    def results(self) -> dict[str, bytes]:
-        """Refuse: the bridge has no files."""
-        raise LinkError("no files are read from this kind of robot; copy the data list (.dat) from the controller")
+    def results(self, plan: Path) -> dict[str, bytes]:
+        """Return the data list of the touch program with what its variables hold now."""
+        folder = plan if plan.is_dir() else plan.parent
+        texts = {each: each.read_bytes().decode("latin-1") for each in folder.glob("*.dat")}
+        lists = [each for each, text in texts.items() if PLAN in text]
+        if len(lists) != 1:
+            raise LinkError(
+                f"{folder}: {len(lists)} data lists of touch programs, expected the one written with the plan"
+            )
+        text = texts[lists[0]]
+        names = [found[2] or found[3] for found in RESULT.finditer(text)]
+        values = self._values(names)
+        if self._values(names) != values:
+            raise LinkError(
+                "the results changed while they were read: does the touch program run? Once more at its end"
+            )
+        values = {name: re.sub(r"\{\s*\w+\s*:", "{", value.strip()) for name, value in values.items()}
+        if not "".join(values.values()).isprintable():
+            raise LinkError("a result is answered with text that is not printable")
+        text = RESULT.sub(lambda found: f"{found[1] or 'WPPLAN[]='}{values[found[2] or found[3]]}", text)
+        return {lists[0].name: text.encode("latin-1")}
 
     def close(self) -> None:
         """End the connections."""
@@ -86,7 +112,7 @@ def _answer(wire: Wire, name: str, number: int) -> str:
         raise LinkError(f"{wire.where}: does not answer as KUKAVARPROXY")
     (count,) = struct.unpack("!H", body[1:3])
     if count + 6 != length or body[-3:] != DONE:
-        raise LinkError(f"{name} is not answered; is a tool chosen, and a program selected?")
+        raise LinkError(f"{name} is not answered; is a tool chosen, and the program selected?")
     return body[3:-3].decode("latin-1")
 
 

@@ -7,6 +7,7 @@ the address (``arm=kr16.json``), and the tool by ``--tool``.
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ class OpcUaLink:
         T = RigidTransform.from_matrix(self._arm.forward(shown[None])[0], target="base", source="tool")
         return Reading(T, Setting("0"), Setting("base"), shown, asked)
 
-    def results(self) -> dict[str, bytes]:
+    def results(self, plan: Path) -> dict[str, bytes]:
         """Refuse: no files are read."""
         raise LinkError("no files are read over OPC UA")
 

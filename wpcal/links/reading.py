@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -35,8 +36,8 @@ class Setting:
 
     def __str__(self) -> str:
         if self.name or self.values is None:
-            return self.name or "of unknown number"
-        return f"({', '.join(f'{value:.4g}' for value in self.values.t_mm)} mm)"
+            return self.name or "not told by the robot"
+        return f"({', '.join(f'{value:.4g}' for value in self.values.t_mm)} mm; number not told by the robot)"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +52,7 @@ class Reading:
     frame: Setting  #: Which frame the pendant shows; the position does not depend on it.
     joints_rad: FloatArray | None  #: shape (n,). As shown on the pendant; a rail in mm.
     asked_s: float  #: By `time.monotonic`, when it was asked for: the position is not older.
+    configuration: str = ""  #: Of the arm, in the words of the controller; empty if it does not tell.
 
 
 class RobotLink(Protocol):
@@ -62,8 +64,10 @@ class RobotLink(Protocol):
         Raises `LinkError` when the controller does not answer in time, or not with a position.
         """
 
-    def results(self) -> dict[str, bytes]:
-        """Return the files in which touch programs of this controller store their results, by name.
+    def results(self, plan: Path) -> dict[str, bytes]:
+        """Return the files in which the touch program of a plan stores its results, by name.
+
+        `plan`: The file of the plan; the program that was written is beside it.
 
         Raises `LinkError` when there is none, or files are not read over this link.
         """
@@ -97,7 +101,7 @@ class Address:
     frame: str | None = None  #: A reading with another frame is refused.
     pin: str | None = None  #: SHA-256 of the controller's certificate.
     unit: str | None = None  #: Name of the arm on a controller with several.
-    arm: str | None = None  #: The arm, where a controller tells its joints only.
+    arm: str | None = None  #: The model of the robot: its joints are compared with its positions.
 
     @classmethod
     def parse(cls, text: str) -> Address:

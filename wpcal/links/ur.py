@@ -3,13 +3,19 @@
 Only the requests that set up and start the stream are implemented; there is no input recipe, so nothing can be written.
 The position is that of the active TCP in the base. `tcp_offset` tells the TCP on controllers that know this output
 (PolyScope 3.12.3 and 5.5.1, and later); others do not tell which tool is active.
+
+A touch program writes its results into the log, and the controller sends every line of the log to the primary interface
+while it is written. Port 30011 has this interface without the way in: nothing that a client sends there is read.
 """
 
 from __future__ import annotations
 
+import re
 import struct
+import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,12 +25,15 @@ from wpcal.core.transform import RigidTransform
 from wpcal.links.reading import Address, Credentials, LinkError, Reading, Setting
 from wpcal.links.wire import ANSWER_S, Wire
 
-PORT = 30004
+PORT, MESSAGES = 30004, 30011
 VERSION, OUTPUTS, START, TEXT, DATA = b"VOSMU"
 OUTPUT_NAMES = ("timestamp", "actual_TCP_pose", "actual_q", "tcp_offset")
 TYPES = {"timestamp": "DOUBLE", "actual_TCP_pose": "VECTOR6D", "actual_q": "VECTOR6D", "tcp_offset": "VECTOR6D"}
 HERTZ = 25.0  #: Positions per second.
 MOST_PACKAGES = 10_000  #: In one answer, before the link is given up.
+ROBOT_MESSAGE, LOG_TEXT = 20, 0  #: The type of a package of the primary interface, and of the message in it.
+MOST_PACKAGE = 100_000  #: Bytes of a package of the primary interface; those of a controller have about 1 kB.
+RESULT = re.compile(r"\bwpcal [0-9a-f]{8} (\w+)")
 DRIFT = 1e-4  #: How much faster our clock may run than the controller's: quartz is ten times better.
 
 
@@ -32,20 +41,26 @@ class UrLink:
     """The stream of one controller."""
 
     def __init__(self, address: Address) -> None:
-        self._wire = Wire(address.host, address.port or PORT)
-        self._where = self._wire.where
+        self._address = address
+        self._opened: Wire | None = None
         self._way_s = ANSWER_S  # the quickest way of a question and its answer
         self._offset_s: float | None = None  # of our clock less the controller's, with the quickest way of a package
         self._last_s = -np.inf
-        try:
-            self._names, self._recipe = self._started()
-            self._package()  # at once: when it came tells how far the clocks are apart
-        except LinkError:
-            self.close()
-            raise
+
+    @property
+    def _wire(self) -> Wire:
+        return self._opened or self._connect(PORT)
+
+    def _connect(self, usual: int) -> Wire:
+        self._opened = Wire(self._address.host, self._address.port or usual)
+        self._where = self._opened.where
+        return self._opened
 
     def read(self) -> Reading:
         """Return the newest position."""
+        if self._opened is None:
+            self._names, self._recipe = self._started()
+            return self._package()  # at once: when it came tells how far the clocks are apart
         asked = time.monotonic()
         self._wire.begin()
         for _ in range(MOST_PACKAGES):
@@ -54,13 +69,32 @@ class UrLink:
                 return reading
         raise LinkError(f"{self._where}: only old positions arrive")
 
-    def results(self) -> dict[str, bytes]:
-        """Refuse: RTDE has no files."""
-        raise LinkError("no files are read from this kind of robot; copy its log file")
+    def results(self, plan: Path) -> dict[str, bytes]:
+        """Wait for a run of the touch program, and return its lines of the log."""
+        wire, lines = self._connect(MESSAGES), list[str]()
+        sys.stderr.write(f"{wire.where}: connected; start the touch program now (Ctrl-C ends)\n")
+        while True:
+            text = self._log_line(wire)
+            found = RESULT.search(text)
+            if found is not None and (lines or found[1] == "begin"):
+                lines = [text] if found[1] == "begin" else [*lines, text]
+                if found[1] == "end":
+                    return {"touch.log": "\n".join([*lines, ""]).encode()}
+
+    def _log_line(self, wire: Wire) -> str:
+        """Return the text of the next package; empty if it has no line of the log."""
+        wire.begin()
+        size, kind = struct.unpack("!iB", wire.exact(5))
+        if not 5 <= size <= MOST_PACKAGE:
+            raise LinkError(f"{wire.where}: does not answer as the primary interface")
+        body = wire.exact(size - 5)  # time, source, type, and the text
+        is_text = kind == ROBOT_MESSAGE and len(body) >= 10 and body[9] == LOG_TEXT
+        return body[10:].decode("utf-8", "replace").strip("\0\r\n") if is_text else ""
 
     def close(self) -> None:
         """End the stream."""
-        self._wire.close()
+        if self._opened is not None:
+            self._opened.close()
 
     def _started(self) -> tuple[tuple[str, ...], int]:
         """Start the stream; return its names and the number of its recipe."""

@@ -119,7 +119,7 @@ class Web:
     def __init__(
         self, host: str, port: int, credentials: Credentials, *, accept: str = "*/*", only_digest: bool = False
     ) -> None:
-        self._host, self._port, self._accept, self._only_digest = host, port, accept, only_digest
+        self._host, self._port, self.accept, self._only_digest = host, port, accept, only_digest
         self._credentials = credentials
         self._secure: ssl.SSLContext | None = None
         self._check: Callable[[str], None] = lambda _: None
@@ -198,7 +198,7 @@ class Web:
             self._wire = Wire(self._host, self._port, secure=self._secure)
             if self._secure is not None:
                 self._check(self._wire.certificate())
-        lines = [f"GET {self._path} HTTP/1.1", f"Host: {self._host}:{self._port}", f"Accept: {self._accept}"]
+        lines = [f"GET {self._path} HTTP/1.1", f"Host: {self._host}:{self._port}", f"Accept: {self.accept}"]
         if self.cookies:
             lines.append("Cookie: " + "; ".join(f"{name}={value}" for name, value in self.cookies.items()))
         if self._challenge is not None:

@@ -16,6 +16,7 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.orientation_columns import ANGLE_COLUMNS, orientations_of_table
 from wpcal.core.pairs import PointPairs
+from wpcal.core.readings import postures_of_readings
 from wpcal.core.robot_space import RobotSpace, space_of_table
 from wpcal.core.rotations import zyx_angles
 from wpcal.core.tables import Table, parse_table
@@ -186,6 +187,7 @@ def taught_from_table(table: Table) -> TaughtPoints:
     use = table.choices("use", USES, default="yes")
     space, covariances = space_of_table(table), covariances_of_table(table)
     postures = orientations_of_table(table, is_optional=True)
+    postures = postures_of_readings(table) if postures is None else postures
     if table.has("kind"):
         p_part = table.numbers_where_given(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
         kinds, radius = _touch_columns(table)

@@ -5,25 +5,24 @@ from __future__ import annotations
 import contextlib
 import random
 import socket
-import ssl
 import threading
 import time
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.few import few
-from tests.robot_servers import PASSWORD, USER, Robot, damaged, page
+from tests.robot_servers import PASSWORD, USER, Robot, damaged, fake_tls, page
 from wpcal.core.transform import RigidTransform
 from wpcal.links import abb, fanuc, judge, kuka, ur, wire
 from wpcal.links.judge import STILL_MM, Accepted, ArmMovesError, RowJudge
 from wpcal.links.reading import Address, LinkError, Reading, RobotLink, Setting
 from wpcal.links.registry import installed_links, link_opener
 from wpcal.links.watch import Watch
+from wpcal.robot.kinematics.arm_file import find_arm
 
 OPEN = {
     "ur": ur.open_ur,
@@ -146,6 +145,24 @@ def test_without_a_tool_on_the_pendant_the_given_one_is_used() -> None:
     assert "--tool" in found.note
 
 
+def test_joints_of_another_moment_than_the_position_are_refused() -> None:
+    """By the model of the robot, wherever it stands; the tool's values are --tool, if the robot tells none."""
+    arm, tool = find_arm("irb1600_6_12"), offset("flange", "tool", 320.0)
+    place = RigidTransform.from_six_tuple([10, 20, 500, 0, 0, 1.0], target="base", source="model")
+    one = RowJudge(T_flange_tool=tool, arm=arm)
+    for turn, q in enumerate(
+        np.radians([[10.0, 20, -15, 5, 40, -60], [40.0, 10, 5, 5, 30, 20], [40.0, 10, 5, 5, 30, 20]])
+    ):
+        flange = RigidTransform.from_matrix(arm.forward(q[None])[0], target="model", source="flange")
+        reads = [
+            replace(each, T_base_tool=place @ flange @ tool, joints_rad=q + 0.01 * (turn == 2)) for each in stood()
+        ]
+        if turn < 2:
+            assert one.accept(reads).kept().T_flange_tool == [320.0, 0, 0, 0, 0, 0]
+    with pytest.raises(LinkError, match=r"joints and position are \d+\.\d mm apart"):
+        one.accept(reads)
+
+
 @pytest.mark.parametrize("kind", OPEN)
 def test_a_key_takes_the_position_and_an_arm_that_comes_to_rest(kind: str) -> None:
     robot = Robot(delay_s=0.02)
@@ -202,10 +219,8 @@ def test_the_certificate_of_the_first_connection_is_pinned_and_said(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(abb, "_PINNED", {})
-    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    tls.load_cert_chain(Path(__file__).parents[2] / "samples" / "fake_robot.pem")
     robot = Robot()
-    with robot.serve("abb", tls) as port:
+    with robot.serve("abb", fake_tls()) as port:
         address = Address(host="127.0.0.1", port=port)
         found = read_once(abb.open_omnicore(address, credentials))
         said = capsys.readouterr().err

@@ -25,10 +25,10 @@ export class Lines {
     this.draw();
   }
 
-  /** The columns in the order in which a person fills them. */
+  /** The columns in the order in which a person fills them; what a robot told is for programs. */
   columns() {
     const first = ["name", "feature", ...PLACE].filter((name) => this.rows.columns.includes(name));
-    const others = this.rows.columns.filter((name) => !first.includes(name) && name !== "use");
+    const others = this.rows.columns.filter((name) => ![...first, "use", "reading"].includes(name));
     return [...first, ...others, ...this.rows.columns.filter((name) => name === "use")];
   }
 

@@ -153,12 +153,14 @@ export class Table {
   }
 
   /** The position of the robot in a row; the caret goes on to the next row without coordinates. Can be undone. */
-  takeRobot(row, { xyz_mm: xyz, note }) {
+  takeRobot(row, { xyz_mm: xyz, note, reading }) {
     const { rows } = this.rows;
     if (!rows.includes(row)) return null; // it was removed meanwhile
     const before = this.rows.toRecord();
     this.rows.typing = null;
+    this.rows.addColumns(["reading"]);
     PLACE.forEach((name, axis) => (row[name] = xyz[axis].toFixed(3)));
+    row.reading = reading;
     this.draw();
     const at = rows.indexOf(row);
     const next = [...rows.slice(at), ...rows.slice(0, at)].find((one) => this.rows.isWaiting(one)) ?? null;
