@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, PointProblem, TeachingError, calibrate
-from wpcal.calibrate.trust.diagnose import find_issues
+from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.core import PointPairs, UnitError
 from wpcal.core.tangent import exp_rotation
 
@@ -23,11 +23,11 @@ def robust(pairs, sigma_mm=None):
 
 
 def codes(pairs, **options):
-    return [issue.code for issue in find_issues(pairs, **options)]
+    return [issue.code for issue in diagnose_pairs(pairs, **options).issues]
 
 
 def only(pairs, code, **options):
-    found = [issue for issue in find_issues(pairs, **options) if issue.code == code]
+    found = [issue for issue in diagnose_pairs(pairs, **options).issues if issue.code == code]
     assert len(found) == 1
     return found[0]
 

@@ -15,7 +15,7 @@ from wpcal.calibrate import (
 )
 from wpcal.calibrate.errors.of_points import gained_covariance, isotropic_covariance, point_gain
 from wpcal.calibrate.errors.robot_field import RobotField
-from wpcal.calibrate.trust.diagnose import find_issues
+from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.core import PointPairs
 from wpcal.core.tangent import exp_rotation, log_rotation, point_jacobian, translation_adjoint
 
@@ -42,7 +42,7 @@ def noisy(row_mm, seed):
 
 
 def distrusted(pairs, **options):
-    return [name for issue in find_issues(pairs, **options) if issue.code == "blunder" for name in issue.ids]
+    return [name for issue in diagnose_pairs(pairs, **options).issues if issue.code == "blunder" for name in issue.ids]
 
 
 def off(row, vector):
@@ -60,7 +60,7 @@ UNEQUAL = {
 
 @pytest.mark.parametrize("row_mm", UNEQUAL.values(), ids=UNEQUAL.keys())
 def test_errors_as_stated_raise_no_finding(row_mm):
-    quiet = sum(not find_issues(noisy(row_mm, seed)) for seed in range(100))
+    quiet = sum(not diagnose_pairs(noisy(row_mm, seed)).issues for seed in range(100))
     assert quiet >= 95  # three tests of 1 % each
 
 
@@ -86,10 +86,10 @@ def test_residuals_above_the_stated_errors_are_told_where_no_point_stands_out():
     real = plate.copy()
     real[2, 2] = 2.0
     sure, unsure = (PointPairs(tuple("abcd"), plate, real, covariances([mm] * 4)) for mm in (SURE_MM, UNSURE_MM))
-    messages = {issue.code: issue.message for issue in find_issues(sure)}
+    messages = {issue.code: issue.message for issue in diagnose_pairs(sure).issues}
     assert "stated teaching errors of the points" in messages["poor-fit"]
     assert "blunder" not in messages
-    assert "poor-fit" not in [issue.code for issue in find_issues(unsure)]
+    assert "poor-fit" not in [issue.code for issue in diagnose_pairs(unsure).issues]
 
 
 def test_a_row_of_points_with_one_beside_it_keeps_the_one_beside_it():

@@ -25,12 +25,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag
 from scipy.special import chdtrc
 
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
-from wpcal.core.tangent import point_jacobian, translation_adjoint
+from wpcal.core.tangent import point_jacobian
 
 USUAL_SIGMA_MM = 0.3  #: Teaching error per axis if none is stated: a careful touch with a worn wire tip.
 RESOLUTION_MM = 0.01  #: Last digit that a controller shows. No point is known better than that.
@@ -42,6 +41,8 @@ CLASS_AMPLITUDES_MM = np.array([0.0, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0])
 CLASS_WEIGHTS = np.array([0.2, 0.24, 0.24, 0.2, 0.09, 0.02, 0.01])
 """Prior of the amplitude of an uncalibrated six-axis arm. Most are within 0.3 mm per axis, as one that was measured to
 be off by up to 0.65 mm along lines (Slamani, Nubiola, Bonev 2012); one in thirty is far worse."""
+ELSEWHERE, ELSEWHERE_WEIGHTS = np.array([0.5, 1.0, 2.0]), np.array([0.25, 0.5, 0.25])
+"""How much an amplitude of other poses or jobs may differ here: an arm is not off alike in all of its space."""
 TYPICAL_AMPLITUDE_MM = 0.26
 """Against this amplitude a wrong touch must stand out. The tail of the prior would hide it."""
 CLASS_LENGTHS_MM = np.array([250.0, 500.0, 1000.0])
@@ -160,70 +161,6 @@ def rigid_rest(places: FloatArray, length_mm: float) -> float:
     return max(left / (3 * n - 6), 0.0)
 
 
-def field_posterior(
-    places: FloatArray,
-    residuals: FloatArray,
-    at: FloatArray,
-    field: RobotField,
-    *,
-    covariances: FloatArray,
-    pose: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    r"""Predict how far the robot's readings are off elsewhere, from residuals that it left: kriging with a rigid trend.
-
-    A residual is :math:`d_i = J_i \xi + f(x_i) + e_i`, with the motion ξ of the part that the fit left unknown, the
-    field f and the error e of the touch. What a frame at x has to move by, :math:`J_x \xi + f(x)`, is Gaussian given
-    the residuals; far from them it is the rigid motion alone, and its variance grows to that of the field.
-
-    Parameters
-    ----------
-    places, residuals : ndarray, shape (n, 3)
-        Where the robot was, and by how much its reading is past the fitted place; base frame, mm.
-    at : ndarray, shape (k, 3)
-        Where to predict, base frame, mm.
-    covariances : ndarray, shape (n, 3, 3)
-        Of the errors of the touches, mm².
-    pose : ndarray, shape (6, 6), optional
-        Covariance of ξ about the origin of the base before these residuals; zero if the part did not move. By default
-        nothing is known of it, which takes three places.
-
-    Returns
-    -------
-    tuple of ndarray, shapes (k, 3) and (k, 3, 3)
-        Mean and covariance, mm and mm².
-
-    References
-    ----------
-    Cressie (1993), Statistics for Spatial Data, section 3.4 (universal kriging).
-    """
-    n, k, centre = len(places), len(at), places.mean(axis=0)
-    x, s = places - centre, at - centre
-    size = max(float(np.abs(x).max()), 1.0)
-    unit = np.repeat([1.0 / size, 1.0], 3)
-    J, to = (unit * point_jacobian(p) for p in (x, s))
-    a2, rest2 = field.amplitude_mm**2, field.rest_mm**2
-    is_same = np.linalg.norm(x[:, None] - s[None], axis=2) < RESOLUTION_MM
-    crossed = np.kron(a2 * correlation(x, s, field.length_mm) + rest2 * is_same, np.eye(3))
-    K = np.kron(a2 * correlation(x, x, field.length_mm) + rest2 * np.eye(n), np.eye(3))
-    K += block_diag(*covariances)
-    F = J.reshape(-1, 6)
-    solved = np.linalg.solve(K, np.column_stack([residuals.ravel(), F, crossed]))
-    y, KF, Kc = solved[:, 0], solved[:, 1:7], solved[:, 7:]
-    A = F.T @ KF
-    if pose is None:
-        spread = np.linalg.inv(A)
-    else:
-        shift = translation_adjoint(-centre) / unit[:, None]
-        values, vectors = np.linalg.eigh(shift @ pose @ shift.T)
-        L = vectors * np.sqrt(np.maximum(values, 0.0))
-        spread = L @ np.linalg.solve(np.eye(6) + L.T @ A @ L, L.T)
-    xi = spread @ (F.T @ y)
-    mean = to @ xi + (crossed.T @ (y - KF @ xi)).reshape(k, 3)
-    left = to - (crossed.T @ KF).reshape(k, 3, 6)
-    own = np.einsum("mki,mkj->kij", crossed.reshape(3 * n, k, 3), Kc.reshape(3 * n, k, 3))
-    return mean, (a2 + rest2) * np.eye(3) - own + left @ spread @ left.transpose(0, 2, 1)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ResidualRows:
     """Residuals of observations as rows of unit error, with the six motions of the pose taken out."""
@@ -303,6 +240,8 @@ class Nodes:
         amplitudes, weights, lengths = CLASS_AMPLITUDES_MM, CLASS_WEIGHTS, CLASS_LENGTHS_MM
         if field is not None:
             amplitudes, weights, lengths = np.array([field.amplitude_mm]), np.ones(1), np.array([field.length_mm])
+            if field.origin is not FieldOrigin.STATED:
+                amplitudes, weights = ELSEWHERE * field.amplitude_mm, ELSEWHERE_WEIGHTS
         prior = np.broadcast_to(np.exp(log_s)[:, None] * weights, (len(lengths), len(sigmas), len(amplitudes)))
         return cls(lengths, sigmas, amplitudes, prior / prior.sum(), 0.0 if field is None else field.rest_mm)
 

@@ -54,11 +54,6 @@ def require_plausible_units(pairs: PointPairs) -> None:
                 )
 
 
-def find_issues(pairs: PointPairs, *, sigma_mm: float | None = None, seed: int = 0) -> tuple[Issue, ...]:
-    """Return the issues of `diagnose_pairs` on pairs without check points."""
-    return diagnose_pairs(pairs, sigma_mm=sigma_mm, seed=seed).issues
-
-
 def diagnose_pairs(
     pairs: PointPairs,
     *,
