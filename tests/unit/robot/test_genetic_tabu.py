@@ -1,12 +1,18 @@
+import json
+from pathlib import Path
+
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.running import run_here
 from wpcal.robot.identify.genetic_tabu import PoseFitness
 from wpcal.robot.identify.identifiability import XIONG_2015_ERRORS, random_joints, simulate_poses
 from wpcal.robot.identify.observations import PoseObservations
 from wpcal.robot.identify.parameters import KinematicModel, link_parameters
 from wpcal.robot.kinematics.arm_file import find_arm
 
+POSES = Path(__file__).parents[3] / "fixtures" / "xiong2015" / "poses.csv"
 SUM_MM = 1e-9  # round-off of a sum of 30 distances
 MH6 = find_arm("mh6")
 PARAMETERS = link_parameters(MH6.chain)
@@ -52,3 +58,15 @@ def test_positions_alone_have_a_fitness_too():
     alone = PoseObservations(seen.joints, seen.p_base)
     fitness = PoseFitness(KinematicModel(MH6.chain), PARAMETERS, MH6.model_angles(seen.joints), alone)
     np.testing.assert_allclose(fitness(XIONG_2015_ERRORS[None]), 0, rtol=0, atol=SUM_MM)
+
+
+@pytest.mark.parametrize("method", ["least-squares", "ga-tabu"])
+def test_the_two_commands_give_the_third_papers_table(method: str, tmp_path: Path) -> None:
+    done = run_here("identify", "mh6", POSES, "--method", method, "-o", tmp_path / "out", "--json")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    change = np.array([each["change"] for each in record["parameters"]])
+    wanted = [
+        np.degrees(e) if p["unit"] == "deg" else e for e, p in zip(XIONG_2015_ERRORS, record["parameters"], strict=True)
+    ]
+    np.testing.assert_allclose(change, wanted, rtol=0, atol=5e-5)
