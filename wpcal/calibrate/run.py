@@ -148,7 +148,7 @@ def calibrate(
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     scale, found = _scale(problem, fit, found)
     if scale is not None and scale.is_found:
-        fit = replace(fit, budget=fit.budget.with_scale(scale.scale, 0.5 * scale.error_95))
+        fit = replace(fit, budget=replace(fit.budget, scale=math.hypot(scale.scale, 0.5 * scale.error_95)))
     if silent is not None:
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
     if found.tool is not None:  # the bias that the touches show counts as a stated one does

@@ -68,7 +68,6 @@ class ErrorBudget:
         sigma: Sigma,
         *,
         excess: FloatArray | None = None,
-        tool_mm: float = 0.0,
     ) -> ErrorBudget:
         """Collect the contributions.
 
@@ -83,16 +82,12 @@ class ErrorBudget:
             places, gain = _coarse(places, gain)
         fields = np.stack([_of_field(places, gain, further, length) for length in belief.lengths_mm.tolist()])
         moved = (touching, further, nothing)
-        return cls(centre, places, gain, *moved, belief, sigma, white, fields, tool_mm, belief.scale)
+        return cls(centre, places, gain, *moved, belief, sigma, white, fields, scale=belief.scale)
 
     def moved_by(self, covariance_base: FloatArray) -> ErrorBudget:
         """Add a covariance of the pose, shape (6, 6), about the base's origin, that no error of a touch explains."""
         shift = translation_adjoint(-self.centre)
         return replace(self, model=self.model + shift @ covariance_base @ shift.T)
-
-    def with_scale(self, scale: float, own: float) -> ErrorBudget:
-        """Return the budget of a part whose scale is off by so much, with a standard deviation of its own."""
-        return replace(self, scale=math.hypot(scale, own))
 
     @property
     def covariance(self) -> FloatArray:

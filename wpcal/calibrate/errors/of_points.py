@@ -8,6 +8,7 @@ the centroid of the moved model points.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def budget_of_design(
     if with_minimax:
         excess = minimax_excess(p_base[None], sigma.mm, bounded=teaching.is_bounded, seed=seed)[0]
     touching = gained_covariance(gain)
-    return ErrorBudget.of(p_base, gain, touching, belief, sigma, excess=excess, tool_mm=teaching.tool_mm)
+    return replace(ErrorBudget.of(p_base, gain, touching, belief, sigma, excess=excess), tool_mm=teaching.tool_mm)
 
 
 def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, seed: int = 0) -> FloatArray:

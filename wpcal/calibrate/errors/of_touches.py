@@ -12,6 +12,7 @@ of the minimax fit is simulated on the linear model with a fixed seed, all sampl
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -53,7 +54,9 @@ def budget_of_touches(
         else:
             common = np.einsum("nij,njs->is", gain, shared)
             touching = np.einsum("nij,njl,nkl->ik", gain, own, gain) + common @ common.T
-    return ErrorBudget.of(touches.p_base, gain, touching, belief, sigma, excess=excess, tool_mm=teaching.tool_mm)
+    return replace(
+        ErrorBudget.of(touches.p_base, gain, touching, belief, sigma, excess=excess), tool_mm=teaching.tool_mm
+    )
 
 
 def _believed(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[Belief, Sigma]:

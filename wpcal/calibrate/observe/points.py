@@ -181,7 +181,9 @@ class PointProblem(FitProblem):
         elif criterion is Criterion.MINIMAX:
             bounded = self.teaching.is_bounded
             excess = minimax_excess(moved[None], sigma.mm, bounded=bounded, seed=self.seed)[0]
-        return ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess, tool_mm=self.teaching.tool_mm)
+        return replace(
+            ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess), tool_mm=self.teaching.tool_mm
+        )
 
 
 @lru_cache(maxsize=8)
