@@ -95,7 +95,7 @@ class Interpreter(BlockInterpreter):
                 rows = [] if word == "BEGIN" else None
             elif word == "END":
                 body = tree(rows, file, begins=_begins, turns="ELSE", ends="ENDIF ENDFOR ENDWHILE UNTIL ENDSELECT")
-                self.routines[name or main] = Steps(file, names, body, number)
+                self.routines[self.declare(name or main, file, self.routines)] = Steps(file, names, body, number)
                 name, names, rows = "", [], None
             elif bare or remark:
                 rows.append((number, bare or f"--{remark}"))

@@ -155,7 +155,7 @@ class Interpreter(Base):
     def load(self, file: str, text: str) -> None:
         """Read a ``.ls`` file."""
         program = _Program(file, text)
-        self.programs[program.name] = program
+        self.programs[self.declare(program.name, file, self.programs)] = program
         self.bases = stated_frame(text, LANGUAGE) | self.bases
 
     def signals_of(self, text: str) -> dict[str, bool]:

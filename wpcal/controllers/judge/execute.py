@@ -64,20 +64,18 @@ def execute(
     )
     for routine in interpreter.entries():
         recorder.T_base_flange = None
-        if not _is_ended(interpreter, routine, recorder):
-            break
+        _start(interpreter, routine, recorder)
     return recorder.trace
 
 
-def _is_ended(interpreter: Any, routine: str, recorder: Recorder) -> bool:
+def _start(interpreter: Any, routine: str, recorder: Recorder) -> None:
+    interpreter.run.steps = 0  # each routine has its own share of steps
     try:
         interpreter.start(routine)
     except ProgramError as error:
         recorder.refuse(error)
     except EndlessError as error:
         recorder.trace.unknowns.append(Unknown(recorder.at, str(error), len(recorder.trace.steps)))
-        return False
-    return True
 
 
 def text_at(place: Place, files: Files) -> str:

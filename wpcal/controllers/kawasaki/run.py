@@ -143,7 +143,7 @@ class Interpreter(BlockInterpreter):
             names = [one.strip(" .").upper() for one in found[2].split(",") if one.strip()]
             lines = [(number, _bare(row)) for number, row in rows if row]
             body = tree(lines, file, begins=_begins, turns="ELSE", ends="END UNTIL")
-            self.routines[found[1].upper()] = Steps(file, names, body, line)
+            self.routines[self.declare(found[1].upper(), file, self.routines)] = Steps(file, names, body, line)
         elif word in {".TRANS", ".JOINTS", ".REALS", ".STRINGS"}:
             for number, row in rows:
                 self.step(file, number, lambda row=row: self._data(word, row))  # type: ignore[misc]

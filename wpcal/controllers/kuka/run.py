@@ -14,6 +14,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,17 @@ class _Call:
     variables: dict[str, Any] = field(default_factory=dict)
 
 
+def _new(name: str, file: str, known: Mapping[str, Any]) -> str:
+    """Return the key of a routine or of data: modules have names of their own."""
+    return f"{name}@{Path(file).stem.upper()}" if name in known else name
+
+
+def _own(name: str, file: str, known: Mapping[str, Any]) -> str:
+    """Return the key of what a module calls by this name."""
+    key = f"{name}@{Path(file).stem.upper()}"
+    return key if key in known else name
+
+
 WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
 
 
@@ -105,6 +117,7 @@ class Interpreter:
         self.shown = {"$TOOL": "", "$BASE": ""}
         self.texts = {name: text for name, text in files.items() if name.lower().endswith(".dat")}
         self.data: dict[str, Any] = {}
+        self.loaded = ""
         self.kinds: dict[str, str] = {}
         self.routines: dict[str, KrlRoutine] = {}
         self.calls: list[_Call] = []
@@ -113,17 +126,21 @@ class Interpreter:
         self.in_handler = self.is_braked = False
         for name, text in self.texts.items():
             self._declare(name, text)
+        self.loaded = ""
         for name, text in files.items():
             if name.lower().endswith(".src"):
-                self.routines |= read_source(text, name)
+                for routine, body in read_source(text, name).items():
+                    self.routines[_new(routine, name, self.routines)] = body
 
     def _declare(self, file: str, text: str) -> None:
-        for kind, name, line, tokens in read_data(text, file):
+        self.loaded = file
+        for kind, declared, line, tokens in read_data(text, file):
+            name = _new(declared, file, self.data)
             self.kinds[name] = kind
             try:
                 self.data[name] = self._typed(kind, self.value(tokens)) if tokens else None
             except ProgramError as error:
-                raise ProgramError(f"{name}: {error.what}", path=file, line=line.number) from None
+                raise ProgramError(f"{declared}: {error.what}", path=file, line=line.number) from None
 
     # -- values ----------------------------------------------------------------------------------------------------
 
@@ -150,10 +167,10 @@ class Interpreter:
     def name(self, name: str) -> Any:
         """Return the value of a variable."""
         for known in ([self.calls[-1].variables] if self.calls else []) + [self.data]:
-            if name in known:
-                if known[name] is None:
+            if (key := _own(name, self._file, known)) in known:
+                if known[key] is None:
                     raise ProgramError(f"{name} has no value")
-                return known[name]
+                return known[key]
         found: dict[str, Callable[[], Any]] = {
             "$POS_INT": lambda: self._seen(self.hit),
             "$POS_ACT": lambda: self._seen(self.machine.reading(np.eye(4))),
@@ -209,7 +226,9 @@ class Interpreter:
 
     def entries(self) -> list[str]:
         """Return the subprograms that no other one calls, and no interrupt."""
-        called = {one for routine in self.routines.values() for one in called_in(routine.body)}
+        known = self.routines
+        calls = ((name, _own(one, each.file, known)) for name, each in known.items() for one in called_in(each.body))
+        called = {one for name, one in calls if one != name}
         return [name for name, one in self.routines.items() if name not in called and not one.parameters]
 
     def start(self, routine: str) -> Run:
@@ -223,18 +242,18 @@ class Interpreter:
 
     def backup(self) -> dict[str, str]:
         """Return the data lists with the present values."""
-        return {name: self._saved(text) for name, text in self.texts.items()}
+        return {name: self._saved(text, name) for name, text in self.texts.items()}
 
-    def _saved(self, text: str) -> str:
+    def _saved(self, text: str, file: str) -> str:
         def declared(match: re.Match[str]) -> str:
-            value = self.data[match["name"].upper()]
+            value = self.data[_own(match["name"].upper(), file, self.data)]
             return match[0] if value is None else f"{match['head']}={krl_text(value)}"
 
         text = re.sub(r"(?m)^(?P<head>\s*DECL\s+\w+\s+(?P<name>\w+))\s*=[^\r\n]*", declared, text)
         return re.sub(r'(?m)^(?P<head>\s*(?P<name>\w+)\[\])\s*="[^"]*"', declared, text)
 
     def _routine(self, name: str, arguments: list[Any]) -> None:
-        routine = self.routines.get(name)
+        routine = self.routines.get(_own(name, self._file, self.routines))
         if routine is None:
             raise ProgramError(f"the instruction or routine {name} is unknown")
         if len(arguments) != len(routine.parameters):
@@ -353,8 +372,8 @@ class Interpreter:
             self.machine.output(number, value)
         elif self.calls and name in self.calls[-1].variables and len(left) == 1:
             self.calls[-1].variables[name] = self._typed(self.kinds.get(name, "INT"), value)
-        elif name in self.data and (len(left) == 1 or left[1:] == ["[", "]"]):
-            self.data[name] = self._typed(self.kinds[name], value)
+        elif (key := _own(name, self._file, self.data)) in self.data and (len(left) == 1 or left[1:] == ["[", "]"]):
+            self.data[key] = self._typed(self.kinds[key], value)
         else:
             self._set_part(self._holder(name), left, value)
 
@@ -379,9 +398,14 @@ class Interpreter:
     def _holder(self, name: str) -> Any:
         if self.calls and name in self.calls[-1].variables:
             return self.calls[-1].variables[name]
-        if name not in self.data:
+        key = _own(name, self._file, self.data)
+        if key not in self.data:
             raise ProgramError(f"{name} is not declared")
-        return self.data[name]
+        return self.data[key]
+
+    @property
+    def _file(self) -> str:
+        return self.calls[-1].file if self.calls else self.loaded
 
     def _set_part(self, holder: Any, left: list[str], value: Any) -> None:
         whole = "".join(left).upper()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from scipy.spatial.transform import Rotation
 
@@ -54,6 +54,12 @@ class Interpreter:
         """Read a file; `ProgramError` when the controller would not load it."""
         raise NotImplementedError
 
+    def declare(self, name: str, file: str, known: Mapping[str, Any]) -> str:
+        """Return the name of a routine of a file; `ProgramError` when another file has it."""
+        if name in known:
+            raise ProgramError(f"{name} is declared twice: {known[name].file} has it, too", path=file)
+        return name
+
     def signals_of(self, text: str) -> dict[str, bool]:
         """Return the inputs for which the searches of a text wait, and their levels."""
         return {}
@@ -83,6 +89,8 @@ class Interpreter:
             self.run.is_finished = True
         except StoppedError:
             pass
+        finally:
+            self.calls = 0  # also of those that did not come to their end
         return self.run
 
     def step(self, file: str, line: int, work: Callable[[], T]) -> T | None:

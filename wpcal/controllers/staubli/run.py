@@ -133,7 +133,7 @@ class Interpreter(BlockInterpreter):
         ends = "ENDIF ENDWHILE ENDFOR UNTIL ENDSWITCH"
         begins = lambda row: re.split(r"\W", row, maxsplit=1)[0] in HEADS  # noqa: E731
         body = tree(rows, file, begins=begins, turns="ELSE ELSEIF", ends=ends)
-        self.routines[name] = Steps(file, names, body, first)
+        self.routines[self.declare(name, file, self.routines)] = Steps(file, names, body, first)
 
     # -- values ----------------------------------------------------------------------------------------------------
 

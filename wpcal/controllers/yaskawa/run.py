@@ -125,7 +125,7 @@ class Interpreter(Base):
     def load(self, file: str, text: str) -> None:
         """Read a ``.jbi`` file."""
         job = _Job(file, text)
-        self.jobs[job.name] = job
+        self.jobs[self.declare(job.name, file, self.jobs)] = job
         self.bases = stated_frame(text, LANGUAGE) | self.bases
 
     def signals_of(self, text: str) -> dict[str, bool]:

@@ -134,3 +134,31 @@ def test_programs_of_two_robots_which_hold_joints_are_clean(name: str, tmp_path:
     for file, text in controller_named(name).write_sync(moves).items():
         (tmp_path / file).write_text(text, encoding="utf-8", newline="")
     assert audit_path(tmp_path).fault_count == 0
+
+
+@pytest.mark.parametrize("beside", ["AAA", "ZZZ"])
+def test_modules_beside_each_other_have_names_of_their_own(beside: str, tmp_path: Path) -> None:
+    """A KRL module with the names of another one hides nothing of it, and its own faults are told, endless ones too."""
+    folder = shutil.copytree(FIXTURES / "tee" / "golden", tmp_path / "tee")
+    run_here("export", folder, "-f", "krl")
+    source, data = ((folder / "krl" / f"WPCAL.{end}").read_text() for end in ("src", "dat"))
+    pushed = re.sub(r"(E6POS W1_0001=\{X )[-\d.]+", r"\g<1>9000", data.replace("DEFDAT WPCAL", f"DEFDAT {beside}"))
+    (folder / "krl" / f"{beside}.dat").write_text(pushed)
+    endless = "DEF AGAIN()\nAGAIN()\nEND\nDEF SPINS()\nLOOP\nENDLOOP\nEND\n"
+    (folder / "krl" / f"{beside}.src").write_text(f"{source}\n{endless}")
+    told = {Path(each.path).name: [fault.message for fault in each.faults] for each in audit_path(folder / "krl").files}
+    assert told["WPCAL.src"] == told["WPCAL.dat"] == []
+    found = told[f"{beside}.src"] + told[f"{beside}.dat"]
+    assert any("where no robot is" in what or "inside" in what for what in found), found
+    assert sum("does not end" in what for what in found) == len(("AGAIN", "SPINS"))
+
+
+def test_a_job_that_another_file_has_too_is_named(tmp_path: Path) -> None:
+    folder = shutil.copytree(FIXTURES / "tee" / "golden", tmp_path / "tee")
+    run_here("export", folder, "-f", "as", "--tool-name", "gun")
+    shutil.copy(folder / "as" / "WPCAL.as", folder / "as" / "ZZZ.as")
+    faults = {
+        Path(each.path).name: [fault.message for fault in each.faults] for each in audit_path(folder / "as").files
+    }
+    assert faults["WPCAL.as"] == []
+    assert "WPCAL is declared twice: WPCAL.as has it, too" in faults["ZZZ.as"][0]
