@@ -31,7 +31,11 @@ DIGITS_MM = 0.1  #: The text has fewer digits than the plan; safety distances ar
 PARTS_OF_HALF = 100  #: Of the half of a move before a corner: how finely the end of its zone is found.
 LEAST_ZONE_MM = 1.0  #: A smaller zone saves no time.
 ROOM_OF_ZONE = 0.45  #: Of a move: the zones at both of its ends do not meet.
+LEAST_STATES = 2  #: Of a move.
 LIMIT_RAD = 1e-5  #: The same for limits of joints.
+
+
+Leg = tuple[Motion, FloatArray]  #: A motion with its states, shape (n, k).
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,7 @@ class CellSweep:
     def meetings(self, motions: Sequence[Motion]) -> Iterator[Meeting]:
         """Yield where motions are not free, in their order; after the first of a row of like motions the next row."""
         q: FloatArray | None = None
-        legs = list[tuple[Motion, FloatArray]]()
+        legs = list[Leg]()
         for motion in motions:
             states = self._states(motion, q)
             if states is None or not np.isfinite(states).all():
@@ -80,15 +84,37 @@ class CellSweep:
                 q = np.array([before[-1], states[-1], behind[-1]])
                 if not self._air.is_free_between(self.corner(q, *motion.place.zone)):
                     yield Meeting(motion, "the zone at its end is not free")
+        free = {is_air: self._is_free(legs, is_air=is_air) for is_air in (True, False)}
         for is_air, group in groupby(legs, key=lambda leg: leg[0].kind == "J"):
-            yield from self._row(list(group), self._air if is_air else self._near)
+            if not free[is_air]:
+                yield from self._row(list(group), self._air if is_air else self._near)
 
-    def _row(self, legs: Sequence[tuple[Motion, FloatArray]], checker: MotionChecker) -> Iterator[Meeting]:
+    def _is_free(self, legs: Sequence[Leg], *, is_air: bool) -> bool:
+        """Tell whether all motions of a kind are free, measured together; otherwise each row is judged alone."""
+        rows = [
+            np.concatenate([states for _, states in group])
+            for kind, group in groupby(legs, key=lambda leg: leg[0].kind == "J")
+            if kind == is_air
+        ]
+        if not rows:
+            return True
+        states = np.concatenate(rows)
+        gaps = np.zeros(len(states) - 1, dtype=bool)
+        gaps[np.cumsum([len(each) for each in rows])[:-1] - 1] = True
+        if self._beyond(states).any() or len(states) < LEAST_STATES:
+            return False
+        return (self._air if is_air else self._near).check(states, gaps=gaps).is_free
+
+    def _beyond(self, states: FloatArray) -> BoolArray:
+        """Tell at which states a joint is beyond its limits, shape (n,)."""
+        low, high = self.cell.limits
+        return np.asarray(((states < low - LIMIT_RAD) | (states > high + LIMIT_RAD)).any(axis=1))
+
+    def _row(self, legs: Sequence[Leg], checker: MotionChecker) -> Iterator[Meeting]:
         """Yield the first place of motions that follow one another."""
         states = np.concatenate([each for _, each in legs])
         own = np.repeat(np.arange(len(legs)), [len(each) for _, each in legs])
-        low, high = self.cell.limits
-        beyond = ((states < low - LIMIT_RAD) | (states > high + LIMIT_RAD)).any(axis=1)
+        beyond = self._beyond(states)
         if beyond.any():
             yield Meeting(legs[own[int(np.argmax(beyond))]][0], "a joint is beyond its limits")
             return

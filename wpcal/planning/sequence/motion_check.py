@@ -192,18 +192,27 @@ class MotionChecker:
                 found[:, row] = np.where(still, nearer, found[:, row])
         return np.asarray(found, dtype=np.float64)
 
-    def check(self, states: FloatArray, *, again: bool = False, known: Margins | None = None) -> CheckedMove:
+    def check(
+        self,
+        states: FloatArray,
+        *,
+        again: bool = False,
+        known: Margins | None = None,
+        gaps: BoolArray | None = None,
+    ) -> CheckedMove:
         """Check the straight moves from state to state. Where it is not free, the states measured so far.
 
         `states`: shape (n, k). Two or more, rad and mm.
         `again`: Whether they were found free one by one, so that a margin of zero is round-off.
         `known`: Margins of the states, and of more after them.
+        `gaps`: shape (n - 1,). Where one row of moves ends and the next begins: nothing moves there.
         """
+        gaps = np.zeros(len(states), dtype=bool) if gaps is None else np.append(gaps, False)
         least_mm = -ROUND_OFF_MM if again else 0.0
-        at, q = self._divided(np.asarray(states, dtype=np.float64))
+        at, q = self._divided(np.asarray(states, dtype=np.float64), gaps)
         margin, free = self._measured(q, known if len(q) == len(states) else None)
         while True:
-            wide = self._is_wide(q[:-1], q[1:], free[:-1] + free[1:])
+            wide = self._is_wide(q[:-1], q[1:], free[:-1] + free[1:]) & ~gaps[at[:-1].astype(np.int64)]
             is_free = bool((margin > least_mm).all())
             if not wide.any() or not is_free:
                 return CheckedMove(is_free, q, at, margin)
@@ -220,9 +229,10 @@ class MotionChecker:
         found, n = known or self.clearance.margins(q), len(q)
         return found.margin_mm[:n], np.maximum(found.by_carriers_mm[:n], 0.0) + self._free_mm
 
-    def _divided(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _divided(self, states: FloatArray, gaps: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Return places and states at steps of `FIRST_STEP_MM` at most: one call measures them all."""
         parts = np.maximum(np.ceil(self.motion_mm(states[:-1], states[1:]) / FIRST_STEP_MM), 1.0).astype(int)
+        parts[gaps[:-1]] = 1
         row = np.repeat(np.arange(len(parts)), parts)
         share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
         q = states[row] + share[:, None] * (states[row + 1] - states[row])
