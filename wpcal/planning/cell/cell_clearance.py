@@ -24,7 +24,7 @@ from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import Body, Owner, body_pairs
 from wpcal.planning.cell.cell import TOOL, WORLD, Cell
 from wpcal.planning.cell.clearance import pair_margins, stacked
-from wpcal.planning.cell.distance_field import DistanceField, HullCover
+from wpcal.planning.cell.distance_field import DistanceField, cover_of
 from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
 from wpcal.planning.cell.segments import part_distances
 from wpcal.planning.cell.shape import JOINTS
@@ -291,7 +291,7 @@ class CellClearance:
         fcl, number = import_fcl(), int(self._capsules.body[column])
         body = self._bodies[number]
         if number not in self._objects:
-            self._objects[number] = convex_hull_object(body.shape), HullCover.of_hull(body.shape.hull)
+            self._objects[number] = convex_hull_object(body.shape), cover_of(body.shape)
         if not self._mesh:
             self._mesh.append(_mesh_object(self.part))
         hull, cover = self._objects[number]

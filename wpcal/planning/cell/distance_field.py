@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -23,6 +24,7 @@ from scipy.spatial import ConvexHull
 from wpcal.brep.surface_points import surface_points
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.same_bits import product
+from wpcal.planning.cell.shape import Shape
 
 CELLS = 120  #: Cells along the longest side of the grid: 2 million at most, filled in 0.2 s.
 FINEST_MM = 2.0  #: Smaller cells show nothing that matters to a robot.
@@ -172,3 +174,9 @@ class HullCover:
             parts = level.parts[ball[wide]]
             state, ball = np.repeat(state[wide], len(HALVES))[parts.ravel() >= 0], parts[parts >= 0]
         return margin, meets
+
+
+@lru_cache(maxsize=256)
+def cover_of(shape: Shape) -> HullCover:
+    """Return the cover of a body with a hull; cells that differ in their places have the same bodies."""
+    return HullCover.of_hull(shape.hull)

@@ -158,7 +158,9 @@ class _Faces:
         `at`: shapes (4, 3, e). Axes and origins of both.
         """
         own, far = at
-        e, best = len(hull), np.full(len(hull), np.inf)
+        best = np.full(len(hull), np.inf)
+        nx, ny, nz = (axis[:, hull] for axis in self.normal.transpose(2, 1, 0))  # (f, e)
+        off = self.offset_mm.T[:, hull]
         for c in range(self.radius_mm.shape[1]):
             local = []
             for end in self.ends[:, c].transpose(1, 2, 0):  # (3, b)
@@ -166,11 +168,7 @@ class _Faces:
                 for axis, part in zip(far[:3], end[:, other], strict=True):
                     p = p + axis * part
                 local.append([dot(axis, p) for axis in own[:3]])
-            top = np.full(e, -np.inf)
-            for (nx, ny, nz), off in zip(self.normal.transpose(1, 2, 0), self.offset_mm.T, strict=True):
-                x, y, z, d = nx[hull], ny[hull], nz[hull], off[hull]
-                heights = [x * p[0] + y * p[1] + z * p[2] for p in local]
-                np.maximum(top, np.minimum(*heights) + d, out=top)
+            top = (np.minimum(*(nx * x + ny * y + nz * z for x, y, z in local)) + off).max(axis=0, initial=-np.inf)
             np.minimum(best, top - self.radius_mm[other, c], out=best)
         return best
 

@@ -322,8 +322,10 @@ def way_of_branch(joints: FloatArray, usable: BoolArray, off_rad: FloatArray, we
 
     def step(i: int, now: IntArray, before: IntArray) -> FloatArray:
         squares = 2.0 * weights.sum() - 2.0 * product(ring[i, now], ring[i - 1, before].T)
-        apart = np.abs(q[i, now][:, None] - q[i - 1, before])
-        swings = (np.abs(apart - TURN * np.rint(apart / TURN)) > LARGEST_STEP_RAD).any(axis=2)
+        swings = np.zeros(squares.shape, dtype=bool)
+        for here, there in zip(q[i, now].T, q[i - 1, before].T, strict=True):  # long rows
+            apart = np.abs(here[:, None] - there)
+            swings |= np.abs(apart - TURN * np.rint(apart / TURN)) > LARGEST_STEP_RAD
         return np.where(swings, np.inf, STEP_WEIGHT * squares)
 
     return cheapest_way(list(np.where(usable, OFF_WEIGHT * off_rad**2, np.inf)), step)
