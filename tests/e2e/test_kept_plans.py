@@ -246,11 +246,14 @@ def test_the_audit_sweeps_the_text_of_a_plan_in_its_cell(kept: Path) -> None:
     assert done.stdout.count("  line ") == 2  # after the weld in the program, and in the routine of the seam
 
 
-@pytest.mark.parametrize("words", [("--only", "W3"), ("--speed-mm-s", "5"), ("--tacks", "off"), ("--robot", "mh6")])
+@pytest.mark.parametrize(
+    "words", [("--only", "W3"), ("--speed-mm-s", "5"), ("--tacks", "off"), ("--robot", "mh6"), ("--overlap-mm", "5")]
+)
 def test_what_a_plan_settles_is_refused(kept: Path, words: tuple[str, ...]) -> None:
     done = run_here("export", kept, "-f", "rapid", *words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert f"{words[0]} is settled in a plan; give it to wpcal plan" in done.stderr
+    why = "not for plans" if "overlap" in words[0] else "settled in a plan; give it to wpcal plan"
+    assert f"{words[0]} is {why}" in done.stderr
 
 
 def test_what_a_language_needs_is_asked_before_anything_is_planned(

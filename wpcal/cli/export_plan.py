@@ -46,7 +46,7 @@ def export_plan(
     from wpcal.core.records import check_writable
     from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
-    refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan")
+    refuse_options(TAKEN, _why_not)
     writers = plan_writers(tuple(formats))
     kept = read_kept_plan(folder)
     targets = {each.name: (out or folder) / each.name for each in writers}
@@ -63,6 +63,12 @@ def export_plan(
     for note in found.notes(why=True):
         click.echo(f"wpcal: {note}", err=True)
     return 1 if found.refused or found.not_checked or plan.not_welded else 0
+
+
+def _why_not(name: str) -> str:
+    if name == "overlap_mm":
+        return "is not for plans: a plan ends a closed seam where it starts"
+    return "is settled in a plan; give it to wpcal plan"
 
 
 def _arc(arc: ArcAsked, kept: KeptInput) -> ArcAsked:
