@@ -19,7 +19,7 @@ Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, sections
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -175,7 +175,6 @@ class Explanation:
         self.nodes = list(self._nodes(hand_mm))
         self.causes, self._logs = self._explain()
         self.node = self.nodes[int(np.argmax(self._logs))]
-        self._weights = self._weighed()
 
     def _rows(self) -> None:
         """Set out every observation as rows: a direction, a place, a number, and who it is from."""
@@ -318,10 +317,20 @@ class Explanation:
                 Z = self._block(*each)
                 yield each, np.array([_gain(np.asarray(inverse), Z, self.y) for inverse in inverses]) + ODDS[each[0]]
 
-    def _weighed(self) -> list[tuple[Sizes, float]]:
-        weights = np.exp(self._logs - self._logs.max())
+    @cached_property
+    def _models(self) -> list[tuple[Causes, list[tuple[Sizes, float]]]]:
+        """The causes and those with one more or one less, and sizes with their weights: which are true is not known."""
+        logs = {self.causes: self._logs}
+        for each, gains in self._gains(self.causes):
+            logs[self.causes.with_one(*each)] = self._logs + gains
+        for each in self.causes.taken - self._held:
+            logs[self.causes.with_one(*each)] = self._of_all(self.causes.with_one(*each))
+        every = np.array(list(logs.values()))
+        weights = np.exp(every - every.max())
+        weights[weights < LEAST_WEIGHT] = 0.0
         weights /= weights.sum()
-        return [(node, w) for node, w in zip(self.nodes, weights.tolist(), strict=True) if w > LEAST_WEIGHT]
+        of = [[(node, w) for node, w in zip(self.nodes, row, strict=True) if w] for row in weights.tolist()]
+        return [(causes, own) for causes, own in zip(logs, of, strict=True) if own]
 
     @cached_property
     def moved_bodies(self) -> tuple[int, ...]:
@@ -338,19 +347,28 @@ class Explanation:
 
         In the robot's readings: a program that is moved by it leads the wire to the real seam. mm and mm².
         """
+        means, covariances = np.zeros((len(places), 3)), np.zeros((len(places), 3, 3))
+        for causes, nodes in self._models:
+            for weight, mean, covariance in self._given(causes, nodes, places):
+                means += weight * mean
+                covariances += weight * (covariance + mean[:, :, None] * mean[:, None, :])
+        return means, covariances - means[:, :, None] * means[:, None, :]
+
+    def _given(
+        self, causes: Causes, nodes: Sequence[tuple[Sizes, float]], places: SeamPlaces
+    ) -> Iterator[tuple[float, FloatArray, FloatArray]]:
+        """Yield weights of sizes, and where seams are with them: means and covariances."""
         k = len(places)
         direction, at = np.tile(np.eye(3), (k, 1)), np.repeat(places.p, 3, axis=0)
-        share = {body: np.repeat(places.follows(body), 3, axis=0) for body in self.causes.of("body")}
+        share = {body: np.repeat(places.follows(body), 3, axis=0) for body in causes.of("body")}
         to = self._design(direction, at, share)
         own = [self._base, *(self._block("body", body) for body in share)]
-        other = [self._block(*each) for each in self.causes.each() if each[0] != "body"]
+        other = [self._block(*each) for each in causes.each() if each[0] != "body"]
         rows = np.concatenate([*own, *other], axis=1)
         there = to if self.known.pose is None else to[:, 6:]
         there = np.concatenate([there, np.zeros((3 * k, rows.shape[1] - there.shape[1]))], axis=1)
         x, s = self.place - self.centre, at - self.centre
-        means, covariances = np.zeros((k, 3)), np.zeros((k, 3, 3))
-        total = sum(weight for _, weight in self._weights)
-        for node, weight in self._weights:
+        for node, weight in nodes:
             crossed = there @ rows.T + node.amplitude_mm**2 * correlation(s, x, node.length_mm) * (
                 direction @ self.direction.T
             )
@@ -360,12 +378,10 @@ class Explanation:
                 J, row = point_jacobian(places.p), np.einsum("mi,mij->mj", self.direction, point_jacobian(self.place))
                 crossed += J.reshape(-1, 6) @ self.known.pose @ row.T
                 prior = prior + J @ self.known.pose @ J.transpose(0, 2, 1)
-            factor = cho_factor(self._covariance(node, self.causes), lower=True)
+            factor = cho_factor(self._covariance(node, causes), lower=True)
             mean = (crossed @ cho_solve(factor, self.y)).reshape(k, 3)
             seen = crossed.reshape(k, 3, -1) @ cho_solve(factor, crossed.T).T.reshape(k, 3, -1).transpose(0, 2, 1)
-            means += weight / total * mean
-            covariances += weight / total * (prior - seen + mean[:, :, None] * mean[:, None, :])
-        return means, covariances - means[:, :, None] * means[:, None, :]
+            yield weight, mean, prior - seen
 
     def errors_95_mm(self, covariances: FloatArray) -> FloatArray:
         """Length that errors stay below with 95 % probability, shape (k,), mm."""
