@@ -114,7 +114,6 @@ def _with_corners(program: WeldProgram, output: PlanOutput, controller: Controll
     else:
         why = "external axes move" if controller.takes_zones else "this language bounds no zone"
         told = f"the robot stops at every corner of joint moves: {why}"
-    planned = planned if rounds else planned.exact()
     return replace(program, planned=replace(planned, about=(*planned.about, told)))
 
 

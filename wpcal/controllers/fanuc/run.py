@@ -247,14 +247,7 @@ class Interpreter(Base):
         line = re.sub(r"\[(\d++):[^\]]*+\]", r"[\1]", line)  # comments of registers and positions
         if found := re.fullmatch(r"([JLCA]) ?((?:P|PR)\[.*)", line):
             return self._motion(found[1], found[2])
-        for pattern, function in self._INSTRUCTIONS:
-            if found := re.fullmatch(pattern, line):
-                return function(self, *found.groups())
-        for pattern, block in self._BLOCKS:
-            if found := re.fullmatch(pattern, line):
-                return block(self, at, *found.groups())
-        self.unknown(line)
-        return None
+        return self.matched(line, at)
 
     def _jump(self, text: str) -> int | None:
         assert self.program is not None

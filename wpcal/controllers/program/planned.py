@@ -7,7 +7,7 @@ external axes that the plan has there, so that nothing is left to the controller
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,12 +70,6 @@ class PlannedMoves:
     def zones_mm(self) -> list[float]:
         """The sizes of all zones, mm, the smallest first."""
         return sorted({float(mm) for moves in self.legs if moves.zone_mm is not None for mm in moves.zone_mm if mm})
-
-    def exact(self) -> PlannedMoves:
-        """Return the moves with a stop at every corner."""
-        stops = tuple(JointMoves(each.joints, each.external) for each in self.legs)
-        count = len(self.air)
-        return replace(self, air=stops[:count], ways=tuple(zip(stops[count::2], stops[count + 1 :: 2], strict=True)))
 
     @property
     def axis_count(self) -> int:

@@ -28,6 +28,9 @@ class Interpreter:
     """
 
     grammar: Grammar
+    #: Patterns of instructions, and of heads of blocks, of languages of lines, with what runs them.
+    _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = ()
+    _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = ()
 
     def __init__(
         self,
@@ -104,6 +107,17 @@ class Interpreter:
             self.machine.at = Place(file, line, self.tool, self.frame)
             self.machine.refuse(error.at(file, line))
             return None
+
+    def matched(self, line: str, at: int) -> int | None:
+        """Run a line by the first pattern that it matches; return the line to go to, or None for the next."""
+        for pattern, function in self._INSTRUCTIONS:
+            if found := re.fullmatch(pattern, line):
+                return function(self, *found.groups())
+        for pattern, block in self._BLOCKS:
+            if found := re.fullmatch(pattern, line):
+                return block(self, at, *found.groups())
+        self.unknown(line)
+        return None
 
     def unknown(self, text: str) -> None:
         """Pass an instruction that moves nothing; `ProgramError` for any other."""

@@ -209,14 +209,7 @@ class Interpreter(Base):
             return None
         if not re.match("S?MOVC", line) and re.match(r"S?MOV|IMOV", line):
             self._end_arc()
-        for pattern, function in self._INSTRUCTIONS:
-            if found := re.fullmatch(pattern, line):
-                return function(self, *found.groups())
-        for pattern, block in self._BLOCKS:
-            if found := re.fullmatch(pattern, line):
-                return block(self, at, *found.groups())
-        self.unknown(line)
-        return None
+        return self.matched(line, at)
 
     # -- moves -----------------------------------------------------------------------------------------------------
 
