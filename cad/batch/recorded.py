@@ -91,12 +91,9 @@ def check_claim(
 ) -> dict[str, list[Any]]:
     """Do the request of a folder once more.
 
-    Returns
-    -------
-    dict
-        ``differences``: records of `wpcal.results.differences.Difference`. ``unchecked``: the files of other versions
-        of which only some numbers are compared. ``versions``: of which programs: name, version that wrote them, and
-        that here.
+    Returns: ``differences``: records of `wpcal.results.differences.Difference`. ``unchecked``: the files of other
+    versions of which only some numbers are compared. ``versions``: of which programs: name, version that wrote them,
+    and that here.
     """
     now = claim.now
     with TemporaryDirectory() as temporary:

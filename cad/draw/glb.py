@@ -32,11 +32,8 @@ def write_glb(program: WeldProgram) -> dict[str, bytes]:
 
     Raises `FormatError` when the calibration's ``part.glb`` is not a GLB file of wpcal.
 
-    Returns
-    -------
-    dict of str to bytes
-        ``NAME.glb``: per seam one node and one node ``SEAM triads`` with the axes of the tool; under ``part`` one node
-        per solid, if the calibration has triangles.
+    Returns: ``NAME.glb``: per seam one node and one node ``SEAM triads`` with the axes of the tool; under ``part`` one
+    node per solid, if the calibration has triangles.
     """
     import trimesh
 

@@ -33,10 +33,8 @@ def make_wire(
     `edge`: shape (k,). Edges of the graph; each piece begins where the one before ends.
     `t0`, `t1`: shape (k,). Parameters at the start and the end of each piece; t1 < t0 runs against the edge.
 
-    Returns
-    -------
-    TopoDS_Wire
-        In `part`, mm. Every edge runs forward. If two pieces do not meet exactly, their vertex is as large as the gap.
+    Returns: In `part`, mm. Every edge runs forward. If two pieces do not meet exactly, their vertex is as large as the
+    gap.
     """
     starts, ends = (evaluate_edges(graph, edge, t)[0] for t in (t0, t1))
     rows = zip(edge.tolist(), t0.tolist(), t1.tolist(), strict=True)

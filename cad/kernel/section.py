@@ -29,10 +29,9 @@ def add_sections(
     `shapes`: The solids that the graph was made from, in its order.
     `pairs`: shape (k, 2). Solids by number.
 
-    Returns
-    -------
-    pieces : SeamPieces. Wall and base are the two faces that meet.
-    issues : tuple of Issue. Pairs that the kernel could not intersect; the curves of the other pairs are in the graph.
+    Returns `pieces`: SeamPieces. Wall and base are the two faces that meet.
+    Returns `issues`: tuple of Issue. Pairs that the kernel could not intersect; the curves of the other pairs are in
+    the graph.
     """
     faces = numbered_faces(shapes)
     rows: list[tuple[Any, tuple[float, float], NurbsCurve | None, int, int]] = []

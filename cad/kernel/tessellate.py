@@ -35,12 +35,9 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 
     `solids`: In the frame `part`, mm; sRGB colours in 0…1, or None.
 
-    Returns
-    -------
-    PartMesh
-        Its deflection is `usual_deflection_mm` of the diagonal of all solids; its angle is `ANGLE_RAD`, or `COARSE_RAD`
-        for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as are solids without any meshed
-        face.
+    Returns: Its deflection is `usual_deflection_mm` of the diagonal of all solids; its angle is `ANGLE_RAD`, or
+    `COARSE_RAD` for parts of `MANY_FACES`. Faces that the kernel cannot mesh are left out, as are solids without any
+    meshed face.
 
     Notes
     -----
@@ -63,11 +60,8 @@ def tessellate(solids: Iterable[tuple[str, KernelObject, Rgb | None]]) -> PartMe
 def mesh_part(solids: Sequence[Any], *, sha256: str | None = None) -> tuple[bytes | None, tuple[Issue, ...]]:
     """Return ``part.glb`` of the solids of a STEP file.
 
-    Returns
-    -------
-    part_glb : bytes or None
-        None when the kernel fails or no face can be meshed. A calibration does not need the picture.
-    issues : tuple of Issue. What is missing in the picture.
+    Returns `part_glb`: None when the kernel fails or no face can be meshed. A calibration does not need the picture.
+    Returns `issues`: tuple of Issue. What is missing in the picture.
     """
     try:
         mesh = tessellate((solid.name, solid.shape, solid.color_rgb) for solid in solids)

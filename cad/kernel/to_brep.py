@@ -55,11 +55,8 @@ def to_brep(solids: Iterable[tuple[str, Any]]) -> BrepGraph:
 
     `solids`: Name and shape of each solid (or open shell), located in `part`, mm.
 
-    Returns
-    -------
-    BrepGraph
-        Faces, edges and vertices in the kernel's order, which is the same at every run. B-splines that are planes,
-        cylinders, cones, spheres, lines or circles are stored as such.
+    Returns: Faces, edges and vertices in the kernel's order, which is the same at every run. B-splines that are planes,
+    cylinders, cones, spheres, lines or circles are stored as such.
     """
     rows, names = _Rows(), []
     edge_map, vertex_map = EdgeMap(), VertexMap()

@@ -120,10 +120,8 @@ class SharedSeams:
 
         Raises `InputError` when a decision has a wrong form, or does not fit the part. Then nothing is changed.
 
-        Returns
-        -------
-        dict
-            As `seams_of`, with ``revision``, ``file``, ``is_stale``, and ``warning``: why they are not kept, or empty.
+        Returns: As `seams_of`, with ``revision``, ``file``, ``is_stale``, and ``warning``: why they are not kept, or
+        empty.
         """
         edits = read_decisions(decisions, path="seams" if self.path is None else str(self.path))
         with self._lock:

@@ -94,11 +94,8 @@ class SharedTable:
         `conflicts`: The cells in which the window put its own text in place of another window's, with both texts, as
         long as nobody has chosen between them. A Save of this window must name them.
 
-        Returns
-        -------
-        dict
-            ``revision``; ``warning``: why the draft could not be written, or empty. For a stale change the present
-            ``table`` and ``is_stale``.
+        Returns: ``revision``; ``warning``: why the draft could not be written, or empty. For a stale change the present
+        ``table`` and ``is_stale``.
         """
         with self._lock, alone_in(self.out.parent):
             self._adopt()
@@ -123,13 +120,10 @@ class SharedTable:
     ) -> dict[str, Any]:
         """Write the complete rows as the file that `wpcal calibrate` reads, and keep the version before.
 
-        Returns
-        -------
-        dict
-            ``file``; ``command`` that calibrates from it; ``rows``: how many were written; ``left_out``: names of the
-            rows that lack a coordinate; ``backup``: where the version before is, or empty; ``warning``; ``revision``.
-            ``has_news``: another window changed the table after `shown`. For an older revision than the present one
-            the present ``table`` and ``is_stale``; then nothing is written.
+        Returns: ``file``; ``command`` that calibrates from it; ``rows``: how many were written; ``left_out``: names of
+        the rows that lack a coordinate; ``backup``: where the version before is, or empty; ``warning``; ``revision``.
+        ``has_news``: another window changed the table after `shown`. For an older revision than the present one the
+        present ``table`` and ``is_stale``; then nothing is written.
 
         Raises `FileChangedError` when the file is not the one from which the table was made.
         Raises `ConflictError` when a conflict of the window is not in `consent`.

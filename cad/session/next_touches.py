@@ -32,11 +32,8 @@ def next_for_bodies(
 ) -> dict[str, Any]:
     """Choose the features that lower the error of the worst seam most.
 
-    Returns
-    -------
-    dict
-        As of `PickSession.suggest`, and ``touches``: for each feature its body, the seam that it serves, the error of
-        this seam before and after, and a sentence.
+    Returns: As of `PickSession.suggest`, and ``touches``: for each feature its body, the seam that it serves, the error
+    of this seam before and after, and a sentence.
     """
     have, others = named
     taken = {feature.name for feature in (*have, *others)}

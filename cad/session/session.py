@@ -85,15 +85,11 @@ class PickSession:
 
         Raises `WpcalError` as in `wpcal calibrate`. `FormatError.line` is 2 for the first complete row.
 
-        Returns
-        -------
-        dict
-            ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
-            ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
-            frames; ``features`` by row; ``notes``;
-            ``seams_revision``: which seams these are;
-            ``exchanges``: rows that fit if they were touched on another feature. ``moving``: whether bodies may have
-            moved, and then ``bodies`` as in ``calibration.json``.
+        Returns: ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
+        ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
+        frames; ``features`` by row; ``notes``; ``seams_revision``: which seams these are; ``exchanges``: rows that fit
+        if they were touched on another feature. ``moving``: whether bodies may have moved, and then ``bodies`` as in
+        ``calibration.json``.
         """
         with self._busy:
             taught = rows.to_taught()
@@ -147,12 +143,9 @@ class PickSession:
     def suggest(self, rows: Rows) -> dict[str, Any]:
         """Choose the features to touch next: first enough for a good fit, then one at a time.
 
-        Returns
-        -------
-        dict
-            ``features`` to add (empty if no further one helps); ``error_95_mm``, the largest 95 % error along the
-            accepted seams that is predicted with them; the ``seam`` where it occurs; ``sigma_mm``, the teaching error
-            per axis assumed. If bodies may have moved, ``touches`` says what each feature is for (`next_for_bodies`).
+        Returns: ``features`` to add (empty if no further one helps); ``error_95_mm``, the largest 95 % error along the
+        accepted seams that is predicted with them; the ``seam`` where it occurs; ``sigma_mm``, the teaching error per
+        axis assumed. If bodies may have moved, ``touches`` says what each feature is for (`next_for_bodies`).
 
         Raises `InputError` when the name of a feature is unknown, rows were touched on faces of a part that is one
         body, or as in `wpcal.touch.advice.advise`.

@@ -58,12 +58,9 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
 
     Raises `WpcalError` when a row cannot be understood.
 
-    Returns
-    -------
-    dict
-        ``touches``: for each row on a face or an edge its index ``row``, ``p_mm`` and outward ``normal`` (zero on an
-        edge), in `part`. ``error_95_mm`` and ``seam``: the largest predicted error of the accepted seams, and where;
-        without seams, or while the touches leave the part free, null. ``free``: which motion is free, or empty.
+    Returns: ``touches``: for each row on a face or an edge its index ``row``, ``p_mm`` and outward ``normal`` (zero on
+    an edge), in `part`. ``error_95_mm`` and ``seam``: the largest predicted error of the accepted seams, and where;
+    without seams, or while the touches leave the part free, null. ``free``: which motion is free, or empty.
     """
     planned = planned_touches(part, rows, ball_mm)
     nothing: dict[str, Any] = {"touches": [], "error_95_mm": None, "seam": "", "free": "", "sigma_mm": sigma_mm}

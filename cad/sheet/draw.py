@@ -179,9 +179,7 @@ def chained(segments: FloatArray) -> list[FloatArray]:
 
     `segments`: shape (n, 2, 2). On paper, mm.
 
-    Returns
-    -------
-    list of ndarray, shape (k, 2). Every segment is in one polyline. A polyline ends where more than two segments meet.
+    Returns shape (k, 2). Every segment is in one polyline. A polyline ends where more than two segments meet.
     """
     if len(segments) == 0:
         return []

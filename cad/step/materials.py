@@ -48,11 +48,8 @@ class ProductMaterial:
 def read_materials(file: Part21File) -> dict[str, ProductMaterial]:
     """Return the materials of the products of a file, by the product's name.
 
-    Returns
-    -------
-    dict
-        Products about which the file says nothing are left out, and so are products of one name about which it says
-        different things.
+    Returns: Products about which the file says nothing are left out, and so are products of one name about which it
+    says different things.
     """
     if MENTIONED.search(file.text) is None:
         return {}

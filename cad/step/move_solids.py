@@ -44,11 +44,8 @@ def move_solids(
 
     `T_part_moved`: shape (n, 4, 4). The motion of every solid, mm.
 
-    Returns
-    -------
-    roots : dict of int to RigidTransform
-        Motions of whole roots, by their ``PRODUCT_DEFINITION``: they have no placement that could change. The assembly
-        that holds them takes the motions (`append_placement`).
+    Returns `roots`: Motions of whole roots, by their ``PRODUCT_DEFINITION``: they have no placement that could change.
+    The assembly that holds them takes the motions (`append_placement`).
     """
     trees = find_occurrences(file)
     moves = _Moves.of(file, trees, leaves, T_part_moved)

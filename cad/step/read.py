@@ -153,11 +153,8 @@ def read_document(path: Path, text: bytes | None = None) -> KernelObject:
 
     Raises `FormatError` when the kernel does not read the file.
 
-    Parameters
-    ----------
-    text : bytes, optional
-        The file's bytes as read before, so that the shapes come from the bytes whose SHA-256 is recorded, even if
-        somebody changes the file meanwhile.
+    `text`: The file's bytes as read before, so that the shapes come from the bytes whose SHA-256 is recorded, even if
+    somebody changes the file meanwhile.
     """
     document = new_document()
     with step_settings(READ_SETTINGS), _without_automatic_names():

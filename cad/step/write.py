@@ -94,13 +94,10 @@ def write_moved_step(
     Raises `InputError` when the file cannot be written, or a seam has fewer than two points.
     Raises `KernelError` when the kernel fails.
 
-    Parameters
-    ----------
-    seams : sequence of (name, points, color_rgb)
-        Polylines, shape (m, 3), in `part`, mm, with an sRGB colour, 0…1. They become named edges in a product
-        ``wpcal seams``.
-    T_part_moved : ndarray, shape (n, 4, 4), optional
-        Where each of the n solids of the part has moved within `part`, mm, before the part is moved.
+    `seams`: Polylines, shape (m, 3), in `part`, mm, with an sRGB colour, 0…1. They become named edges in a product
+    ``wpcal seams``.
+    `T_part_moved`: shape (n, 4, 4), optional. Where each of the n solids of the part has moved within `part`, mm,
+    before the part is moved.
 
     Notes
     -----

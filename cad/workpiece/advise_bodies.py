@@ -74,11 +74,8 @@ def advise_bodies(
 
     Raises `InputError` or `GeometryError` as in `find_bodies` and `advise_moved`.
 
-    Parameters
-    ----------
-    allowed : sequence of Touchable
-        What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is not
-        reached without them.
+    `allowed`: What may be taught; on each body the easiest to touch are used. Harder ones join only if the tolerance is
+    not reached without them.
     """
     tacked = tacked_bodies(workpiece, seams, choice, seam_options)
     model = tacked.model()

@@ -156,11 +156,8 @@ def calibrate_workpiece(
 ) -> WorkpieceCalibration:
     """Find the pose of a real part, and its weld seams in the robot's base.
 
-    Parameters
-    ----------
-    taught : path, TaughtPoints, mapping or array_like
-        Points touched with the robot, in `base`, mm: a file; positions by the names of features; or positions alone,
-        shape (n, 3). Features of points without one are found (`wpcal.taught.match.name_points`).
+    `taught`: Points touched with the robot, in `base`, mm: a file; positions by the names of features; or positions
+    alone, shape (n, 3). Features of points without one are found (`wpcal.taught.match.name_points`).
 
     Raises
     ------

@@ -167,9 +167,7 @@ def run_fit(
 
     Raises `GeometryError` or `UnitError` when the observations cannot be fitted.
 
-    Returns
-    -------
-    u95_mm : tuple of ndarray. 95 % error at every frame of each seam, mm; one array of shape (frames,) per seam.
+    Returns `u95_mm`: shape (frames,) per seam.
     """
     accepted = [seam for seam in seams if seam.accepted]
     bias_mm = max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm)

@@ -16,11 +16,8 @@ def moved_shapes(workpiece: Workpiece, T_base_part: RigidTransform, T_part_moved
 
     `T_part_moved`: shape (solids, 4, 4). Where each solid moved within `part`, mm; None: they did not.
 
-    Returns
-    -------
-    list of build123d shape
-        One for each shape of a script, of the same class, or one for each solid of a file. A shape whose solids moved
-        differently is a compound with one child for each solid.
+    Returns: One for each shape of a script, of the same class, or one for each solid of a file. A shape whose solids
+    moved differently is a compound with one child for each solid.
     """
     shapes = workpiece.shapes or workpiece.file.step.build123d_shapes()
     if T_part_moved is None:

@@ -63,12 +63,9 @@ def find_seams(
 ) -> tuple[tuple[Seam, ...], Workpiece]:
     """Find the seams of a workpiece. For solids that overlap, the kernel first computes the intersection curves.
 
-    Returns
-    -------
-    seams : tuple of Seam. With frames in `part`.
-    workpiece : Workpiece
-        The same workpiece, with those curves in its graph, with the pairs that failed in its issues, and with what its
-        solids are taken for.
+    Returns `seams`: tuple of Seam. With frames in `part`.
+    Returns `workpiece`: The same workpiece, with those curves in its graph, with the pairs that failed in its issues,
+    and with what its solids are taken for.
     """
     options, choice = options or SeamOptions(), choice or SeamChoice()
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())

@@ -40,11 +40,8 @@ def show(found: WorkpieceCalibration | Workpiece, seams: Sequence[Seam] = (), *,
 
     Raises `InputError` when `ocp_vscode` is not installed (``pip install wpcal[viewer]``), or no viewer is open.
 
-    Parameters
-    ----------
-    found : WorkpieceCalibration or Workpiece
-        A calibrated part is shown in `base`, with seams in the colour of their 95 % error. An opened part is shown in
-        `part`, with `seams`.
+    `found`: A calibrated part is shown in `base`, with seams in the colour of their 95 % error. An opened part is shown
+    in `part`, with `seams`.
     """
     try:
         import ocp_vscode

@@ -66,11 +66,8 @@ def seam_wire(graph: BrepGraph, seam: Seam, T_base_part: RigidTransform | None =
     `graph`: The graph in which the seam was found: ``found.workpiece.graph`` after `calibrate_workpiece`, the graph of
     the second result of `find_seams`, or that given to `detect_seams`.
 
-    Returns
-    -------
-    build123d.Wire
-        One edge per piece of the seam, mm. Where two pieces end up to 0.01 mm apart, they share a vertex of that size.
-        The edges are those of the model: if bodies moved, the seam is where its frames are.
+    Returns: One edge per piece of the seam, mm. Where two pieces end up to 0.01 mm apart, they share a vertex of that
+    size. The edges are those of the model: if bodies moved, the seam is where its frames are.
     """
     from build123d import Location, Wire
 

@@ -48,10 +48,8 @@ def plan_touches(
     Raises `InputError` when the part cannot be read, or has no seam of a given name.
     Raises `GeometryError` when the part has no seam, or no plan holds it: what would help.
 
-    Parameters
-    ----------
-    bodies : BodiesOptions, optional
-        The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as one.
+    `bodies`: The bodies that may move: touches are chosen for `wpcal calibrate --bodies`. Without it, the part moves as
+    one.
     """
     return draw_touches(
         step,

@@ -19,11 +19,8 @@ KERNEL = "OCP"
 def versions() -> tuple[str, ...]:
     """Return texts that change whenever an answer about the same part could change.
 
-    Returns
-    -------
-    tuple of str
-        SHA-256 of all Python files of wpcal, the versions of Python, NumPy and SciPy, the files of the CAD kernel with
-        size and time of change, and the kind of processor.
+    Returns: SHA-256 of all Python files of wpcal, the versions of Python, NumPy and SciPy, the files of the CAD kernel
+    with size and time of change, and the kind of processor.
     """
     return (
         code_sha256(),

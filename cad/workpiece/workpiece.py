@@ -93,13 +93,10 @@ def open_workpiece(step: Any, *, cache: AnswerCache = NO_CACHE, progress: Progre
     Raises `InputError` when the file cannot be read, there is no solid, or a solid has geometry at infinity.
     Raises `KernelError` when the kernel fails.
 
-    Parameters
-    ----------
-    step : path, build123d or CadQuery shape, iterable of these, or Workpiece
-        A STEP file, or shapes in mm: the label of a shape becomes the name of its solid, in an assembly that of each
-        part. A CadQuery `Workplane` or `Assembly` is taken, too. A part that is open already is returned as it is.
-    cache : AnswerCache
-        Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is kept.
+    `step`: A STEP file, or shapes in mm: the label of a shape becomes the name of its solid, in an assembly that of
+    each part. A CadQuery `Workplane` or `Assembly` is taken, too. A part that is open already is returned as it is.
+    `cache`: Where answers about STEP files are kept: `user_cache` returns that of the commands. By default nothing is
+    kept.
     """
     if isinstance(step, Workpiece):
         return step

@@ -59,12 +59,9 @@ def piece_counts(graph: BrepGraph) -> IntArray:
 def edge_polylines(graph: BrepGraph) -> tuple[IntArray, FloatArray, FloatArray]:
     """Sample every edge once as a polyline.
 
-    Returns
-    -------
-    start : ndarray of int, shape (E + 1,)
-        The samples of edge e are ``start[e]:start[e + 1]``; a degenerate edge has none.
-    t : ndarray, shape (m,). Their parameters.
-    points : ndarray, shape (m, 3). In `part`, mm.
+    Returns `start`: shape (E + 1,). The samples of edge e are ``start[e]:start[e + 1]``; a degenerate edge has none.
+    Returns `t`: shape (m,). Their parameters.
+    Returns `points`: shape (m, 3). In `part`, mm.
     """
     samples = np.where(graph.edge_kind == CurveKind.DEGENERATE, 0, piece_counts(graph) + 1)
     start = np.concatenate([[0], np.cumsum(samples)])

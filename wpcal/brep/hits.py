@@ -95,11 +95,9 @@ def through_faces(
     `length`: shape (k,). Where the rays end, mm.
     `low`, `high`: shape (k,). Distances between which the ray is in the box of the face, mm.
 
-    Returns
-    -------
-    pair : ndarray of int, shape (h,). The pairs that meet.
-    at_mm : ndarray, shape (h,). At which distance.
-    way : ndarray of int, shape (h,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
+    Returns `pair`: shape (h,). The pairs that meet.
+    Returns `at_mm`: shape (h,). At which distance.
+    Returns `way`: shape (h,). +1 where the ray leaves the material of the face's solid, -1 where it enters it.
     """
     is_free_form = graph.face_kind[face] == SurfaceKind.NURBS
     closed, free_form = np.flatnonzero(~is_free_form), np.flatnonzero(is_free_form)
@@ -207,11 +205,9 @@ def passage(
 
     Returns `enter, leave`: ndarray, shape (m,). Distances from the start, mm.
 
-    Parameters
-    ----------
-    o, d, low, high : ndarray, shape (3, m)
-        Starts, directions, and corners of the boxes, which grow by `THIN_MM`; one row per coordinate, mm.
-    length : shape (m,). Where the rays end, mm.
+    `o`, `d`, `low`, `high`: shape (3, m). Starts, directions, and corners of the boxes, which grow by `THIN_MM`; one
+    row per coordinate, mm.
+    `length`: shape (m,). Where the rays end, mm.
     """
     enter, leave = np.zeros(len(length)), length
     for k in range(3):

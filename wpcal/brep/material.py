@@ -223,9 +223,7 @@ def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray
 
     `points`: shape (m, 3). In `part`, mm. On a face the answer is either.
 
-    Returns
-    -------
-    point, solid : ndarray of int, shape (k,). Pairs of a point and a solid around it, sorted by point, then solid.
+    Returns `point`, `solid`: shape (k,). Pairs of a point and a solid around it, sorted by point, then solid.
     """
     low, high = material.boxes
     asked, solid = BoxTree.of(low, high).meeting(points, points)

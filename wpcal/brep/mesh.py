@@ -51,9 +51,7 @@ def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     `points`: shape (n, 3). Any frame and unit.
     `triangles`: shape (m, 3). Rows of `points`, counter-clockwise seen from outside.
 
-    Returns
-    -------
-    ndarray, shape (n, 3). Outward, in the frame of `points`; (0, 0, 1) for a point without a triangle of non-zero area.
+    Returns shape (n, 3). Outward, in the frame of `points`; (0, 0, 1) for a point without a triangle of non-zero area.
     """
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     area = np.repeat(np.cross(b - a, c - a), 3, axis=0)

@@ -197,13 +197,11 @@ def first_faces(
 ) -> IntArray:
     """Return the face that each bundle of rays meets first, or -1, shape (n,).
 
-    Parameters
-    ----------
-    owner : shape (n,). What the bundles belong to, ascending: neighbours of one owner are searched together.
-    origins : shape (n, k, 3). Starts in `part`, mm.
-    rays : ndarray, shape (n, 3) or (n, k, 3)
-        Unit directions in `part`: one per bundle, or one per ray. Groups are divided by the first of each bundle.
-    length_mm : shape (n,) or (n, k). Length of the rays.
+    `owner`: shape (n,). What the bundles belong to, ascending: neighbours of one owner are searched together.
+    `origins`: shape (n, k, 3). Starts in `part`, mm.
+    `rays`: shape (n, 3) or (n, k, 3). Unit directions in `part`: one per bundle, or one per ray. Groups are divided by
+    the first of each bundle.
+    `length_mm`: shape (n,) or (n, k). Length of the rays.
     """
     n, k = origins.shape[:2]
     found = np.full(n, -1)

@@ -19,11 +19,9 @@ def project_to_edges(graph: BrepGraph, edges: IntArray, points: FloatArray) -> t
     `edges`: ndarray of int, shape (m,)
     `points`: shape (m, 3). In `part`, mm.
 
-    Returns
-    -------
-    p : ndarray, shape (m, 3)
-        In `part`, mm. Lines and circles extend beyond the ends of the edge; other curves end there.
-    tangent : ndarray, shape (m, 3). Unit tangents.
+    Returns `p`: shape (m, 3). In `part`, mm. Lines and circles extend beyond the ends of the edge; other curves end
+    there.
+    Returns `tangent`: shape (m, 3). Unit tangents.
     """
     kind = graph.edge_kind[edges]
     origin, x, _, z = np.moveaxis(graph.edge_frame[edges], 1, 0)

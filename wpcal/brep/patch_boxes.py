@@ -27,10 +27,8 @@ class PatchBoxes:
     def of(cls, graph: BrepGraph, low: FloatArray, high: FloatArray) -> PatchBoxes:
         """Divide the boxes of free-form faces.
 
-        Parameters
-        ----------
-        low, high : ndarray, shape (F, 3)
-            Corners of a box around each face, mm. A box of a patch is cut off at the box of its face.
+        `low`, `high`: shape (F, 3). Corners of a box around each face, mm. A box of a patch is cut off at the box of
+        its face.
 
         Notes
         -----

@@ -68,11 +68,8 @@ class Copy:
 def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) -> tuple[Copy, ...]:
     """Find the groups of solids that are moved copies of other groups. A copy is not turned.
 
-    Returns
-    -------
-    tuple of Copy
-        Solids, faces and edges of a copy have the same order as those of the first group. Copies with another order
-        are not found.
+    Returns: Solids, faces and edges of a copy have the same order as those of the first group. Copies with another
+    order are not found.
     """
     like: dict[bytes, list[SolidGroup]] = defaultdict(list)
     copies = []

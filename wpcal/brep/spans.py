@@ -64,11 +64,8 @@ def _basis_polynomials(knots: FloatArray, degree: int) -> FloatArray:
 
     Returns ndarray, shape (s, degree + 1, degree + 1). [span, power of x, B-spline].
 
-    Parameters
-    ----------
-    knots : ndarray, shape (s, 2 degree)
-        The knots around each span in its local parameter: the last one before it is 0, the first one after it 1.
-    degree : int
+    `knots`: shape (s, 2 degree). The knots around each span in its local parameter: the last one before it is 0, the
+    first one after it 1.
     """
     count = len(knots)
     splines = np.zeros((count, degree + 1, degree + 1))

@@ -58,10 +58,8 @@ class SurfaceCells:
     def of(cls, polynomials: SurfaceSet, breaks: Sequence[tuple[FloatArray, FloatArray]]) -> SurfaceCells:
         """Put boxes around the cells of surfaces with positive weights.
 
-        Parameters
-        ----------
-        breaks : sequence of (ndarray, ndarray)
-            Where the cells of each surface begin and end along u and along v, shapes (m,) and (n,) (`cell_breaks`).
+        `breaks`: Where the cells of each surface begin and end along u and along v, shapes (m,) and (n,)
+        (`cell_breaks`).
         """
         number, low, high, shapes = _rectangles(breaks)
         corner_low, corner_high = np.zeros((len(number), 3)), np.zeros((len(number), 3))

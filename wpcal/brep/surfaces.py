@@ -71,11 +71,9 @@ def surface_normals(kinds: IntArray, frames: FloatArray, params: FloatArray, poi
 
     Returns ndarray, shape (m, 3). Unit vectors in `part`.
 
-    Parameters
-    ----------
-    kinds, frames, params : ndarray, shapes (m,), (m, 4, 3), (m, 2)
-        As `face_kind`, `face_frame` and `face_param` of a `BrepGraph`.
-    points : shape (m, 3). In `part`, mm.
+    `kinds`, `frames`, `params`: shapes (m,), (m, 4, 3), (m, 2). As `face_kind`, `face_frame` and `face_param` of a
+    `BrepGraph`.
+    `points`: shape (m, 3). In `part`, mm.
     """
     return _project_elementary(kinds, frames, params, points)[1]
 

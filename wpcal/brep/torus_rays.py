@@ -25,9 +25,7 @@ def torus_roots(o: FloatArray, d: FloatArray, major_mm: FloatArray, minor_mm: Fl
     `o`, `d`: shape (k, 3). Starts (mm) and unit directions in the frame of each torus.
     `major_mm`, `minor_mm`: shape (k,). Radius of the circle in the middle of the tube, and of the tube.
 
-    Returns
-    -------
-    ndarray, shape (k, 4). mm, not sorted; NaN where there is no root. A line that only touches the torus may have none.
+    Returns shape (k, 4). mm, not sorted; NaN where there is no root. A line that only touches the torus may have none.
     """
     size = major_mm + minor_mm
     nearest = -np.einsum("ki,ki->k", o, d)

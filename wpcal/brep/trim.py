@@ -137,13 +137,10 @@ class TrimmedFaces:
     ) -> FloatArray:
         """Return how far points are from the boundaries of faces, mm, shape (m,); infinite beyond `within_mm`.
 
-        Parameters
-        ----------
-        faces : ndarray of int, shape (m,)
-        points : shape (m, 3). In `part`, mm.
-        group : ndarray of int, shape (m,), optional
-            Points with the same number are consecutive and belong to one face, such as the samples of an edge. Pieces
-            of boundary away from the box around such a group are skipped together.
+        `faces`: shape (m,).
+        `points`: shape (m, 3). In `part`, mm.
+        `group`: shape (m,), optional. Points with the same number are consecutive and belong to one face, such as the
+        samples of an edge. Pieces of boundary away from the box around such a group are skipped together.
         """
         distance = np.full(len(faces), np.inf)
         first = np.arange(len(faces)) if group is None else np.flatnonzero(np.diff(group, prepend=-1))

@@ -48,18 +48,14 @@ def calibrate_bodies(
 ) -> MovedBodies:
     """Fit the pose of a weldment and the motion of each of its bodies to touches on plane faces.
 
-    Parameters
-    ----------
-    p_part : shape (n, 3). The points that were touched, in the model, mm.
-    normal_part : shape (n, 3). Outward normals of the faces there.
-    p_base : shape (n, 3). The touched points, in `base`, mm.
-    body : sequence of str, length n
-        The body of each touch. Bodies are in the order in which their names come first, and turn about the middle of
-        their touches.
+    `p_part`: shape (n, 3). The points that were touched, in the model, mm.
+    `normal_part`: shape (n, 3). Outward normals of the faces there.
+    `p_base`: shape (n, 3). The touched points, in `base`, mm.
+    `body`: The body of each touch. Bodies are in the order in which their names come first, and turn about the middle
+    of their touches.
 
-    Returns
-    -------
-    MovedBodies. ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors` gives errors.
+    Returns: MovedBodies. ``fit.T_base_part`` is the pose, ``fit.motions`` holds the motions; `predict_body_errors`
+    gives errors.
 
     Raises `InputError, GeometryError, ConvergenceError` when lengths differ or values cannot be used, the touches leave
     the part free, or the fit does not settle.

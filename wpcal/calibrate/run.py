@@ -72,48 +72,34 @@ def calibrate(
 ) -> CalibrationResult:
     """Find the pose of the real part.
 
-    Parameters
-    ----------
-    observed : PointPairs or Touches
-        Points of the model (frame ``part``) with the same points as taught (frame ``base``), mm; or touches on points,
-        edges and faces of the part. The residual of a touch is its distance from what it lies on. In the result each
-        touch is the pair of where it was made and where it should have been.
-    criterion : Criterion, optional
-        What is minimised; the paper's is the largest distance. ``ROBUST`` leaves out what the others contradict. By
-        default the criterion that predicts the least error of the seams; of touches that state their errors, that is
-        ``WEIGHTED``.
-    solver : Solver
-        Where the search starts: for points that of the minimax fit (the other criteria need no search), for touches
-        that of every fit.
-    schedule : AnnealingSchedule, optional
-        `AnnealingSchedule.yin2003` for the published one. Points are then searched by the six-tuple itself, from the
-        nominal place.
-    T_nominal_part : RigidTransform, optional
-        Where the cell's model has the part. By default the identity; touches then must hold the part in one place.
-    certify : bool
-        Close a gap between answer and bound by branch and bound over all rotations, which may take minutes. No such
-        proof exists for touches, and this option does not change their fit.
-    seam_points : array_like, shape (k, 3), optional
-        Part frame, mm: where the verdict judges the predicted error and the criteria are compared. By default the
-        fitted points of the model.
-    seam_names : length k. The seam of each point.
-    features : mapping of str to ndarray of shape (3,), optional
-        Places of the part that can be touched as points, by name, in `part`, mm. A suspicious point is tried on them:
-        it may have been touched on the neighbour of its feature.
-    postures : mapping of str to ndarray of shape (3, 3), optional
-        The axes of the tool (or of the flange) in the base at each touch, as columns, by the names of the observations.
-        If they differ, they show whether the tool centre point of the controller is at the tip.
-    silent : SilentSearches, optional
-        Searches of a touch program that found nothing. They are not fitted; the verdict is not ``PASS`` if one of them
-        should have met the part.
-    body_of : mapping of str to str, optional
-        The body of the part that each observation lies on, by its name. Several wrong ones on one body are then first
-        explained by that body: it may have been tacked elsewhere, or be of another revision.
+    `observed`: Points of the model (frame ``part``) with the same points as taught (frame ``base``), mm; or touches on
+    points, edges and faces of the part. The residual of a touch is its distance from what it lies on. In the result
+    each touch is the pair of where it was made and where it should have been.
+    `criterion`: What is minimised; the paper's is the largest distance. ``ROBUST`` leaves out what the others
+    contradict. By default the criterion that predicts the least error of the seams; of touches that state their errors,
+    that is ``WEIGHTED``.
+    `solver`: Where the search starts: for points that of the minimax fit (the other criteria need no search), for
+    touches that of every fit.
+    `schedule`: `AnnealingSchedule.yin2003` for the published one. Points are then searched by the six-tuple itself,
+    from the nominal place.
+    `T_nominal_part`: Where the cell's model has the part. By default the identity; touches then must hold the part in
+    one place.
+    `certify`: Close a gap between answer and bound by branch and bound over all rotations, which may take minutes. No
+    such proof exists for touches, and this option does not change their fit.
+    `seam_points`: shape (k, 3), optional. Part frame, mm: where the verdict judges the predicted error and the criteria
+    are compared. By default the fitted points of the model.
+    `seam_names`: length k. The seam of each point.
+    `features`: shape (3,), optional. Places of the part that can be touched as points, by name, in `part`, mm. A
+    suspicious point is tried on them: it may have been touched on the neighbour of its feature.
+    `postures`: shape (3, 3), optional. The axes of the tool (or of the flange) in the base at each touch, as columns,
+    by the names of the observations. If they differ, they show whether the tool centre point of the controller is at
+    the tip.
+    `silent`: Searches of a touch program that found nothing. They are not fitted; the verdict is not ``PASS`` if one of
+    them should have met the part.
+    `body_of`: The body of the part that each observation lies on, by its name. Several wrong ones on one body are then
+    first explained by that body: it may have been tacked elsewhere, or be of another revision.
 
-    Returns
-    -------
-    CalibrationResult
-        For touches the lower bound is zero, because nothing is proved; its `touches` says what the starts found.
+    Returns: For touches the lower bound is zero, because nothing is proved; its `touches` says what the starts found.
 
     Raises
     ------

@@ -51,10 +51,8 @@ def zyx_from_rotation(R: ArrayLike) -> tuple[float, float, float]:
 
     `R`: shape (3, 3). A rotation matrix.
 
-    Returns
-    -------
-    tuple of float
-        Angles about x, y, z, rad. At beta = ±90° only a sum or difference of alpha and gamma is defined: alpha is 0.
+    Returns: Angles about x, y, z, rad. At beta = ±90° only a sum or difference of alpha and gamma is defined: alpha is
+    0.
     """
     alpha, beta, gamma = (float(angle) for angle in zyx_angles(R))
     return alpha, beta, gamma
@@ -98,10 +96,8 @@ def zyz_angles(R: ArrayLike) -> FloatArray:
 
     `R`: shape (..., 3, 3). Rotation matrices.
 
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        Angles o, a, t, rad; a is in [0, pi]. Where a is 0 or pi, o and t turn about one line: t is 0.
+    Returns shape (..., 3). Angles o, a, t, rad; a is in [0, pi]. Where a is 0 or pi, o and t turn about one line: t is
+    0.
     """
     m = np.asarray(R, dtype=np.float64)
     sin_a = np.sqrt(m[..., 0, 2] ** 2 + m[..., 1, 2] ** 2)

@@ -35,11 +35,8 @@ def explained_svg(
 ) -> str:
     """Draw a seam with what it joins, and beside it the section across its middle.
 
-    Returns
-    -------
-    str
-        SVG. Edges of the part grey, the boundary of the wall blue, that of the base green, the seam red, z and the
-        wire of the torch orange. The same seam gives the same text.
+    Returns: SVG. Edges of the part grey, the boundary of the wall blue, that of the base green, the seam red, z and the
+    wire of the torch orange. The same seam gives the same text.
     """
     p, torch = seam.frames.p, torch.with_more_wire(seam.more_wire_mm)
     low, high = p.min(axis=0), p.max(axis=0)

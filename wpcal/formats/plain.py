@@ -89,11 +89,8 @@ def _errors(path: WeldPath) -> list[float | None]:
 def write_program_csv(program: WeldProgram) -> dict[str, str]:
     """Write one row per pose.
 
-    Returns
-    -------
-    dict of str to str
-        ``NAME.program.csv``. The safe point, if there is one, is the first row, without a seam. ``rij`` is row i,
-        column j of the rotation; its columns are the tool's axes in `frame`.
+    Returns: ``NAME.program.csv``. The safe point, if there is one, is the first row, without a seam. ``rij`` is row i,
+    column j of the rotation; its columns are the tool's axes in `frame`.
     """
     table: list[list[object]] = [[*PROGRAM_CSV_COLUMNS]]
     if program.safe_point is not None:

@@ -51,11 +51,8 @@ def joint_trajectory(sequence: WeldSequence, line: Timeline) -> str:
 def tesseract_states(sequence: WeldSequence, line: Timeline) -> str:
     """Return the states of a sequence for Tesseract.
 
-    Returns
-    -------
-    str
-        ``trajectory_tesseract.py``: a Python module with a function `build` that gives a CompositeInstruction of state
-        waypoints with times; angles in rad, a rail in m.
+    Returns: ``trajectory_tesseract.py``: a Python module with a function `build` that gives a CompositeInstruction of
+    state waypoints with times; angles in rad, a rail in m.
     """
     names, rows = _states(sequence, line)
     states = [

@@ -72,11 +72,9 @@ class LinearModel:
     def normal(self, active: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Return the normal matrix if the limits in `active`, shape (n, h), count.
 
-        Returns
-        -------
-        diagonal : ndarray, shape (n, k, k). Blocks of the points.
-        coupling : ndarray, shape (n - 1, k, k)
-            Blocks between each point and the next: rows of the point, columns of the next.
+        Returns `diagonal`: shape (n, k, k). Blocks of the points.
+        Returns `coupling`: shape (n - 1, k, k). Blocks between each point and the next: rows of the point, columns of
+        the next.
         """
         limits = self.dbeyond * active[:, :, None]
         before, after = self.scale[:, :, None] * self.dq[:-1], self.scale[:, :, None] * self.dq[1:]

@@ -38,10 +38,8 @@ def least_largest(
     `curvature`: ndarray, shape (B, k, k), optional. Hessian, positive semidefinite, that the residuals add to the
     weighted sum of their squares because they are not linear. It holds the motion back where the model is flat.
 
-    Returns
-    -------
-    motions : ndarray, shape (B, k). The best ones met on the way; without `curvature` never worse than no motion.
-    weights : ndarray, shape (B, n). Multipliers. All best motions have the same residuals where they are not zero.
+    Returns `motions`: shape (B, k). The best ones met on the way; without `curvature` never worse than no motion.
+    Returns `weights`: shape (B, n). Multipliers. All best motions have the same residuals where they are not zero.
     """
     return _solve(d, J, None, goal, curvature)
 

@@ -54,12 +54,9 @@ def detect_seams(
 ) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
 
-    Returns
-    -------
-    tuple of Seam
-        Cut where they go through another solid. Named ``W1``, ``W2``, … by the place of their start (x, then y, then
-        z), added edges last, with frames in `part`; the same in every run. Rejected candidates are included, with the
-        reasons (`Seam.against`).
+    Returns: Cut where they go through another solid. Named ``W1``, ``W2``, … by the place of their start (x, then y,
+    then z), added edges last, with frames in `part`; the same in every run. Rejected candidates are included, with the
+    reasons (`Seam.against`).
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)

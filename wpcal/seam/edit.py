@@ -164,11 +164,8 @@ def apply_edits(
 ) -> tuple[Seam, ...]:
     """Carry out decisions on the candidates of a part.
 
-    Returns
-    -------
-    tuple of Seam
-        In the order of the candidates. Seams that were accepted or changed by an edit have the torch's leans; they are
-        not cut where no torch gets to them. None that is accepted has a frame that points into material.
+    Returns: In the order of the candidates. Seams that were accepted or changed by an edit have the torch's leans; they
+    are not cut where no torch gets to them. None that is accepted has a frame that points into material.
 
     Raises `InputError` if the candidate of an edit is not on the part, a range is longer than its seam, joined seams do
     not meet, or two seams get one name.

@@ -49,12 +49,9 @@ def joined_run(graph: BrepGraph, runs: Sequence[tuple[str, SeamPieces]], *, join
 
     Raises `InputError` if the ends of a run do not meet those of the others within `join_mm`.
 
-    Parameters
-    ----------
-    runs : sequence of tuple of str and SeamPieces
-        Names, for messages, and pieces. The first keeps its direction; the others are put before or after it, in any
-        order, and are turned where their other end meets.
-    join_mm : Largest straight bridge between two runs, mm.
+    `runs`: Names, for messages, and pieces. The first keeps its direction; the others are put before or after it, in
+    any order, and are turned where their other end meets.
+    `join_mm`: Largest straight bridge between two runs, mm.
     """
     (first, run), *left = runs
     while left:

@@ -28,11 +28,8 @@ def explain_seam(
 
     `thick_mm`: Thickness of the plates at the sides of +y and -y, mm (`wpcal.weld.thickness.plate_thicknesses`).
 
-    Returns
-    -------
-    dict
-        Plain values. ``chain`` is the decisions in words, in their order. ``findings`` are those against it, each with
-        the confidence after it. ``section`` is the joint across the seam, at its middle.
+    Returns: Plain values. ``chain`` is the decisions in words, in their order. ``findings`` are those against it, each
+    with the confidence after it. ``section`` is the joint across the seam, at its middle.
     """
     confidence, findings = PRIOR[seam.source], []
     by_key = {rule.key: rule.value for rule in Rule}

@@ -25,11 +25,8 @@ def seams_named(words: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
 
     Raises `InputError` when a word is no seam, or a range has no seam at one of its ends.
 
-    Parameters
-    ----------
-    words : sequence of str
-        Names and ranges. A name counts first, so a seam may be called ``rib-2``. Capital letters do not matter where
-        no other seam has the same letters.
+    `words`: Names and ranges. A name counts first, so a seam may be called ``rib-2``. Capital letters do not matter
+    where no other seam has the same letters.
 
     Examples
     --------

@@ -52,12 +52,9 @@ def seams_record(
     `join_mm`: A decision may join seams whose ends are at most so far from each other, mm (`SeamOptions.most_join_mm`).
     `columns`: shape (n,). More numbers of the frames of each seam, by the name of their field.
 
-    Returns
-    -------
-    dict
-        The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0. Frames
-        in `base` have the weld position, with gravity along -z of `base`; the rotation is null for vertical travel.
-        ``torch`` is the one with which reach was felt; ``lean_deg`` is how it leans at a frame to meet nothing.
+    Returns: The columns of ``R`` are the axes x, y, z of the seam in `frame`; quaternions are x, y, z, w with w >= 0.
+    Frames in `base` have the weld position, with gravity along -z of `base`; the rotation is null for vertical travel.
+    ``torch`` is the one with which reach was felt; ``lean_deg`` is how it leans at a frame to meet nothing.
     """
     return {
         "schema": SEAMS_SCHEMA,

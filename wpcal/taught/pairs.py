@@ -20,11 +20,9 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
 
     Six columns of a covariance can replace ``sigma_mm``, see `wpcal.taught.columns.covariances_of_table`.
 
-    Returns
-    -------
-    pairs : PointPairs. The rows with use ``yes`` or empty: source ``part``, target ``base``, mm.
-    check : PointPairs or None
-        The rows with use ``check``: they are not fitted and test the fit. Rows with use ``no`` are left out.
+    Returns `pairs`: PointPairs. The rows with use ``yes`` or empty: source ``part``, target ``base``, mm.
+    Returns `check`: The rows with use ``check``: they are not fitted and test the fit. Rows with use ``no`` are left
+    out.
 
     Raises `InputError` when the file cannot be opened.
     Raises `FormatError` when a column is missing, a cell is not a finite number, a name appears twice, or fewer than 3

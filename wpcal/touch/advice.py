@@ -201,11 +201,8 @@ def advise_set(
 ) -> AdvisedSet:
     """Choose one set of `points` features, without comparing other numbers; parameters and errors as in `advise`.
 
-    Returns
-    -------
-    AdvisedSet
-        Only `have` itself if no feature added to it makes the error smaller. That can happen with the minimax criterion
-        and Gaussian errors.
+    Returns: Only `have` itself if no feature added to it makes the error smaller. That can happen with the minimax
+    criterion and Gaussian errors.
     """
     _require_usable(points, sigma_mm, have, criterion)
     require_seams(seams)
@@ -295,11 +292,9 @@ class _Choice:
     def _least(self, rows: IntArray, bounds: FloatArray, finalists: Iterable[int]) -> AdvisedSet | None:
         """Return the set of least error by least squares.
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m, n)
-        bounds : ndarray, shape (m,)
-            Ascending; no set has a smaller error along all seams than at the points by which the search judged it.
+        `rows`: shape (m, n).
+        `bounds`: shape (m,). Ascending; no set has a smaller error along all seams than at the points by which the
+        search judged it.
         """
         best, least = None, (0, math.inf)
         for k in finalists:

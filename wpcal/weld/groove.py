@@ -85,11 +85,8 @@ class _Layer:
 def measure_groove(seam: Seam, mesh: PartMesh, T_frame_part: RigidTransform) -> Groove | None:
     """Measure the groove at a seam between two plates.
 
-    Returns
-    -------
-    Groove or None
-        None if the seam does not join two solids of the mesh, their outer surfaces are not in one line, or the sides
-        are square all through or of another shape than bevels and a root face.
+    Returns: None if the seam does not join two solids of the mesh, their outer surfaces are not in one line, or the
+    sides are square all through or of another shape than bevels and a root face.
     """
     solids = [solid for solid in mesh.solids if solid.name in seam.solids]
     if len(solids) != 2 or len(seam.frames) < 2:

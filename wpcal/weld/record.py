@@ -92,11 +92,8 @@ def _bead_record(bead: Bead) -> dict[str, Any]:
 def read_stated_welds(path: Path, rules: RuleTable) -> tuple[StatedWeld, ...]:
     """Read what a person stated in a ``welds.json``.
 
-    Returns
-    -------
-    tuple of StatedWeld
-        One per weld of the file, also of those without a seam. A value counts as stated by the user if the file says
-        so, or if it differs from what a rule or a file gave.
+    Returns: One per weld of the file, also of those without a seam. A value counts as stated by the user if the file
+    says so, or if it differs from what a rule or a file gave.
 
     Raises `InputError` if the file cannot be opened.
     Raises `FormatError` if it is not such a record, a value is not what its name says, a name is unknown, two welds

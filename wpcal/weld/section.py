@@ -88,11 +88,8 @@ def section_of(
 ) -> Section | None:
     """Return the section of a weld.
 
-    Returns
-    -------
-    Section or None
-        None for a weld whose section is not stated: no size, flare welds, the outside of a corner, a square butt
-        without a gap.
+    Returns: None for a weld whose section is not stated: no size, flare welds, the outside of a corner, a square butt
+    without a gap.
     """
     if groove is not None and values.weld in BUTT_WELDS:
         return _groove_section(values, groove)

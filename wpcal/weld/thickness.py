@@ -24,10 +24,7 @@ THICKEST_MM = 1000.0  #: No plate is thicker; a ray ends there.
 def plate_thicknesses(frames: SeamFrames, material: Material) -> tuple[float | None, float | None]:
     """Measure the two plates of a joint.
 
-    Returns
-    -------
-    tuple of (float or None)
-        Of the plate at the side of +y and of that at the side of -y, mm; None where no face was found.
+    Returns: Of the plate at the side of +y and of that at the side of -y, mm; None where no face was found.
     """
     rows = np.unique((np.array(STATIONS) * (len(frames) - 1)).round().astype(int))
     y, z = frames.R[rows, :, 1], frames.R[rows, :, 2]

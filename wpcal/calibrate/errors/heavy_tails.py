@@ -34,12 +34,10 @@ def has_heavy_tails(
     it is the kurtosis of the residual lengths. The critical value is simulated for these observations with a fixed
     seed.
 
-    Parameters
-    ----------
-    residuals : shape (n, 3). Of the least-squares fit with the weights `information`, mm.
-    jacobians : shape (n, 3, 6). Derivatives of the residuals by comparable coordinates of the motion.
-    information : ndarray, shape (n, 3, 3)
-        Inverse covariances of the residuals, up to one factor; zero in directions that an observation does not see.
+    `residuals`: shape (n, 3). Of the least-squares fit with the weights `information`, mm.
+    `jacobians`: shape (n, 3, 6). Derivatives of the residuals by comparable coordinates of the motion.
+    `information`: shape (n, 3, 3). Inverse covariances of the residuals, up to one factor; zero in directions that an
+    observation does not see.
     """
     n = len(residuals)
     values, vectors = np.linalg.eigh(information)

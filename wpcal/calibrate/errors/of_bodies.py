@@ -128,12 +128,10 @@ def joint_error(J: FloatArray, covariance: FloatArray, rest: FloatArray | None =
 
     Every point stays below its own 95 % error with 95 % probability. That all of them do is less probable.
 
-    Parameters
-    ----------
-    J : ndarray, shape (n, 3, m)
-        Derivative of n points by m unknowns. The `MOST_POINTS` with the largest errors of their own are drawn.
-    covariance : shape (m, m). Of the unknowns.
-    rest : shape (n, n), optional. Covariance per axis of what is independent of them, mm².
+    `J`: shape (n, 3, m). Derivative of n points by m unknowns. The `MOST_POINTS` with the largest errors of their own
+    are drawn.
+    `covariance`: shape (m, m). Of the unknowns.
+    `rest`: shape (n, n), optional. Covariance per axis of what is independent of them, mm².
     """
     if len(J) > MOST_POINTS:
         own = J @ covariance @ J.transpose(0, 2, 1)

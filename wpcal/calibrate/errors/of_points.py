@@ -100,11 +100,9 @@ def unequal_minimax_covariance(p_base: FloatArray, covariances: FloatArray, *, s
 
     Returns ndarray, shape (6, 6).
 
-    Parameters
-    ----------
-    p_base : ndarray, shape (n, 3)
-        Moved model points, base frame, mm. Of more than `EXCESS_POINTS` only that many are used, which overstates.
-    covariances : shape (n, 3, 3). Of the taught points, mm².
+    `p_base`: shape (n, 3). Moved model points, base frame, mm. Of more than `EXCESS_POINTS` only that many are used,
+    which overstates.
+    `covariances`: shape (n, 3, 3). Of the taught points, mm².
     """
     rng = np.random.default_rng(seed)
     n = len(p_base)

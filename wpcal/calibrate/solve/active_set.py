@@ -63,10 +63,7 @@ def refine_optimum(
     `R`, `t`: shapes (3, 3) and (3,). A fit near the optimum.
     `weights`: shape (n,). Its multipliers.
 
-    Returns
-    -------
-    ExactOptimum or None
-        None where no set of carrying points satisfies the conditions, and for exact fits, which carry nothing.
+    Returns: None where no set of carrying points satisfies the conditions, and for exact fits, which carry nothing.
     """
     size = float(np.sqrt(np.mean(np.sum(p**2, axis=1))))
     d = distances(p, q, R, t)

@@ -103,10 +103,8 @@ def fit_bodies(
 ) -> BodiesFit:
     """Fit the pose of a weldment and a small motion of every body.
 
-    Parameters
-    ----------
-    body : shape (n,). The body that each touch lies on; -1 for one that does not move within the part.
-    modes : Errors of readings that touches and seams have in common.
+    `body`: shape (n,). The body that each touch lies on; -1 for one that does not move within the part.
+    `modes`: Errors of readings that touches and seams have in common.
 
     Raises
     ------

@@ -35,11 +35,8 @@ LEAST_SHARE = 0.02  #: Of the variance of a touch: a smaller second moment chang
 def on_curved_faces(problem: Problem, first: BodiesState) -> Problem:
     """Return the problem with the variance that touches on curved faces have besides.
 
-    Returns
-    -------
-    Problem
-        Its variances grow in all directions: the fit turns normals, and must not gain by that. The same problem where
-        all touched faces are plane, or nearly.
+    Returns: Its variances grow in all directions: the fit turns normals, and must not gain by that. The same problem
+    where all touched faces are plane, or nearly.
     """
     touches, n = problem.touches, len(problem.touches)
     R, t = touched_poses(touches, problem.body, first.motions)

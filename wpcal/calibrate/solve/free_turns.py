@@ -69,11 +69,8 @@ def least_squares_among_best(
     `R`: shape (3, 3). An optimal fit.
     `weights`: shape (n,). Its multipliers.
 
-    Returns
-    -------
-    R, t : ndarray, shapes (3, 3) and (3,)
-        None where no turn is free, where only that about the line of the carrying points is (`tie_break` decides it),
-        and where the search fails.
+    Returns `R`, `t`: shapes (3, 3) and (3,). None where no turn is free, where only that about the line of the carrying
+    points is (`tie_break` decides it), and where the search fails.
     """
     N = free_axes(p, q, R, weights)
     if not N.size or (N.shape[1] == 1 and on_line(p, weights)):

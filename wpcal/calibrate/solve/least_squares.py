@@ -64,17 +64,13 @@ def fit_least_squares(
     Raises `GeometryError` when there are fewer than three pairs or they are collinear or coincident.
     Raises `InputError` when the weights are not n finite numbers that are not negative and not all zero.
 
-    Parameters
-    ----------
-    pairs : At least three pairs that are not collinear, mm.
-    weights : shape (n,). Not negative; scaled to sum to one. Equal where not given.
-    nominal : RigidTransform, optional
-        Of equally good fits, as mirrored or exchanged points have, the one turned least from this is taken. By default
-        the one turned least at all.
+    `pairs`: At least three pairs that are not collinear, mm.
+    `weights`: shape (n,). Not negative; scaled to sum to one. Equal where not given.
+    `nominal`: Of equally good fits, as mirrored or exchanged points have, the one turned least from this is taken. By
+    default the one turned least at all.
 
-    Returns
-    -------
-    RigidTransform. ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored sets.
+    Returns: RigidTransform. ``T_target_source`` of the pairs' frames. Determinant +1 also for coplanar and for mirrored
+    sets.
 
     Examples
     --------

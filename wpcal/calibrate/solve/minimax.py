@@ -85,12 +85,9 @@ def solve_minimax(
 
     Raises `GeometryError` when there are fewer than three pairs or they are collinear or coincident.
 
-    Parameters
-    ----------
-    pairs : At least three pairs that are not collinear, mm.
-    start : RigidTransform, optional
-        Where to start; the least-squares fit where not given. Where the local optimum is not certified, the search
-        goes on from 24 rotations around it and from up to 192 others.
+    `pairs`: At least three pairs that are not collinear, mm.
+    `start`: Where to start; the least-squares fit where not given. Where the local optimum is not certified, the search
+    goes on from 24 rotations around it and from up to 192 others.
 
     Notes
     -----

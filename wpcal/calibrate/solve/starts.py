@@ -58,12 +58,10 @@ def search_pose(
 ) -> PoseSearch:
     """Search the pose in which the touches lie on their targets.
 
-    Parameters
-    ----------
-    nominal : RigidTransform, optional
-        ``T_base_part`` where the cell's model has the part: one more start, and the tie break between equal answers.
-    seam_points : ndarray, shape (k, 3), optional
-        Part frame, mm: where the distance between two places is measured. By default the touched points.
+    `nominal`: ``T_base_part`` where the cell's model has the part: one more start, and the tie break between equal
+    answers.
+    `seam_points`: shape (k, 3), optional. Part frame, mm: where the distance between two places is measured. By default
+    the touched points.
     """
     placed = [] if nominal is None else [(nominal.R, nominal.t_mm)]
     run, annealed = None, None

@@ -197,11 +197,8 @@ def break_ties(
     `R`, `t`: shapes (B, 3, 3) and (B, 3). Minimax fits, ``q ≈ R p + t``.
     `weights`: shape (B, n). Their multipliers.
 
-    Returns
-    -------
-    R, t : ndarray
-        Fits with the same largest distance within round-off. Those whose carrying points do not lie on one line are
-        returned as they came.
+    Returns `R`, `t`: Fits with the same largest distance within round-off. Those whose carrying points do not lie on
+    one line are returned as they came.
     """
     moved = np.einsum("bij,bnj->bni", R, p) + t[:, None]
     w = np.where(weights > CARRIES * weights.max(axis=1, keepdims=True), weights, 0.0)

@@ -59,12 +59,9 @@ def fit_weighted(pairs: PointPairs) -> RigidTransform:
     Raises `InputError` when there are no covariances or one is not positive definite.
     Raises `GeometryError` when the points do not fix a rotation.
 
-    Returns
-    -------
-    RigidTransform
-        The best fit found. Where its residuals are larger than the covariances explain, 24 further rotations are tried.
-        Good data have one valley; data with a slip may have several, and nothing proves then that
-        no better one exists (`weighted_lower_bound`).
+    Returns: The best fit found. Where its residuals are larger than the covariances explain, 24 further rotations are
+    tried. Good data have one valley; data with a slip may have several, and nothing proves then that no better one
+    exists (`weighted_lower_bound`).
     """
     information = information_matrices(pairs)
     problem = _WeightedSquares(pairs, information)

@@ -57,10 +57,7 @@ def judge_contacts(touched: Whitened, contacts: KeptContacts, wrong: IntArray) -
 
     `wrong`: shape (w,). Rows of touches that are wrong also without contacts; they are left out.
 
-    Returns
-    -------
-    tuple of ContactEvidence and Whitened
-        The linear model from which touches are judged: without contacts if some of them do not hold.
+    Returns: The linear model from which touches are judged: without contacts if some of them do not hold.
     """
     is_contact = touched.touch < 0
     rows = np.flatnonzero(is_contact)

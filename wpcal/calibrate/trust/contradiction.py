@@ -130,16 +130,10 @@ def find_contradicted(
 ) -> Suspect | None:
     """Find the touch or the pair that the others contradict.
 
-    Parameters
-    ----------
-    sigma_mm : float or None
-        Teaching error per axis of touches without covariances, if stated. With stated errors the sums of squares are
-        compared with χ², otherwise their ratio with F.
+    `sigma_mm`: Teaching error per axis of touches without covariances, if stated. With stated errors the sums of
+    squares are compared with χ², otherwise their ratio with F.
 
-    Returns
-    -------
-    Suspect or None
-        None if no touch is contradicted. Without names if touches are wrong and the data cannot tell which.
+    Returns: None if no touch is contradicted. Without names if touches are wrong and the data cannot tell which.
     """
     seen = touches if check is None else touches.joined(check)
     rows = _Rows.of(seen, pose, sigma_mm)

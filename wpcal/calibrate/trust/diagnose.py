@@ -65,19 +65,13 @@ def diagnose_pairs(
 ) -> Diagnosis:
     """Name swaps, a mirrored set, mis-taught points, wrong features and a wrong tool, and what the data cannot show.
 
-    Parameters
-    ----------
-    pairs : PointPairs
-        At least three that are not collinear, mm. If they carry covariances, a mis-taught point is searched for with
-        these, and swaps and mirrors with the largest standard deviation among them.
-    postures : mapping of str to ndarray of shape (3, 3), optional
-        The axes of the tool in the base by the name of the point: they show an error of the tool centre point.
+    `pairs`: At least three that are not collinear, mm. If they carry covariances, a mis-taught point is searched for
+    with these, and swaps and mirrors with the largest standard deviation among them.
+    `postures`: shape (3, 3), optional. The axes of the tool in the base by the name of the point: they show an error of
+    the tool centre point.
 
-    Returns
-    -------
-    Diagnosis
-        Codes ``swapped-names``, ``mirrored``, ``tool-centre-point``, ``neighbour-feature``, ``blunder``,
-        ``blunder-not-named``, ``poor-fit``, ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
+    Returns: Codes ``swapped-names``, ``mirrored``, ``tool-centre-point``, ``neighbour-feature``, ``blunder``,
+    ``blunder-not-named``, ``poor-fit``, ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
     """
     seen = pairs if check is None else join_pairs(pairs, check)
     total = _sum_of_squares(seen.p_source, seen.p_target)

@@ -58,11 +58,9 @@ def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:
 def free_words(free: FloatArray, pivot: FloatArray, length_mm: float, axes: Sequence[NamedAxis]) -> str:
     """Say motions that are free: ``slides along (1 0 0); turns about the axis of H1``.
 
-    Parameters
-    ----------
-    free : ndarray, shape (k, 6)
-        A basis of the motions in `part`: the rotation about the pivot times `length_mm`, and the translation.
-    pivot : shape (3,). In `part`, mm.
+    `free`: shape (k, 6). A basis of the motions in `part`: the rotation about the pivot times `length_mm`, and the
+    translation.
+    `pivot`: shape (3,). In `part`, mm.
     """
     return "; ".join(_motion(xi, pivot, length_mm, axes) for xi in _spoken(free))
 

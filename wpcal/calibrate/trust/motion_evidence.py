@@ -135,12 +135,9 @@ def _holm(p: FloatArray) -> FloatArray:
 def estimated_tolerances(touched: Whitened, bodies: Bodies) -> Bodies | None:
     """Estimate how far bodies of this weldment move, by the restricted likelihood (REML).
 
-    Returns
-    -------
-    Bodies or None
-        With tolerances multiplied by a common factor of all turns and one of all shifts, or by one factor of both where
-        the touches see fewer than `LEAST_SEEN` motions of a kind. None if they see fewer altogether: the stated
-        tolerances then stay.
+    Returns: With tolerances multiplied by a common factor of all turns and one of all shifts, or by one factor of both
+    where the touches see fewer than `LEAST_SEEN` motions of a kind. None if they see fewer altogether: the stated
+    tolerances then stay.
     """
     free = _Restricted.of(touched).beside(touched.bends)
     is_turn = np.arange(free.Z.shape[1]) % 6 < 3

@@ -105,15 +105,11 @@ class ToolOffset:
 def find_tool_offset(rows: PosedRows, *, rival_squares: float | None = None, rival_count: int = 1) -> ToolOffset | None:
     """Estimate the offset of the tool, and test whether there is one.
 
-    Parameters
-    ----------
-    rival_squares : float, optional
-        Least sum of squares that remains without `rival_count` touches, in the unit of the rows: the other explanation.
+    `rival_squares`: Least sum of squares that remains without `rival_count` touches, in the unit of the rows: the other
+    explanation.
 
-    Returns
-    -------
-    ToolOffset or None
-        None if the postures do not differ, the touches agree with a right tool, or wrong touches explain them better.
+    Returns: None if the postures do not differ, the touches agree with a right tool, or wrong touches explain them
+    better.
     """
     n, freedom = len(rows.residuals), rows.numbers - 6
     if n < LEAST_ROWS:

@@ -102,10 +102,7 @@ def _kind_of(raw: bytes) -> TableKind | None:
 def faults_by_line(raw: bytes, path: Path, read: Callable[[Path], object]) -> list[Fault]:
     """Return what a reader refuses: it reads again without each line that it named, until it names none.
 
-    Returns
-    -------
-    list of Fault
-        At most `MOST_FAULTS`. What names no cell is told only if it is the first: missing lines can cause it.
+    Returns: At most `MOST_FAULTS`. What names no cell is told only if it is the first: missing lines can cause it.
     """
     lines, faults = raw.split(b"\n"), list[Fault]()
     with tempfile.TemporaryDirectory() as folder:

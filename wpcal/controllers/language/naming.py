@@ -27,10 +27,7 @@ def safe_names(names: Sequence[str], rules: NameRules, *, room: int = 0) -> dict
 
     Raises `InputError` when an original name appears twice or the suffix leaves no room.
 
-    Returns
-    -------
-    dict of str to str
-        From the original to the written name, in the same order. No two written names differ in case only.
+    Returns: From the original to the written name, in the same order. No two written names differ in case only.
     """
     if len(set(names)) < len(names):
         raise InputError(f"names must be unique: {', '.join(sorted({n for n in names if names.count(n) > 1}))}")

@@ -30,9 +30,7 @@ def zyx_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
 
     `R`: array_like, shape (..., 3, 3)
 
-    Returns
-    -------
-    ndarray, shape (..., 3). α, β, γ about x, y, z, degrees. If β is rounded to ±90°, only γ ∓ α matters, and α is 0.
+    Returns shape (..., 3). α, β, γ about x, y, z, degrees. If β is rounded to ±90°, only γ ∓ α matters, and α is 0.
     """
     angles = np.degrees(zyx_angles(R))
     alpha, beta, gamma = (angles[..., i] for i in range(3))

@@ -26,11 +26,8 @@ def fit_program(
     `spin_is_free`: Whether the moves choose the turn about the wire, within the range of the torch. False: the tool
     keeps to the turn that it has at every frame.
 
-    Returns
-    -------
-    WeldProgram
-        With the same ways between the seams. Where the tool has another turn about the wire at the end of a seam, so
-        has its retract.
+    Returns: With the same ways between the seams. Where the tool has another turn about the wire at the end of a seam,
+    so has its retract.
     """
     tolerance = tolerance or USUAL_TOLERANCE
     paths = tuple(_fitted(path, program.torch, tolerance, spin_is_free=spin_is_free) for path in program.paths)

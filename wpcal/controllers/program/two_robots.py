@@ -105,12 +105,9 @@ def possible_coordinated(
 ) -> tuple[dict[str, str], list[str], dict[str, CoordinatedRun]]:
     """Return a run in coordinated motion in all languages that can hold it.
 
-    Returns
-    -------
-    files : dict of str to str. Names and contents.
-    refusals : list of str. Why the other languages cannot hold it.
-    motions : dict of str to CoordinatedRun
-        By language, the motion in its files: languages differ in how they move robot 2.
+    Returns `files`: dict of str to str. Names and contents.
+    Returns `refusals`: list of str. Why the other languages cannot hold it.
+    Returns `motions`: By language, the motion in its files: languages differ in how they move robot 2.
     """
     path = SeamPath.of_frames(held.seam.name, held.seam.frames)
     runs: dict[tuple[HolderMove, bool], CoordinatedRun | InputError] = {}

@@ -160,11 +160,9 @@ class WeldPath:
     def stations(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
         """Return where the tool is at every frame of the seam, and at the poses along it.
 
-        Returns
-        -------
-        p, R : ndarray, shapes (m, 3) and (m, 3, 3). In `base`, as a controller interpolates between the poses.
-        frame : ndarray, shape (m,). Number of the frame of the seam at this place, with a fraction between two frames.
-        is_pose : ndarray of bool, shape (m,). Whether it is one of the poses along the seam.
+        Returns `p`, `R`: shapes (m, 3) and (m, 3, 3). In `base`, as a controller interpolates between the poses.
+        Returns `frame`: shape (m,). Number of the frame of the seam at this place, with a fraction between two frames.
+        Returns `is_pose`: shape (m,). Whether it is one of the poses along the seam.
         """
         if self.moves is None:
             rows, n = self.weld_rows, self.weld_count

@@ -90,12 +90,9 @@ class NoFeasiblePlanError(ConvergenceError):
 def too_near(between: tuple[str, str], s_mm: float, best_mm: float, asked_mm: float, advice: str = "") -> Obstacle:
     """Return the obstacle of two bodies that do not keep their distance.
 
-    Parameters
-    ----------
-    s_mm : Place along the seam, mm.
-    best_mm, asked_mm : float
-        Largest distance that was attained there, and the safety distance, mm. Capsules that overlap have a negative
-        distance.
+    `s_mm`: Place along the seam, mm.
+    `best_mm`, `asked_mm`: Largest distance that was attained there, and the safety distance, mm. Capsules that overlap
+    have a negative distance.
     """
     one, two = between
     found = f"{best_mm:.1f} mm" if best_mm >= 0 else f"overlapping by {-best_mm:.1f} mm"

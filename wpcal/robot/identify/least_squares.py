@@ -59,10 +59,8 @@ class LeastSquaresFit:
     def half_widths(self, level: float = 0.95, *, absorbed: FloatArray | None = None) -> FloatArray:
         """Half widths of the intervals that cover each true value with probability `level`, shape (m,).
 
-        Parameters
-        ----------
-        absorbed : ndarray, shape (m,), optional
-            Standard deviations that unseen parameters add (`absorbed_errors`), mm and rad; none unless given.
+        `absorbed`: shape (m,), optional. Standard deviations that unseen parameters add (`absorbed_errors`), mm and
+        rad; none unless given.
         """
         freedom = self.degrees_of_freedom if self.clusters is None else self.clusters - 1
         measured = stdtrit(freedom, 0.5 + level / 2.0) * self.standard_deviations
@@ -101,12 +99,11 @@ def solve_least_squares(
 
     Raises `GeometryError` when there are not more measured numbers than parameters that they determine.
 
-    Parameters
-    ----------
-    parameters : sequence of Parameter
-        What may change; where some cannot be told from others, earlier ones are kept and later ones stay fixed.
-    theta : shape (N, n). Model angles of the rows, rad.
-    expected : Expected errors τ of a length (mm) and of an angle (rad) of a link; without them any change is as likely.
+    `parameters`: What may change; where some cannot be told from others, earlier ones are kept and later ones stay
+    fixed.
+    `theta`: shape (N, n). Model angles of the rows, rad.
+    `expected`: Expected errors τ of a length (mm) and of an angle (rad) of a link; without them any change is as
+    likely.
 
     Notes
     -----

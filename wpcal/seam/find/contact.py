@@ -56,9 +56,8 @@ def find_edge_contacts(
     `edges`: shape (n,). Only these edges; all by default.
     `pairs`: shape (k,). Only these edges and faces, some of `candidate_pairs`; all by default.
 
-    Returns
-    -------
-    EdgeContacts. Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the face.
+    Returns: EdgeContacts. Ends are refined by bisection on the exact edge; a flush contact ends at the corner of the
+    face.
 
     Notes
     -----

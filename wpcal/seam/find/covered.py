@@ -29,10 +29,7 @@ NAMED = 3  #: So many solids are named in an issue.
 def covered_by(graph: BrepGraph, trimmed: TrimmedFaces) -> IntArray:
     """Return for each solid the solid that fills its room and counts instead of it, or -1.
 
-    Returns
-    -------
-    ndarray of int, shape (S,)
-        Of equal bodies, the first one counts. Looked for once: the answer is kept in `trimmed.known`.
+    Returns shape (S,). Of equal bodies, the first one counts. Looked for once: the answer is kept in `trimmed.known`.
     """
     found = trimmed.known.get(("covered", -1))
     if found is None:

@@ -48,13 +48,10 @@ def without_duplicates(graph: BrepGraph, joined: JoinedPieces, *, gap_mm: float)
 
     `gap_mm`: Gap within which they were found, mm.
 
-    Returns
-    -------
-    JoinedPieces
-        If one edge is near two faces of the other member, the stretch belongs to the nearer face. If an edge of A on B
-        and an edge of B on A coincide, a fillet is preferred to a groove, then the smaller gap, then the joint word
-        (`WORDS`). A piece that runs all along such better ones is left out. Welds on opposite sides of one contact are
-        two welds.
+    Returns: If one edge is near two faces of the other member, the stretch belongs to the nearer face. If an edge of A
+    on B and an edge of B on A coincide, a fillet is preferred to a groove, then the smaller gap, then the joint word
+    (`WORDS`). A piece that runs all along such better ones is left out. Welds on opposite sides of one contact are two
+    welds.
     """
     return without_covered(graph, _without_twins(graph, _without_overlaps(graph, joined), gap_mm), gap_mm=gap_mm)
 

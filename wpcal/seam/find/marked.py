@@ -51,13 +51,10 @@ def take_marked(
 
     `gap_mm`: The gap with which the contacts were found, mm.
 
-    Returns
-    -------
-    pieces : JoinedPieces
-        Contacts along marked edges; marked edges that nearly touch another solid, with its face; and those without a
-        contact, with their own faces (-1 for a missing one).
-    label : tuple of str. The mark of each piece.
-    rest : JoinedPieces. The other contacts.
+    Returns `pieces`: Contacts along marked edges; marked edges that nearly touch another solid, with its face; and
+    those without a contact, with their own faces (-1 for a missing one).
+    Returns `label`: tuple of str. The mark of each piece.
+    Returns `rest`: JoinedPieces. The other contacts.
     """
     label_of: dict[int, str] = {}
     alone = []

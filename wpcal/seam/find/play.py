@@ -27,11 +27,8 @@ SAME_PLAY_MM, SAME_PLAY_SHARE = 0.02, 0.05
 def measure_play(graph: BrepGraph, trimmed: TrimmedFaces) -> tuple[Play, ...]:
     """Estimate which gaps the joints of an assembly have by design.
 
-    Returns
-    -------
-    tuple of Play
-        Gaps between `FLUSH_MM` and `MOST_PLAY_MM` that at least `LEAST_JOINTS` joints have, the most frequent first.
-        A joint is a place: a slot with four sides is one.
+    Returns: Gaps between `FLUSH_MM` and `MOST_PLAY_MM` that at least `LEAST_JOINTS` joints have, the most frequent
+    first. A joint is a place: a slot with four sides is one.
     """
     facing = find_facing(graph, trimmed, most_mm=MOST_PLAY_MM)
     if len(facing.first) < LEAST_JOINTS:

@@ -149,10 +149,8 @@ class Judge:
     ) -> Judge:
         """Find the members, holes and bolts of a part.
 
-        Parameters
-        ----------
-        like : ndarray of int, shape (S,), optional
-            For each of the S solids, the one that is looked at in its place (`ShapeLooks.like`); by default itself.
+        `like`: shape (S,), optional. For each of the S solids, the one that is looked at in its place
+        (`ShapeLooks.like`); by default itself.
         """
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
         members, holes = take_members(graph, trimmed, options.judging), find_bolt_holes(graph, trimmed)

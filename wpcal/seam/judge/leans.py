@@ -161,10 +161,7 @@ def feel_seams(
 ) -> list[Felt]:
     """Find how a torch leans at every station of seams, and where it meets a solid whatever its lean.
 
-    Returns
-    -------
-    list of Felt
-        One per seam. A seam is reached nowhere if none of the small leans (`Leans.small`) is free at any station.
+    Returns: One per seam. A seam is reached nowhere if none of the small leans (`Leans.small`) is free at any station.
     """
     if not seams:
         return []

@@ -61,16 +61,13 @@ def find_poses_in_material(
 ) -> PosesInMaterial:
     """Find the poses at which the tip, the wire, the nozzle or the neck of a torch is inside material.
 
-    Parameters
-    ----------
-    p : shape (n, 3). Tips of the wire in the frame of the material, mm.
-    back : ndarray, shape (n, 3)
-        Unit directions from the tip along the wire to the torch: z of a seam frame if the torch is not tilted.
-    start_mm : float or ndarray, shape (n,)
-        The tip is in contact with the joint, so the wire is felt from this far away from its tip. On a modelled bead
-        the tip is below the face of the bead; use `stations.BEAD_MM` there.
-    more_mm : shape (n,). How far beyond its length the torch is felt: it comes and goes along the wire.
-    bend : shape (n, 3). Unit directions towards which the neck bends. None: neck and body are not felt.
+    `p`: shape (n, 3). Tips of the wire in the frame of the material, mm.
+    `back`: shape (n, 3). Unit directions from the tip along the wire to the torch: z of a seam frame if the torch is
+    not tilted.
+    `start_mm`: shape (n,). The tip is in contact with the joint, so the wire is felt from this far away from its tip.
+    On a modelled bead the tip is below the face of the bead; use `stations.BEAD_MM` there.
+    `more_mm`: shape (n,). How far beyond its length the torch is felt: it comes and goes along the wire.
+    `bend`: shape (n, 3). Unit directions towards which the neck bends. None: neck and body are not felt.
 
     Notes
     -----
@@ -146,11 +143,9 @@ def place_tube(
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return starts and directions, shapes (n, 3), and the length (mm) of a piece of a torch at poses.
 
-    Parameters
-    ----------
-    mouth : shape (n, 3). Middles of the mouths of the nozzles, mm.
-    back, bend : ndarray, shape (n, 3)
-        Unit directions in the same frame: along the wire to the torch, and towards which the neck bends.
+    `mouth`: shape (n, 3). Middles of the mouths of the nozzles, mm.
+    `back`, `bend`: shape (n, 3). Unit directions in the same frame: along the wire to the torch, and towards which the
+    neck bends.
     """
     axes = np.stack([bend, np.cross(back, bend), back], axis=2)
     length = float(np.linalg.norm(tube.end - tube.start))

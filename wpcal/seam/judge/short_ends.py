@@ -46,11 +46,8 @@ LOW, HIGH = 0.15, 1.0
 def find_short_ends(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> IntArray:
     """Find the seams that go across the end of a plate beside a longer one.
 
-    Returns
-    -------
-    ndarray of int, shape (n,)
-        The row of the seam that each one is the end of: an accepted one if there is one, of these the longest; -1 for
-        every other seam.
+    Returns shape (n,). The row of the seam that each one is the end of: an accepted one if there is one, of these the
+    longest; -1 for every other seam.
     """
     owner = np.full(len(seams), -1)
     short, beside, end = _pairs(seams)

@@ -63,9 +63,8 @@ def find_stretches(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam
     The paths of points of the wire are sent through the part as rays from station to station, so no solid is too thin
     to be met. Between two crossings a point is inside the same solids throughout.
 
-    Returns
-    -------
-    list of list of Stretch, length n. From start to end; one stretch for a seam that is free or inside everywhere.
+    Returns: list of list of Stretch, length n. From start to end; one stretch for a seam that is free or inside
+    everywhere.
     """
     if not seams:
         return []

@@ -25,12 +25,9 @@ FELT_CHORD_MM = 0.1
 def cut_at_material(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions) -> list[Seam]:
     """Cut seams at the solids that they go through.
 
-    Returns
-    -------
-    list of Seam
-        A seam that is free all along is the same object. The stretches of the others are seams of their own, in the
-        order of the seam, with new frames; their lengths add up to its length. Those inside material name the solids
-        (`Seam.inside`).
+    Returns: A seam that is free all along is the same object. The stretches of the others are seams of their own, in
+    the order of the seam, with new frames; their lengths add up to its length. Those inside material name the solids
+    (`Seam.inside`).
     """
     felt = seams
     if options.steps.chord_mm > FELT_CHORD_MM:

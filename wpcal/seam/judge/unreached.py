@@ -36,13 +36,10 @@ def cut_where_unreached(
 ) -> list[list[Seam]]:
     """Cut seams where no torch gets to them, whatever its lean.
 
-    Returns
-    -------
-    list of list of Seam, length n
-        A seam that is free all along is one stretch. The torch's leans are in `Seam.lean_rad`; stretches that no torch
-        reaches name the solids in its way (`Seam.blocked_by`). Cuts are within `STEP_MM`, on the free side. Where the
-        torch reaches every station, but a bar across the joint lets it not pass, two stretches meet. With a chord error
-        above `FELT_CHORD_MM` the seam itself is free; the chords between its stations need not be.
+    Returns: A seam that is free all along is one stretch. The torch's leans are in `Seam.lean_rad`; stretches that no
+    torch reaches name the solids in its way (`Seam.blocked_by`). Cuts are within `STEP_MM`, on the free side. Where the
+    torch reaches every station, but a bar across the joint lets it not pass, two stretches meet. With a chord error
+    above `FELT_CHORD_MM` the seam itself is free; the chords between its stations need not be.
     """
     done: list[list[Seam]] = [[] for _ in seams]
     todo = list(enumerate(seams))

@@ -200,11 +200,8 @@ def _are_bosses(graph: BrepGraph, faces: IntArray, z: FloatArray, foot: FloatArr
 def find_clamps(holes: Holes, fasteners: Mapping[int, Fastener]) -> tuple[Clamp, ...]:
     """Find the places at which bolts, or holes for them, hold two members together.
 
-    Returns
-    -------
-    tuple of Clamp
-        Those of bolts first. A bolt holds the members that it goes through, and those on which its head, its nuts and
-        its washers lie. Holes of which one is the bore of a ring, a boss or a pipe do not count.
+    Returns: Those of bolts first. A bolt holds the members that it goes through, and those on which its head, its nuts
+    and its washers lie. Holes of which one is the bore of a ring, a boss or a pipe do not count.
     """
     held: dict[int, set[int]] = defaultdict(set)
     for fastener in fasteners.values():

@@ -169,10 +169,7 @@ def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
 def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
     """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
 
-    Returns
-    -------
-    list of Issue
-        One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
+    Returns: One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
     """
     told = []
     for solid, count, why in find_whole_solids(graph, trimmed):

@@ -30,9 +30,8 @@ CLOSED_MM = 1e-6  #: A run whose end is this near to its start is closed.
 def build_seams(graph: BrepGraph, joined: JoinedPieces, options: SeamOptions, source: SeamSource) -> list[Seam]:
     """Chain pieces between the same solids with the same weld into seams of at least `LEAST_CANDIDATE_MM`.
 
-    Returns
-    -------
-    list of Seam. Without names, not judged yet. The joint of a seam is the one with the largest share of its length.
+    Returns: list of Seam. Without names, not judged yet. The joint of a seam is the one with the largest share of its
+    length.
     """
     pieces = joined.pieces
     if len(pieces) == 0:

@@ -76,10 +76,8 @@ def turns(graph: BrepGraph, pieces: SeamPieces, before: IntArray, after: IntArra
 def turn_corners(graph: BrepGraph, runs: Runs, stations: Stations, frames: SeamFrames) -> tuple[Stations, SeamFrames]:
     """Let frames turn smoothly round the corners of runs.
 
-    Returns
-    -------
-    frames : SeamFrames
-        Unchanged where there is no corner. Near a corner x is not the tangent of the edge, but turns with the torch.
+    Returns `frames`: Unchanged where there is no corner. Near a corner x is not the tangent of the edge, but turns with
+    the torch.
     """
     inner = np.setdiff1d(np.arange(len(runs.pieces)), runs.start[1:] - 1)
     sharp = inner[turns(graph, runs.pieces, inner, inner + 1) > SHARP_RAD]

@@ -45,11 +45,8 @@ def discretise(graph: BrepGraph, runs: Runs, options: StepOptions) -> Stations:
 
     Raises `InputError` if a piece would get more than `MOST_POINTS`.
 
-    Returns
-    -------
-    Stations
-        For each run from its start to its end, both included. A point where two pieces meet occurs once, on the later
-        piece. A bridge between two pieces has a point at either end.
+    Returns: For each run from its start to its end, both included. A point where two pieces meet occurs once, on the
+    later piece. A bridge between two pieces has a point at either end.
     """
     pieces = runs.pieces
     counts, t, s = _piece_stations(graph, pieces, options)

@@ -21,14 +21,11 @@ OPPOSED_LENGTH = 1e-6  #: Two normals are opposed, and have no bisector, if thei
 def seam_frames(graph: BrepGraph, pieces: SeamPieces, stations: Stations) -> SeamFrames:
     """Build the frames of runs at their stations, all in one.
 
-    Returns
-    -------
-    SeamFrames
-        In `part`, from the exact tangents and normals. If the two normals are opposed, there is no bisector, and z is
-        the normal of the wall (`turning.face_free_space` turns it). In a flare groove, z points to the centre of a ball
-        in the mouth of the groove, and the normals are those where this ball touches both faces. If one face is missing
-        (-1), z is the normal of the other one. If both are missing, z points up in `part`, or along its x axis on a
-        vertical seam.
+    Returns: In `part`, from the exact tangents and normals. If the two normals are opposed, there is no bisector, and z
+    is the normal of the wall (`turning.face_free_space` turns it). In a flare groove, z points to the centre of a ball
+    in the mouth of the groove, and the normals are those where this ball touches both faces. If one face is missing
+    (-1), z is the normal of the other one. If both are missing, z points up in `part`, or along its x axis on a
+    vertical seam.
     """
     rows = stations.piece
     p, slope = evaluate_edges(graph, pieces.edge[rows], stations.t)

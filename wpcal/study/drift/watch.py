@@ -96,10 +96,8 @@ def pose_channels(T_base_part: FloatArray, places: FloatArray) -> FloatArray:
     `T_base_part`: ndarray, shape (n, 4, 4).
     `places`: shape (p, 3). Touched points in `part`, mm.
 
-    Returns
-    -------
-    ndarray, shape (n, 6)
-        Of the middle of the places x, y, z in mm; turns about x, y, z in degrees. Both along the axes of `base`.
+    Returns shape (n, 6). Of the middle of the places x, y, z in mm; turns about x, y, z in degrees. Both along the axes
+    of `base`.
     """
     middle = places.mean(axis=0) if len(places) else np.zeros(3)
     at = T_base_part[:, :3, :3] @ middle + T_base_part[:, :3, 3]

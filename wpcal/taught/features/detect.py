@@ -15,14 +15,11 @@ from wpcal.taught.features.walls import Coaxial, Walls
 def find_features(graph: BrepGraph) -> tuple[ReferenceFeature, ...]:
     """Find the features that can be taught on a part.
 
-    Returns
-    -------
-    tuple of ReferenceFeature
-        Corners (``V``), circular rims (``C``), holes (``H``, the centre of the entry rim), sphere centres (``S``),
-        midpoints of straight edges (``M``), bosses (``B``), slots (``L``), virtual corners (``X``), edge ends (``E``),
-        datum planes (``P``) and cylinder axes (``A``). They are numbered within their kind by position (rounded to
-        1e-3 mm, sorted by x, y, z, then solid and size). The numbers are the same in every run and for every order of
-        the faces in the file; a new kind never renumbers another one.
+    Returns: Corners (``V``), circular rims (``C``), holes (``H``, the centre of the entry rim), sphere centres (``S``),
+    midpoints of straight edges (``M``), bosses (``B``), slots (``L``), virtual corners (``X``), edge ends (``E``),
+    datum planes (``P``) and cylinder axes (``A``). They are numbered within their kind by position (rounded to 1e-3 mm,
+    sorted by x, y, z, then solid and size). The numbers are the same in every run and for every order of the faces in
+    the file; a new kind never renumbers another one.
     """
     walls = Walls.of(Coaxial.of(graph))
     found = (

@@ -24,11 +24,8 @@ LEAST_AREA_MM2 = 1.0  #: Three touches of a tip cannot determine the plane of a 
 def find_planes(graph: BrepGraph) -> FeatureColumns:
     """Find the datum planes.
 
-    Returns
-    -------
-    FeatureColumns
-        One row per solid, plane and side: faces in one plane that face the same way are one datum. The point is the
-        centroid of their area, which may be over an opening. The direction is outward.
+    Returns: One row per solid, plane and side: faces in one plane that face the same way are one datum. The point is
+    the centroid of their area, which may be over an opening. The direction is outward.
     """
     faces = np.flatnonzero(graph.face_kind == SurfaceKind.PLANE)
     normal = graph.face_frame[faces, 3] * graph.face_outward[faces][:, None]

@@ -85,9 +85,7 @@ class Air:
         `a`, `b`: shape (2, 3). Approach and start of the two searches.
         `Ra`, `Rb`: ndarray, shape (3, 3)
 
-        Returns
-        -------
-        ndarray, shape (k, 3), or None. The way itself, or one over the safe level; None if the torch passes on none.
+        Returns shape (k, 3), or None. The way itself, or one over the safe level; None if the torch passes on none.
         """
         for line, R_line in ((a, Ra), (b, Rb)):
             if not self.part.lets_pass(self.torch, self.wire_mm, line, np.stack([R_line] * 2), along_wire=True):

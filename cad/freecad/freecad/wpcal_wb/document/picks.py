@@ -34,11 +34,8 @@ class Pick(NamedTuple):
 def picks_of(selection: Sequence[Any]) -> list[Pick]:
     """Return what is selected, element by element.
 
-    Parameters
-    ----------
-    selection : sequence of Gui.SelectionObject
-        From `Gui.Selection.getSelectionEx(document, 0)`: names from the outermost object on, so that shapes come in the
-        coordinates of the document.
+    `selection`: From `Gui.Selection.getSelectionEx(document, 0)`: names from the outermost object on, so that shapes
+    come in the coordinates of the document.
     """
     import Part
 
