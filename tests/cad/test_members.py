@@ -3,12 +3,14 @@
 from typing import Any
 
 import pytest
-from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, extrude, make_face
+from build123d import Align, Axis, Box, Cylinder, Plane, Polyline, Pos, Sphere, extrude, make_face
 
 from cad.kernel.to_brep import to_brep
+from wpcal.brep import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.member.members import MemberKind, members_of
+from wpcal.seam.member.one_piece import why_one_piece
 from wpcal.seam.search import find_part_seams
 
 ALONG = (Align.CENTER, Align.CENTER, Align.MIN)
@@ -25,10 +27,15 @@ def i_beam(height: float, width: float, web: float, flange: float, *, length: fl
     return beam
 
 
-def fused_seams(shape: Any) -> tuple[Seam, ...]:
+def graph_of(shape: Any) -> tuple[BrepGraph, TrimmedFaces]:
     graph = to_brep([("body", shape.solid().wrapped)])
+    return graph, TrimmedFaces.of(graph)
+
+
+def fused_seams(shape: Any) -> tuple[Seam, ...]:
+    graph, trimmed = graph_of(shape)
     cross: Any = None  # one solid crosses no other one
-    return find_part_seams(graph, TrimmedFaces.of(graph), SeamOptions(), cross=cross).seams
+    return find_part_seams(graph, trimmed, SeamOptions(), cross=cross).seams
 
 
 @pytest.mark.parametrize("root", [0.0, 12.0])
@@ -44,8 +51,7 @@ def test_a_column_fused_with_its_foot_is_welded_at_the_foot_only(root: float) ->
 
 def test_members_of_a_column_are_a_profile_and_a_plate() -> None:
     column = Box(160, 160, 12, align=ALONG) + Pos(0, 0, 12) * i_beam(100, 100, 6, 10, length=500, root=12.0)
-    graph = to_brep([("body", column.solid().wrapped)])
-    found = members_of(graph, TrimmedFaces.of(graph), 0)
+    found = members_of(*graph_of(column), 0)
     profile = next(one for one in found.members if one.kind is MemberKind.PROFILE)
     assert len(found.members) == 2
     assert found.share == 1.0
@@ -59,6 +65,36 @@ def test_a_channel_through_a_plate_keeps_its_roots_and_is_welded_round() -> None
     accepted = [seam for seam in fused_seams(channel + plate) if seam.accepted]
     assert accepted
     assert all(abs(seam.frames.R[:, 2, 0]).max() < 0.1 for seam in accepted)
+
+
+def test_ribs_on_a_plate_are_welded_though_nothing_explains_the_dome_below() -> None:
+    dome = Sphere(90) & Pos(0, 0, -50) * Box(200, 200, 100)
+    ribs = [Pos(0, y, 40) * Box(250, 8, 60) for y in (-60, 60)]
+    bracket = Pos(0, 0, 5) * Box(300, 200, 10) + dome + ribs
+    assert why_one_piece(*graph_of(bracket), 0) is not None
+    accepted = [seam for seam in fused_seams(bracket) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(4 * 250.0)
+    moulded = bracket.scale(0.25)  # the same with walls of 2 and 2.5 mm
+    assert not [seam for seam in fused_seams(moulded) if seam.accepted]
+    milled = Box(300, 200, 60) + Pos(0, 0, -30) * dome - [Pos(x, 0, 20) * Box(120, 160, 50) for x in (-70, 70)]
+    assert not [seam for seam in fused_seams(milled) if seam.accepted]
+
+
+def test_an_upright_with_a_step_in_its_web_and_a_crossbar_keeps_its_roots() -> None:
+    upright = i_beam(200, 60, 20, 30, length=900, root=0.0) + Pos(12.5, 20, 0) * Box(5, 100, 900, align=ALONG)
+    frame = upright + Pos(-120, 0, 700) * Box(220, 30, 200)
+    accepted = [seam for seam in fused_seams(frame) if seam.accepted]
+    assert accepted
+    assert all(seam.length_mm < 500 for seam in accepted)
+
+
+def test_a_thin_ring_inside_the_bolt_circle_of_a_flange_is_no_member() -> None:
+    holes = [Pos(x, y, 0) * Cylinder(7, 40) for x, y in ((45, 0), (-45, 0), (0, 45), (0, -45))]
+    flange = Cylinder(60, 16) - Cylinder(16, 40)
+    for body, count in ((flange - holes, 0), (flange, 1)):
+        ring = Pos(0, 0, 9.5) * (Cylinder(30, 3) - Cylinder(16, 40))
+        graph = to_brep([(name, shape.solid().wrapped) for name, shape in (("flange", body), ("ring", ring))])
+        assert len([seam for seam in detect_seams(graph) if seam.accepted]) == count
 
 
 def test_no_seam_is_accepted_that_is_reached_from_inside_a_closed_tank_only() -> None:

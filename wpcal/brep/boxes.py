@@ -55,7 +55,7 @@ class BoxTree:
     def search(self, count: int, meets: Meets) -> tuple[IntArray, IntArray]:
         """Find all pairs of a query and a box that it meets.
 
-        Returns `query, box`: ndarray of int, shape (k,). Sorted by query, then box.
+        Returns `query`, `box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
         none = np.zeros(0, dtype=np.int64)
         found = [
@@ -70,7 +70,7 @@ class BoxTree:
         """Find all pairs of a given box and a box of the tree that touch or overlap.
 
         `low`, `high`: shape (n, 3). Least and greatest corner of each given box.
-        Returns `query, box`: ndarray of int, shape (k,). Sorted by query, then box.
+        Returns `query`, `box`: ndarray of int, shape (k,). Sorted by query, then box.
         """
 
         def meets(query: IntArray, box_low: FloatArray, box_high: FloatArray) -> BoolArray:
@@ -115,7 +115,7 @@ def boxes_of_solids(
 
     `face_solid`: shape (F,). Number of the solid of each face.
     `face_box`: shape (F, 3). Least and greatest corners, mm.
-    Returns `low, high`: ndarray, shape (s, 3). Infinite and the wrong way round where there are no faces.
+    Returns `low`, `high`: ndarray, shape (s, 3). Infinite and the wrong way round where there are no faces.
     """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, face_solid, face_box[0])

@@ -34,7 +34,7 @@ from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
 from wpcal.seam.judge.wrapping import weld_round_corners
 from wpcal.seam.limits import WIDE_GAPS
-from wpcal.seam.member.one_piece import are_weldments
+from wpcal.seam.member.one_piece import are_welded_corners, are_weldments
 from wpcal.seam.options import ConcaveEdges, SeamOptions
 from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space
@@ -54,9 +54,9 @@ def detect_seams(
 ) -> tuple[Seam, ...]:
     """Find the weld seams of a part.
 
-    Returns: Cut where they go through another solid. Named ``W1``, ``W2``, … by the place of their start (x, then y,
-    then z), added edges last, with frames in `part`; the same in every run. Rejected candidates are included, with the
-    reasons (`Seam.against`).
+    Returns tuple of Seam. Cut where they go through another solid. Named ``W1``, ``W2``, … by the place of their start
+    (x, then y, then z), added edges last, with frames in `part`; the same in every run. Rejected candidates are
+    included, with the reasons (`Seam.against`).
     """
     options = options or SeamOptions()
     trimmed = trimmed or TrimmedFaces.of(graph)
@@ -210,14 +210,15 @@ def _inside_solids(
 ) -> tuple[JoinedPieces, JoinedPieces]:
     """Return the concave edges inside solids that are candidates by themselves, and the mitres of tubes."""
     concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
-    solids = np.unique(graph.face_solid[concave.pieces.wall])
+    wall, base, gap_mm = concave.pieces.wall, concave.pieces.base, options.gap_for(graph)
+    solids, own = np.unique(graph.face_solid[wall]), np.ones(len(wall), dtype=bool)
     if options.concave is ConcaveEdges.AUTO:
-        solids = solids[are_weldments(graph, trimmed, solids, options.gap_for(graph))]
+        solids = solids[are_weldments(graph, trimmed, solids, gap_mm)]
+        own = are_welded_corners(graph, trimmed, wall, base, gap_mm)
     searched = np.isin(np.arange(len(graph.solid_names)), solids)
     mitres = find_mitres(graph, trimmed, searched)
     left_out = mitres.pieces.edge
     if marked is not None:
         mitres = mitres.select(np.flatnonzero(~np.isin(mitres.pieces.edge, marked.edge)))
         left_out = np.union1d(left_out, marked.edge)
-    own = searched[graph.face_solid[concave.pieces.wall]] & ~np.isin(concave.pieces.edge, left_out)
-    return concave.select(np.flatnonzero(own)), mitres
+    return concave.select(np.flatnonzero(own & ~np.isin(concave.pieces.edge, left_out))), mitres

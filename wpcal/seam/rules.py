@@ -210,6 +210,12 @@ class Rule(Enum):
         "several members may hold a welded ring so.",
         "shape: solid of revolution, seat of its size, wider or narrower on both sides",
     )
+    GASKET = RuleRow(
+        0.5,
+        "A ring up to 5 mm thick lies flat on the other solid, inside a circle of its bolt holes.",
+        "It is a gasket, or the raised face of a flange; a flange is welded to a pipe.",
+        "shape: solid of revolution, plane under it, three holes or more at one distance from its axis",
+    )
     RING_IN_RING = RuleRow(
         0.5,
         "A ring fills the bore of another ring and ends with it on both sides.",

@@ -23,7 +23,7 @@ from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.judge.other_torches import felt_within_mm
-from wpcal.seam.member.one_piece import are_weldments
+from wpcal.seam.member.one_piece import are_welded_corners
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
 from wpcal.seam.seam import Seam, SeamPieces
@@ -132,7 +132,7 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
     if len(pairs):
         graph, sections, issues = cross(graph, pairs)
         trimmed = trimmed.with_graph(graph)
-    may = partial(are_weldments, graph, trimmed, gap_mm=options.gap_for(graph))
+    may = partial(are_welded_corners, graph, trimmed, gap_mm=options.gap_for(graph))
     graph, beads = add_beads(graph, options, may)
     graph, flares = add_grooves(graph, trimmed, options)
     return _Added(graph, sections, beads, flares, issues)

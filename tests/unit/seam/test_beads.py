@@ -15,7 +15,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions, SeamSource, detect_seams
 from wpcal.seam.find.bead import add_beads
 from wpcal.seam.find.strips import find_strips
-from wpcal.seam.member.one_piece import are_weldments
+from wpcal.seam.member.one_piece import are_welded_corners
 
 EXACT_MM = 1e-9
 """Lines and circles are closed form; the ends are those of the bead's side, good to the kernel's 1e-12."""
@@ -27,7 +27,7 @@ FRAME_RAD = 1e-6
 def seams_of(name: str, concave: ConcaveEdges = ConcaveEdges.AUTO) -> tuple[BrepGraph, list[Seam]]:
     graph, options = saved_graph(name), SeamOptions(concave=concave)
     trimmed = TrimmedFaces.of(graph)
-    wider, beads = add_beads(graph, options, partial(are_weldments, graph, trimmed, gap_mm=options.gap_for(graph)))
+    wider, beads = add_beads(graph, options, partial(are_welded_corners, graph, trimmed, gap_mm=options.gap_for(graph)))
     found = detect_seams(wider, options, trimmed=replace(trimmed, graph=wider), beads=beads)
     return wider, [seam for seam in found if seam.source is SeamSource.BEAD]
 

@@ -29,21 +29,20 @@ ACROSS_SIN = 1e-6  #: A plane is across a cylinder if the sine between its norma
 
 
 def add_beads(
-    graph: BrepGraph, options: SeamOptions, may: Callable[[IntArray], BoolArray]
+    graph: BrepGraph, options: SeamOptions, may: Callable[[IntArray, IntArray], BoolArray]
 ) -> tuple[BrepGraph, JoinedPieces]:
     """Add the curves in which the faces beside beads and rounds meet, as edges without faces of their own.
 
-    `may`: Tells which of some solids, shape (n,), may be built up; with `ConcaveEdges.AUTO`, only these are searched.
+    `may`: Tells between which pairs of faces, shape (n,) each, members may meet; with `ConcaveEdges.AUTO`, only beads
+    between such faces are taken.
     Returns `pieces`: JoinedPieces. Wall and base are the faces beside the strips.
     """
     strips: list[Strip] = []
-    if options.concave is ConcaveEdges.ALWAYS:
+    if options.concave is not ConcaveEdges.NEVER:
         strips = find_strips(graph, min_length_mm=options.min_edge_mm)
-    elif options.concave is ConcaveEdges.AUTO:
-        strips = find_strips(graph, min_length_mm=options.min_edge_mm)
-        solids = np.unique(graph.face_solid[[strip.face for strip in strips]])
-        welded = solids[may(solids)]
-        strips = [strip for strip in strips if graph.face_solid[strip.face] in welded]
+    if options.concave is ConcaveEdges.AUTO:
+        sides = np.array([strip.sides for strip in strips], dtype=np.int64).reshape(-1, 2)
+        strips = [strips[row] for row in np.flatnonzero(may(sides[:, 0], sides[:, 1])).tolist()]
     found = [(strip, edge) for strip in strips for edge in _meeting_edges(graph, strip)]
     wider, edges = add_edges(graph, [edge for _, edge in found])
     n = len(found)

@@ -20,8 +20,6 @@ BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 BEND_KINDS = (CurveKind.LINE, CurveKind.CIRCLE)
 """Along such curves sheets are bent, and collars drawn. Where a tube opens into another one of the same thickness, its
 wall goes over into the other one as that of a bent sheet does, but along neither."""
-ALONG_SIN, ACROSS_COS = 1e-6, 1e-6  #: Directions are parallel, or at a right angle, within this.
-WHOLE = 0.8  #: The root of a profile runs along at least this share of its solid; the ends may be mitred.
 
 
 def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolArray:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
@@ -37,6 +38,7 @@ OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.
 FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the confidence.
+MOSTLY_ROLLED = 0.9  #: A seam is the root of a rolled profile if so much of its length is.
 AROUND = 0.1  #: A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees).
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
@@ -149,7 +151,7 @@ class Judge:
     ) -> Judge:
         """Find the members, holes and bolts of a part.
 
-        `like`: shape (S,), optional. For each of the S solids, the one that is looked at in its place
+        `like`: ndarray of int, shape (S,), optional. For each of the S solids, the one that is looked at in its place
         (`ShapeLooks.like`); by default itself.
         """
         number = {name: solid for solid, name in enumerate(graph.solid_names)}
@@ -320,10 +322,13 @@ def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[S
         pieces, name = seams[row].pieces, seams[row].solids[0]
         members = members_of(graph, trimmed, number[name])
         pairs = zip(pieces.wall.tolist(), pieces.base.tolist(), strict=True)
-        way, length_mm = seams[row].frames.R[0, :, 0], seams[row].length_mm
+        way, length_mm = seams[row].frames.R[len(seams[row].frames) // 2, :, 0], seams[row].length_mm
         around = [members.around(pair, way, length_mm) for pair in pairs]
-        if around and around[0] is not None and None not in around:
-            words = f"a corner inside one {around[0].in_words} of {name}, as if rolled"
+        rolled = [one for one in around if one is not None]
+        mm = edge_lengths(graph)[pieces.edge]
+        inside_mm = mm[[one is not None for one in around]].sum()
+        if rolled and inside_mm >= MOSTLY_ROLLED * mm.sum():  # it may turn round the end of its member
+            words = f"a corner inside one {rolled[0].in_words} of {name}, as if rolled"
             found[row].append(Rule.ROLLED.found(words))
     rows = [row for row in inner if seams[row].source is SeamSource.CONCAVE]
     if not rows:

@@ -17,6 +17,8 @@ from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.built_up import ROUND_KINDS, is_turned
 
 SAME_AXIS_MM, SAME_AXIS_SIN = 0.2, 2e-3  #: Axes nearer and more parallel than this are one.
+THICKEST_GASKET_MM, FEWEST_BOLTS = 5.0, 3
+"""Gaskets, and raised faces of flanges, are at most so thick; a flange has at least so many bolts."""
 SHOULDER_MM = 0.5  #: A shoulder stands out by more than this: a thread or a press fit is less.
 SAME_WIDTH = 0.05  #: Rings end together if their ends are this near, in widths: the shield of a bearing is set back.
 
@@ -61,6 +63,35 @@ def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm
     `gap_mm`: Largest play between a ring and its seat, mm.
     """
     return any(_holds(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
+
+
+def is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
+    """Tell whether one of two solids is a thin ring that lies flat on the other one, inside a circle of its bolt holes.
+
+    `gap_mm`: Largest gap between the two, mm.
+    """
+    return any(_is_gasket(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
+
+
+def _is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
+    if not is_turned(graph, ring):
+        return False
+    round_ = np.flatnonzero((graph.face_solid == ring) & np.isin(graph.face_kind, ROUND_KINDS))
+    o, z = graph.face_frame[round_[0], 0], graph.face_frame[round_[0], 3]
+    bore, outside = (_faces(graph, trimmed, ring, o, z, way) for way in (-1, 1))
+    if not bore or not outside:
+        return False
+    ends = np.array([(face.low, face.high, face.most) for face in outside])
+    low, high, most = ends[:, 0].min(), ends[:, 1].max(), ends[:, 2].max()
+    is_plane = (graph.face_solid == other) & (graph.face_kind == SurfaceKind.PLANE)
+    planes = np.flatnonzero(is_plane & (np.linalg.norm(np.cross(graph.face_frame[:, 3], z), axis=1) <= SAME_AXIS_SIN))
+    height = (graph.face_frame[planes, 0] - o) @ z
+    is_on = (np.minimum(np.abs(height - low), np.abs(height - high)) <= gap_mm) & (high - low <= THICKEST_GASKET_MM)
+    hollow = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0) & (graph.face_solid == other)
+    arm = graph.face_frame[hollow, 0] - o
+    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1) - graph.face_param[hollow, 0]
+    around = off[off >= most]
+    return bool(is_on.any() and len(around) >= FEWEST_BOLTS) and bool(np.ptp(around) <= SAME_AXIS_MM)
 
 
 def _holds(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:

@@ -18,7 +18,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.seam.find.built_up import is_turned
 from wpcal.seam.judge.closed_in import find_held
-from wpcal.seam.judge.held_fast import is_held_fast, is_ring_in_ring
+from wpcal.seam.judge.held_fast import is_gasket, is_held_fast, is_ring_in_ring
 from wpcal.seam.judge.rolling import has_round_tread
 from wpcal.seam.member.heavy_bars import find_bar, why_timber
 from wpcal.seam.member.note import Members
@@ -30,6 +30,13 @@ SMALLEST = 0.5
 """A solid that is smaller than this share of the nozzle in all directions is a contact, a spring or a pin: the smallest
 weld nut has 9 mm."""
 THINNEST_MM = 0.5  #: The thinnest sheet that is welded with an arc is about as thick.
+
+RINGS = (
+    (is_held_fast, Rule.HELD_FAST, "one of the two is a ring between two shoulders of the other"),
+    (is_gasket, Rule.GASKET, "one of the two is a thin ring flat on the other, inside a circle of its bolt holes"),
+    (is_ring_in_ring, Rule.RING_IN_RING, "a ring fills the bore of the other and ends with it on both sides"),
+)
+"""What is looked for between a round solid and another one, the first that is found."""
 
 
 @dataclass(slots=True, eq=False)
@@ -94,13 +101,12 @@ class ShapeLooks:
         for solid in (a, b):
             if self._of_equals(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
-        is_round = any(self._of_equals(_is_turned, solid) for solid in (a, b))
-        if is_round and self._once(is_held_fast, a, b):
-            yield Rule.HELD_FAST.found("one of the two is a ring between two shoulders of the other")
-        elif self._held[self._first_pair(a, b)]:
-            yield Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
-        elif is_round and self._once(is_ring_in_ring, a, b):
-            yield Rule.RING_IN_RING.found("a ring fills the bore of the other and ends with it on both sides")
+        rings = RINGS if any(self._of_equals(_is_turned, solid) for solid in (a, b)) else ()
+        found = (rule.found(words) for look, rule, words in rings if self._once(look, a, b))
+        closed_in = Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
+        seat = next(found, closed_in if self._held[self._first_pair(a, b)] else None)
+        if seat is not None:
+            yield seat
 
     def _of_part(self) -> Iterator[Finding]:
         members = self.members.notes.members

@@ -45,13 +45,20 @@ ENDS_TOGETHER = 0.2
 """The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
 are plates on which others stand."""
 MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
+FOUR_WAYS, FOUR_WAYS_COS = (-1.0, 0.0, 0.0, 1.0), 0.2
+"""Cosines, ascending, between one of four roots of an I section and all of them; its flanges may be inclined."""
 SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
 SMALLEST_PROFILE_MM, THICKEST_PROFILE_MM = 10.0, 40.0
 """The smallest angle that is sold is so high, and the heaviest I section has flanges of so much."""
 SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
+SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
+"""A slender plate, bar or profile is thinner than this share of the root of its area; a slender tube has a wall thinner
+than this share of its height."""
+MOULDED_MM = 3.0  #: Walls of moulded cases are up to this thick.
 STOUT_MM = (20.0, 100.0)
 """A stout piece of bar is a member if it is so long, at most so thick, and the whole solid."""
 DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
+LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this share of it.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
 SMOOTH_COS = 0.99  #: Faces run smoothly into each other if their normals are within 8 degrees.
 MOST_HYPOTHESES = 400  #: Of a solid; the largest are kept.
@@ -104,6 +111,23 @@ class Member:
         return self.kind is MemberKind.BAR and not is_thin
 
     @property
+    def is_hollow(self) -> bool:
+        """Tell whether it is a round tube, or of a rolled section: nobody makes such things of wood."""
+        return self.kind is MemberKind.PROFILE or (
+            self.kind is MemberKind.ROUND and self.thickness_mm < self.section[0]
+        )
+
+    @property
+    def is_slender(self) -> bool:
+        """Tell whether it is so thin for its size that it was hardly milled, and too thick to be moulded."""
+        if self.kind is MemberKind.SHEET or self.thickness_mm <= MOULDED_MM:
+            return False
+        if self.kind in (MemberKind.TUBE, MemberKind.ROUND):  # a wall
+            return bool(self.thickness_mm <= SLENDER_WALL * self.section[0])
+        area = max(self.length_mm, self.section[0]) * self.section[1]
+        return bool(self.thickness_mm <= SLENDER_PLATE * np.sqrt(area))
+
+    @property
     def in_words(self) -> str:
         """What the member is, with its section: ``rolled profile 100 x 50``."""
         return f"{self.kind.value} {self.section[1]:.3g} x {self.section[0]:.3g}"
@@ -116,6 +140,7 @@ class Decomposition:
     members: tuple[Member, ...]
     share: float  #: Of the surface that they explain.
     straight_share: float  #: That is explained without formed sheets.
+    explained: tuple[frozenset[int], ...] = ()  #: Of each member, the faces that it explains.
 
     @property
     def is_one(self) -> bool:
@@ -128,17 +153,31 @@ class Decomposition:
         solid = [one.is_drawn_solid for one in self.members]
         return any(solid) and not all(solid)
 
+    def is_between(self, one: int, other: int) -> bool:
+        """Tell whether two faces are on different members, both slender."""
+        own = [{k for k, faces in enumerate(self.explained) if face in faces} for face in (one, other)]
+        slender = [any(self.members[k].is_slender for k in members) for members in own]
+        return all(slender) and not own[0] & own[1]
+
+    def is_root(self, one: int, other: int) -> bool:
+        """Tell whether the corner between two faces is a root of a rolled profile."""
+        profiles = (member for member in self.members if member.kind is MemberKind.PROFILE)
+        return any((min(one, other), max(one, other)) in member.roots for member in profiles)
+
     def around(self, faces: tuple[int, int], way: FloatArray, length_mm: float) -> Member | None:
         """Return the member inside which a straight corner between two faces is.
 
-        `way`: shape (3,). Along the corner, a unit vector; a member holds corners along its axis, not longer than it.
+        `way`: shape (3,). Along the corner, a unit vector. A member holds corners along its axis, hardly longer:
+        its section is not followed to its end where others stand on it.
         """
         pair = (min(faces), max(faces))
         return next(
             (
                 one
                 for one in self.members
-                if pair in one.roots and abs(one.axis @ way) > ON_COS and length_mm <= one.length_mm + 1.0
+                if pair in one.roots
+                and abs(one.axis @ way) > ON_COS
+                and length_mm <= (1.0 + ENDS_TOGETHER) * one.length_mm
             ),
             None,
         )
@@ -166,8 +205,18 @@ def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decompos
     chosen = _cheapest(cost, covers, surface.face)
     members = tuple(pairs[row][0] for row in np.flatnonzero(chosen))
     straight = [member.kind is not MemberKind.SHEET for member in members]
-    share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))
-    return Decomposition(members, *share)
+    share, straight_share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))
+    explained = _explained(graph, surface, members, covers[chosen])
+    return Decomposition(members, share, straight_share, explained)
+
+
+def _explained(
+    graph: BrepGraph, surface: Surface, members: tuple[Member, ...], covers: BoolArray
+) -> tuple[frozenset[int], ...]:
+    """Return, of each member, its sides and the faces of which it explains nearly all points."""
+    count = np.bincount(surface.face, minlength=graph.face_count)
+    on = [np.bincount(surface.face[own], minlength=len(count)) > LEAST_OF_FACE * count for own in covers]
+    return tuple(one.faces.union(np.flatnonzero(own).tolist()) for one, own in zip(members, on, strict=True))
 
 
 def _cheapest(cost: FloatArray, covers: BoolArray, face: IntArray) -> BoolArray:
@@ -312,7 +361,7 @@ def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> b
         faces = list(contour.faces)
         toes = (graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)
         return bool(shared or toes.any())
-    if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs))):
+    if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs)) or _looks_four_ways(graph, pairs)):
         return False
     beyond = 0.0
     for other in others:
@@ -329,6 +378,15 @@ def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
     apart = np.abs(np.einsum("ijk,ik->ij", o[:, None] - o, n))
     in_one_plane = (np.abs(n @ n.T) > ON_COS) & (apart < 0.5)
     return bool(in_one_plane.sum() == len(n))
+
+
+def _looks_four_ways(graph: BrepGraph, pairs: IntArray) -> bool:
+    """Tell whether four roots open in four directions, as those of an I section do, whatever steps its web has."""
+    open_to = (graph.face_frame[pairs, 3] * graph.face_outward[pairs][..., None]).sum(axis=1)
+    open_to /= np.linalg.norm(open_to, axis=1, keepdims=True)
+    return len(pairs) == len(FOUR_WAYS) and bool(
+        np.allclose(np.sort(open_to @ open_to[0]), FOUR_WAYS, atol=FOUR_WAYS_COS)
+    )
 
 
 def _on_stretch(surface: Surface, stretch: Prism, member: Member) -> BoolArray:

@@ -24,10 +24,13 @@ from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
 from wpcal.seam.find.strips import find_strips
 from wpcal.seam.member.heavy_bars import THIN_MM
-from wpcal.seam.member.members import ON_COS, MemberKind, members_of
+from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, members_of
 
 LEAST_EXPLAINED = 0.94
 """Members explain at least so much of the surface of a solid that was welded, if thicknesses alone do not tell."""
+LEAST_BETWEEN = 0.3
+"""Of the inner corners of a solid that members explain in part, at least so much is between slender members if it was
+welded: cases, housings and pallets have up to 0.23."""
 LEAST_TOUCHED = 0.75
 """Of a solid of several members that touches others, at least so much of the surface is on plates, bars and tubes; what
 is drawn apart is rather one member than several, and holders and forks that were milled have up to 0.72."""
@@ -111,25 +114,85 @@ def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str |
     found = members_of(graph, trimmed, solid)
     if share < LEAST_BUILT_UP and found.straight_share < LEAST_EXPLAINED:
         return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
+    return _why_timber(found)
+
+
+def _why_timber(found: Decomposition) -> str | None:
     slab = next((one for one in found.members if one.is_slab), None)
-    if slab is not None and not found.is_box and all(one.thickness_mm >= THIN_MM for one in found.members):
-        return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
-    return None
+    if slab is None or found.is_box or any(one.thickness_mm < THIN_MM or one.is_hollow for one in found.members):
+        return None
+    return f"it has a slab {slab.thickness_mm:.0f} mm thick, and nothing under {THIN_MM:g} mm: it looks like timber"
+
+
+def are_welded_corners(
+    graph: BrepGraph, trimmed: TrimmedFaces, wall: IntArray, base: IntArray, gap_mm: float
+) -> BoolArray:
+    """Tell which inner corners between two faces of one solid may have been welded, shape (n,).
+
+    All corners of a solid that was built up; of a solid that members explain in part, those between slender members.
+    `wall`, `base`: shape (n,). Faces beside the corners.
+    """
+    solids, of = np.unique(graph.face_solid[wall], return_inverse=True)
+    found = are_weldments(graph, trimmed, solids, gap_mm)[of.ravel()]
+    rest = np.flatnonzero(~found)
+    apart = are_apart(graph, trimmed, np.unique(graph.face_solid[wall[rest]]), gap_mm)
+    pairs = set().union(*(_slender_pairs(graph, trimmed, solid) for solid in apart.tolist()))
+    found[rest] = [
+        (min(pair), max(pair)) in pairs for pair in zip(wall[rest].tolist(), base[rest].tolist(), strict=True)
+    ]
+    return found
+
+
+def _slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[tuple[int, int]]:
+    """Return the pairs of faces at corners between two slender members; none if most of its other corners are not.
+
+    Roots of rolled profiles do not count. Found once, and kept in `trimmed.known`.
+    """
+    key = ("slender pairs", solid)
+    if key not in trimmed.known:
+        trimmed.known[key] = _find_slender_pairs(graph, trimmed, solid)
+    pairs: frozenset[tuple[int, int]] = trimmed.known[key]
+    return pairs
+
+
+def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> frozenset[tuple[int, int]]:
+    found = members_of(graph, trimmed, solid)
+    if is_turned(graph, solid) or _why_timber(found) is not None:
+        return frozenset()
+    own = np.arange(len(graph.solid_names)) == solid
+    edges, length = find_concave_edges(graph, own).pieces, edge_lengths(graph)
+    corners = [*zip(edges.wall.tolist(), edges.base.tolist(), length[edges.edge].tolist(), strict=True)]
+    corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in find_strips(graph, own)]
+    pairs, between_mm, other_mm = set(), 0.0, 0.0
+    for wall, base, mm in corners:
+        if found.is_between(wall, base):
+            pairs.add((min(wall, base), max(wall, base)))
+            between_mm += mm
+        elif not found.is_root(wall, base):
+            other_mm += mm
+    return frozenset(pairs if between_mm >= LEAST_BETWEEN * (between_mm + other_mm) else ())
 
 
 def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> BoolArray:
-    """Tell which solids may have been welded from several members, shape (n,).
+    """Tell which solids may have been welded from several members, shape (n,)."""
+    found = np.array([why_one_piece(graph, trimmed, solid) is None for solid in solids.tolist()], dtype=bool)
+    found[found] = np.isin(solids[found], are_apart(graph, trimmed, solids[found], gap_mm))
+    return found
+
+
+def are_apart(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap_mm: float) -> IntArray:
+    """Return the solids that are not milled, pressed or forged members among others, shape (m,).
+
+    `solids`: shape (n,).
 
     Of the solids that others touch, those are left out that are one plate with steps or mostly free-form sheet, and
-    those that are small beside the part while its other members were drawn as bodies of their own: they are rather
-    milled, pressed or forged.
+    those that are small beside the part while its other members were drawn as bodies of their own.
     """
     found = count_solids(graph, trimmed, solids)
     touched = _are_touched(graph, trimmed, gap_mm)
     for row in np.flatnonzero(found).tolist():
         solid = int(solids[row])
-        found[row] = why_one_piece(graph, trimmed, solid) is None
-        if found[row] and touched[solid]:
+        if touched[solid]:
             apart = members_of(graph, trimmed, solid)
             members = apart.members
             axes = np.array([one.axis for one in members]).reshape(-1, 3)
@@ -139,7 +202,7 @@ def are_weldments(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray, gap
             is_formed = apart.straight_share < LEAST_STRAIGHT
             is_formed &= bool((graph.face_kind[sheets] == SurfaceKind.NURBS).any())
             found[row] = not is_stepped and not is_formed and not _is_detail(graph, trimmed, solid)
-    return found
+    return solids[found]
 
 
 def _are_touched(graph: BrepGraph, trimmed: TrimmedFaces, gap_mm: float) -> BoolArray:
@@ -169,7 +232,8 @@ def _is_detail(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool:
 def left_out(graph: BrepGraph, trimmed: TrimmedFaces) -> list[Issue]:
     """Tell in which solids concave edges are not taken for welds, and why, for a part without a candidate.
 
-    Returns: One for each solid with concave edges that looks as if made as one piece, the solid with most edges first.
+    Returns list of Issue. One for each solid with concave edges that looks as if made as one piece, the solid with most
+    edges first.
     """
     told = []
     for solid, count, why in find_whole_solids(graph, trimmed):

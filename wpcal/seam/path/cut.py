@@ -8,7 +8,7 @@ from wpcal.brep.curves import evaluate_edges, parameters_at_length
 from wpcal.brep.graph import BrepGraph
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.path.direction import Runs
-from wpcal.seam.path.discretise import is_even, piece_spans, run_lengths, speeds
+from wpcal.seam.path.discretise import is_even, piece_spans, speeds
 from wpcal.seam.seam import SeamPieces
 
 
@@ -72,11 +72,6 @@ def points_at(graph: BrepGraph, run: SeamPieces, s_mm: FloatArray) -> FloatArray
 def spans_of(graph: BrepGraph, run: SeamPieces) -> tuple[FloatArray, FloatArray]:
     """Return where each piece of one run starts and ends, as lengths from its start, mm (`piece_spans`)."""
     return piece_spans(graph, Runs(run, np.array([0, len(run)])))
-
-
-def piece_lengths(graph: BrepGraph, pieces: SeamPieces) -> FloatArray:
-    """Return the length of every piece, mm."""
-    return run_lengths(graph, Runs(pieces, np.arange(len(pieces) + 1)))
 
 
 def middles(graph: BrepGraph, runs: Runs) -> FloatArray:

@@ -32,11 +32,8 @@ class BodyMoves(Protocol):
 
         Returns tuple of ndarray, shapes (n, 3, 3) and (n, 3). Turn and shift of the cross-section of each point; mm.
 
-        Parameters
-        ----------
-        body : ndarray of int, shape (n,)
-            -1: a face that does not move.
-        p_part : shape (n, 3). In the model, mm.
+        `body`: ndarray of int, shape (n,). -1: a face that does not move.
+        `p_part`: shape (n, 3). In the model, mm.
         """
 
 

@@ -52,12 +52,8 @@ DEFAULT_RULES = (
 class WeldPositions:
     """Positions of n frames.
 
-    Parameters
-    ----------
-    slope_rad : ndarray, shape (n,)
-        -π/2 … π/2, positive uphill.
-    rotation_rad : ndarray, shape (n,)
-        -π … π; NaN where travel is vertical.
+    `slope_rad`: ndarray, shape (n,). -π/2 … π/2, positive uphill.
+    `rotation_rad`: ndarray, shape (n,). -π … π; NaN where travel is vertical.
     """
 
     slope_rad: FloatArray
