@@ -66,12 +66,7 @@ class Simulation:
         return found
 
     def stored(
-        self,
-        part: TouchPart,
-        searches: Sequence[Search],
-        faces: IntArray,
-        T: RigidTransform,
-        rng: np.random.Generator,
+        self, part: TouchPart, searches: Sequence[Search], faces: IntArray, T: RigidTransform, rng: np.random.Generator
     ) -> FloatArray:
         """Return the places of the tool centre point that the controller stores, shape (n, 3)."""
         setup = self.setup

@@ -167,10 +167,7 @@ def run_job(
     began = time.perf_counter()
     here, new = Path(), folder / name
     folder.mkdir()
-    with (
-        noted_files([(part, opened.sha256), *opened.files]) as read,
-        read_words(words) as (asked, _),
-    ):
+    with noted_files([(part, opened.sha256), *opened.files]) as read, read_words(words) as (asked, _):
         taught_sha256 = sha256_at(taught, here)
         arguments = calibrate_arguments(asked, part=Path(part), taught=Path(taught), out=new)
     inputs = JobInputs((part, opened.sha256), (taught, taught_sha256), tuple(words), files_read(read, taught))

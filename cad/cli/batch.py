@@ -49,9 +49,7 @@ class BatchAsked:
         most=MOST_AT_ONCE,
     )
     dask: str | None = opt(
-        None,
-        f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.",
-        metavar="tcp://HOST:PORT",
+        None, f"{DASK_HELP}: each runs as many jobs at the same time as it has threads.", metavar="tcp://HOST:PORT"
     )
     resume: bool = opt(
         False,

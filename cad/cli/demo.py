@@ -16,12 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.option(
-    "-o",
-    "--out",
-    default="wpcal-demo",
-    show_default=True,
-    type=click.Path(path_type=Path),
-    help="Output: a folder.",
+    "-o", "--out", default="wpcal-demo", show_default=True, type=click.Path(path_type=Path), help="Output: a folder."
 )
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the files of this command in the folder.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: calibration.json.")

@@ -18,7 +18,5 @@ PART, MESH, LINES = "part", "mesh", "lines"
 """Questions of `cad.workpiece.step_file`; written out so that the help needs no NumPy."""
 
 no_cache_option = click.option(
-    "--no-cache",
-    is_flag=True,
-    help="Find everything anew, and keep nothing for the next command on the same file.",
+    "--no-cache", is_flag=True, help="Find everything anew, and keep nothing for the next command on the same file."
 )

@@ -28,16 +28,7 @@ if TYPE_CHECKING:
     from wpcal.links.watch import Watch
     from wpcal.seam.options import Judging
 
-NOT_CALIBRATE = (
-    "part_step",
-    "taught",
-    "out",
-    "seams",
-    "host",
-    "port",
-    "browser",
-    "other_part",
-)
+NOT_CALIBRATE = ("part_step", "taught", "out", "seams", "host", "port", "browser", "other_part")
 """Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
 OF_SOLIDS = ("weld", "not")

@@ -309,12 +309,7 @@ def _add_task(
 
 
 def _run(
-    tasks: list[Task],
-    requests: dict[Any, Any],
-    checked: list[Checked],
-    work: Path,
-    at_once: int | None,
-    progress: Any,
+    tasks: list[Task], requests: dict[Any, Any], checked: list[Checked], work: Path, at_once: int | None, progress: Any
 ) -> None:
     import os
     from dataclasses import replace

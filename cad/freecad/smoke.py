@@ -75,10 +75,7 @@ class Smoke:
 
     def part(self) -> str:
         """Make two boxes."""
-        for name, size, place in (
-            ("Plate", PLATE_MM, (0.0, 0.0, 0.0)),
-            ("Web", WEB_MM, (25.0, 56.0, PLATE_MM[2])),
-        ):
+        for name, size, place in (("Plate", PLATE_MM, (0.0, 0.0, 0.0)), ("Web", WEB_MM, (25.0, 56.0, PLATE_MM[2]))):
             box = self.document.addObject("Part::Box", name)
             box.Length, box.Width, box.Height = size
             box.Placement.Base = FreeCAD.Vector(*place)

@@ -60,18 +60,10 @@ class Limits:
     """
 
     time_s: float = opt(
-        DEFAULT_TIMEOUT_S,
-        "Time limit of one job, and of reading one part.",
-        "--job-seconds",
-        metavar="S",
-        above=0,
+        DEFAULT_TIMEOUT_S, "Time limit of one job, and of reading one part.", "--job-seconds", metavar="S", above=0
     )
     memory_gb: float = opt(
-        DEFAULT_MEMORY_GB,
-        "Memory limit of the process of one job (Linux).",
-        "--job-gb",
-        metavar="GB",
-        above=0,
+        DEFAULT_MEMORY_GB, "Memory limit of the process of one job (Linux).", "--job-gb", metavar="GB", above=0
     )
 
     @staticmethod

@@ -14,15 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cad.work.plain_types import (
-    BARE,
-    PLAIN_ARRAYS,
-    PlainDataError,
-    dataclass_named,
-    enum_named,
-    name_of,
-    require_plain,
-)
+from cad.work.plain_types import BARE, PLAIN_ARRAYS, PlainDataError, dataclass_named, enum_named, name_of, require_plain
 
 LEAST_ROWS = 4  #: Fewer objects are sent one by one: columns would not be smaller.
 

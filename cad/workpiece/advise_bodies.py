@@ -107,11 +107,7 @@ def _of_touches(touched: Touches, tacked: Tacked, model: MovedModel, sigma_mm: f
 
 
 def _of_features(
-    workpiece: Workpiece,
-    tacked: Tacked,
-    model: MovedModel,
-    features: Sequence[ReferenceFeature],
-    sigma_mm: float,
+    workpiece: Workpiece, tacked: Tacked, model: MovedModel, features: Sequence[ReferenceFeature], sigma_mm: float
 ) -> FloatArray:
     """Return the rows of features, each taught as a point with an error per axis, shape (n, 3, m).
 

@@ -257,13 +257,7 @@ def calibrate_files(
     progress(f"drawing the part: {workpiece.size}")
     part_glb, mesh_issues = draw_part(source)
     found = calibrate_workpiece(
-        workpiece,
-        taught,
-        T_nominal_part=T_nominal_part,
-        options=options,
-        silent=silent,
-        means=means,
-        progress=progress,
+        workpiece, taught, T_nominal_part=T_nominal_part, options=options, silent=silent, means=means, progress=progress
     )
     marked = [(s.name, s.frames.p, SEAM_RGB) for s in found.seams] if mark_seams else []
     seams = found.seams_record()

@@ -71,11 +71,7 @@ def name_taught(
     asked = names_as_features(given, features)
     with blamed_on(given.path):
         points = name_points(
-            asked,
-            features,
-            sigma_mm=options.teaching.per_axis_mm,
-            T_nominal_part=T_nominal_part,
-            progress=progress,
+            asked, features, sigma_mm=options.teaching.per_axis_mm, T_nominal_part=T_nominal_part, progress=progress
         )
     return NamedPoints(points, points is not asked)
 

@@ -107,10 +107,7 @@ def test_few_processes_run_many_jobs_and_each_ends_after_some(tmp_path: Path, mo
 
 
 def test_a_full_disk_ends_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with (
-        batch(tmp_path, monkeypatch) as running,
-        pytest.raises(InputError, match="no space left on device"),
-    ):
+    with batch(tmp_path, monkeypatch) as running, pytest.raises(InputError, match="no space left on device"):
         running.run([("a", "full"), *[("a", "work")] * 500])
     assert len(list(running.marks.iterdir())) < 100
 

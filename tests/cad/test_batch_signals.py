@@ -20,11 +20,7 @@ from tests.running import needs_proc
 
 pytestmark = needs_proc
 NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-COMMANDS = {
-    "batch": "",
-    "calibrate": "calibrate tee.step day0.csv -o {out}/own",
-    "features": "features tee.step",
-}
+COMMANDS = {"batch": "", "calibrate": "calibrate tee.step day0.csv -o {out}/own", "features": "features tee.step"}
 START_S = 1.2
 """Within this time a command has imported what it needs; without other work on the machine in half of it."""
 SOON_S = 0.05  #: A second signal comes so soon.

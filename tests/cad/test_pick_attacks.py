@@ -13,20 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from picker_attacks import (
-    BODIES,
-    CLOSED,
-    HEADS,
-    HOSTS,
-    KINDS,
-    METHODS,
-    NAMES,
-    ORIGINS,
-    OWN,
-    PATHS,
-    PLACES,
-    READABLE,
-)
+from picker_attacks import BODIES, CLOSED, HEADS, HOSTS, KINDS, METHODS, NAMES, ORIGINS, OWN, PATHS, PLACES, READABLE
 from picker_server import PAGE, Running, serving
 
 from cad.session.part import PickPart

@@ -27,12 +27,7 @@ T_BASE_PART = RigidTransform.from_six_tuple([812.3, -455.1, 277.7, 0.3, -0.7, 2.
 POSE_MM = 1e-6
 """Asked of exact points, at every feature of the part; round-off of coordinates of some metres is 1e-9 mm."""
 Command = Callable[..., Any]
-SEAMS = {
-    "as1-oc-214.stp": (132, 0),
-    "dm1-id-214.stp": (20, 0),
-    "colored.step": (0, 0),
-    "house_walls.stp": (0, 0),
-}
+SEAMS = {"as1-oc-214.stp": (132, 0), "dm1-id-214.stp": (20, 0), "colored.step": (0, 0), "house_walls.stp": (0, 0)}
 """Candidates and accepted seams. They were looked at once and are kept to notice a change: there is no other authority
 for them."""
 LARGE = ("house_walls.stp",)

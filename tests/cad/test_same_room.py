@@ -27,9 +27,7 @@ def test_a_body_that_is_twice_in_the_file_gives_its_seams_once() -> None:
     assert (len(alone), said) == (4, [])
     twice, said = found(plate=PLATE, Pad001=POST, post=POST)
     assert twice == alone  # the name that a person gave stays
-    assert said == [
-        "1 solid fills room that another solid fills, so one of the two gives no seams: Pad001 in post",
-    ]
+    assert said == ["1 solid fills room that another solid fills, so one of the two gives no seams: Pad001 in post"]
 
 
 def test_earlier_states_of_a_body_and_what_a_union_was_made_of_do_not_count() -> None:

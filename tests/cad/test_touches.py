@@ -15,15 +15,7 @@ from tests.few import few
 from wpcal.brep import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.calibrate import (
-    CalibrationResult,
-    Criterion,
-    SigmaSource,
-    Solver,
-    TeachingError,
-    VerdictKind,
-    calibrate,
-)
+from wpcal.calibrate import CalibrationResult, Criterion, SigmaSource, Solver, TeachingError, VerdictKind, calibrate
 from wpcal.calibrate.errors.of_touches import budget_of_touches
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.observe.touch_problem import TouchProblem, touches_have_heavy_tails

@@ -29,10 +29,7 @@ LARGEST_RESIDUAL = re.compile(r"; the largest residual is .*$")
 OUTPUT_OPTIONS = ("-o",)
 AGAIN = {"batch": "--resume"}
 """What lets a command write into its folder a second time, where that is not ``--force``."""
-NO_RECORD = {
-    "pick": "it serves a page until Ctrl-C; the page has the records",
-    "rpc": "every answer is a record",
-}
+NO_RECORD = {"pick": "it serves a page until Ctrl-C; the page has the records", "rpc": "every answer is a record"}
 
 ODD = {
     "advise": "cm.step --count 3",

@@ -60,11 +60,7 @@ TURNS = [
     ("export result", "usage: wpcal export [OPTIONS] DIR"),
     ("export result -f kuka,abb", "is more than one format; give each by itself: -f kuka -f abb"),
 ]
-KERNEL_TURNS = [
-    ("two.csv", "3"),
-    ("twice.csv", "V2"),
-    ("other.csv", "the part has no feature 'V99'; near: "),
-]
+KERNEL_TURNS = [("two.csv", "3"), ("twice.csv", "V2"), ("other.csv", "the part has no feature 'V99'; near: ")]
 """These need the part: it is read once for each."""
 
 

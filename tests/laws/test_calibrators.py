@@ -67,10 +67,7 @@ def test_moving_both_sides_moves_the_answer_with_them(fit):
     pairs, _, _ = make(rng, 8, 0.4)
     (Ra, ta), (Rb, tb) = motion(rng), motion(rng)
     other = PointPairs(
-        pairs.names,
-        pairs.p_source @ Ra.T + ta,
-        pairs.p_target @ Rb.T + tb,
-        Rb @ pairs.covariances @ Rb.T,
+        pairs.names, pairs.p_source @ Ra.T + ta, pairs.p_target @ Rb.T + tb, Rb @ pairs.covariances @ Rb.T
     )
     first, second = fit(pairs), fit(other)
     expected = first.apply(pairs.p_source) @ Rb.T + tb

@@ -25,10 +25,7 @@ SHARED_PARTS = (
 SMALL = "blind/mini/"
 """Parts of which touches and motions are planned, too."""
 IN_A_GROOVE = "a seam in a modelled groove is a tee for seams and a butt for welds"
-TWO_HOMES = {
-    "blind/afpm_boom_vane.step": IN_A_GROOVE,
-    "blind/mini/em_re.step": IN_A_GROOVE,
-}
+TWO_HOMES = {"blind/afpm_boom_vane.step": IN_A_GROOVE, "blind/mini/em_re.step": IN_A_GROOVE}
 """Parts on which two places still differ, and on what."""
 
 

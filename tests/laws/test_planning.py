@@ -134,12 +134,7 @@ def assert_alike(one, other):
 def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse, searched):
     move = RigidTransform(rotation_from_zyx(0.0, 0.0, np.pi / 2), [1000.0, 2000.0, 300.0], "world", "world")
     bench = tuple(replace(b, p=move.apply(b.p), q=move.apply(b.q), hull=move.apply(b.hull)) for b in cell.bench)
-    moved = changed(
-        cell,
-        T_world_base=move @ cell.T_world_base,
-        T_world_base2=move @ cell.T_world_base2,
-        bench=bench,
-    )
+    moved = changed(cell, T_world_base=move @ cell.T_world_base, T_world_base2=move @ cell.T_world_base2, bench=bench)
     assert_alike(searched.coarse, coarse_search(replace(coarse, cell=moved)))
 
 

@@ -25,10 +25,7 @@ def _slot(x: float, y: float) -> Any:
 
 def _lap(low: Sequence[Any], high: Sequence[Any]) -> Solids:
     """Return two sheets of 6 mm that lie on each other, with what is cut out of each."""
-    return [
-        ("low", cut(box(120, 80, 6, (0, 0, 0)), *low)),
-        ("high", cut(box(120, 50, 6, (70, 15, 6)), *high)),
-    ]
+    return [("low", cut(box(120, 80, 6, (0, 0, 0)), *low)), ("high", cut(box(120, 50, 6, (70, 15, 6)), *high))]
 
 
 def _holes_that_line_up() -> Solids:

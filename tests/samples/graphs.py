@@ -319,14 +319,8 @@ GRAPHS: dict[str, Callable[[], Solids]] = {
     "thick-tee-in-one": lambda: numbered(fused(box(200, 100, 15, (0, 0, 0)), box(160, 8, 80, (20, 46, 15)))),
     "closed-box": _closed_box,
     "wall-on-step": _wall_on_a_step,
-    "small-rod": lambda: [
-        ("plate", box(60, 60, 10, (-30, -30, 0))),
-        ("rod", cylinder(3, 30, (0, 0, 10), UP)),
-    ],
-    "rod-on-plate": lambda: [
-        ("plate", box(100, 100, 10, (-50, -50, 0))),
-        ("rod", cylinder(25, 30, (0, 0, 10), UP)),
-    ],
+    "small-rod": lambda: [("plate", box(60, 60, 10, (-30, -30, 0))), ("rod", cylinder(3, 30, (0, 0, 10), UP))],
+    "rod-on-plate": lambda: [("plate", box(100, 100, 10, (-50, -50, 0))), ("rod", cylinder(25, 30, (0, 0, 10), UP))],
     "crack": lambda: [("left", box(50, 80, 8, (-50, 0, 0))), ("right", box(50, 80, 8, (0, 0, 0)))],
     "disc-of-arcs": _disc_of_short_arcs,
     "crossed-tee": crossed_tee,

@@ -18,10 +18,7 @@ from wpcal.core.records import write_file
 
 def t_joint() -> list[Member]:
     """Return a plate with a web of 8 mm on it: the way from one side to the other crosses the web."""
-    return [
-        ("base", box(240, 140, 10, (0, 0, 0)), STEEL),
-        ("web", box(200, 8, 60, (20, 66, 10)), DARK),
-    ]
+    return [("base", box(240, 140, 10, (0, 0, 0)), STEEL), ("web", box(200, 8, 60, (20, 66, 10)), DARK)]
 
 
 def bracket() -> list[Member]:

@@ -45,10 +45,7 @@ class MovedFaces:
     def feet(self, graph: BrepGraph, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the nearest points on the moved surfaces, and their outward normals there, shapes (n, 3)."""
         foot = project_to_faces(graph, self.face, np.einsum("nij,ni->nj", self.R, p - self.t))
-        return (
-            np.einsum("nij,nj->ni", self.R, foot.p) + self.t,
-            np.einsum("nij,nj->ni", self.R, foot.normal),
-        )
+        return (np.einsum("nij,nj->ni", self.R, foot.p) + self.t, np.einsum("nij,nj->ni", self.R, foot.normal))
 
 
 def meet_moved(

@@ -44,11 +44,7 @@ def cell() -> None:
     help=f"Part on the positioner's flange, or in world, {PLACE_HELP}. A calibrated RESULT replaces it.",
 )
 @click.option("--tool", metavar=TOOL_METAVAR, help=TOOL_HELP)
-@click.option(
-    "--tool-from",
-    metavar="PROGRAM[#NAME]",
-    help="Tool data of a program, as the controller states them.",
-)
+@click.option("--tool-from", metavar="PROGRAM[#NAME]", help="Tool data of a program, as the controller states them.")
 @click.option(
     "--tool-axis",
     type=click.Choice(["z", "x"]),

@@ -31,13 +31,7 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the page and its JSON file.")
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: what the JSON file holds.")
 def drift(
-    *,
-    folders: tuple[Path, ...],
-    out: Path,
-    asked: JobsAsked,
-    cell_errors: Path | None,
-    force: bool,
-    as_json: bool,
+    *, folders: tuple[Path, ...], out: Path, asked: JobsAsked, cell_errors: Path | None, force: bool, as_json: bool
 ) -> int:
     """Show what changes over the jobs of a part: pose, residuals and seam errors, with control limits.
 

@@ -83,12 +83,7 @@ def _arc(arc: ArcAsked, kept: KeptInput) -> ArcAsked:
 
 
 def _show(
-    found: WrittenPlan,
-    targets: Mapping[str, Path],
-    made: PlanOutput,
-    record: Mapping[str, object],
-    *,
-    as_json: bool,
+    found: WrittenPlan, targets: Mapping[str, Path], made: PlanOutput, record: Mapping[str, object], *, as_json: bool
 ) -> None:
     from wpcal.cli.plan_sequence import said_of_arc
 

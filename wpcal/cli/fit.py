@@ -28,13 +28,7 @@ if TYPE_CHECKING:
 @click.option("--details", is_flag=True, help=DETAILS_HELP)
 @click.option("--json", "as_json", is_flag=True, help=f"{JSON_HELP}: the record of calibration.json.")
 def fit(
-    *,
-    pairs_csv: Path,
-    schedule: str,
-    options: FitOptions,
-    accept_unsure: bool,
-    details: bool,
-    as_json: bool,
+    *, pairs_csv: Path, schedule: str, options: FitOptions, accept_unsure: bool, details: bool, as_json: bool
 ) -> int:
     """Fit the rigid transform of the point pairs in PAIRS.csv.
 

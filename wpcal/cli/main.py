@@ -23,8 +23,7 @@ EXIT_INTERRUPTED = EXIT_OF_SIGNAL + 2
 
 
 @click.command(
-    cls=CommandsByEntryPoint,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    cls=CommandsByEntryPoint, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
 )
 @click.version_option(__version__, "-V", "--version", prog_name="wpcal")
 def wpcal() -> None:

@@ -56,9 +56,7 @@ class ArcAsked:
     )
     rules: WeldRulesAsked = group(WeldRulesAsked)
     arc: str = opt(
-        "off",
-        "Write arc instructions; off is a dry run without them. On needs --welds.",
-        choices=("off", "on"),
+        "off", "Write arc instructions; off is a dry run without them. On needs --welds.", choices=("off", "on")
     )
     settings: ArcSettings = group("wpcal.controllers.program.arc:ArcSettings")
     choice: RunChoice = group("wpcal.weld.runs:RunChoice")

@@ -141,11 +141,7 @@ class FormatError(InputError):
         self.what, self.path, self.line, self.column = message, path, line, column
         place = ", ".join(
             part
-            for part in (
-                path,
-                f"line {line}" if line else None,
-                None if column is None else f"column {column}",
-            )
+            for part in (path, f"line {line}" if line else None, None if column is None else f"column {column}")
             if part
         )
         super().__init__(f"{place}: {message}" if place else message, code=code)

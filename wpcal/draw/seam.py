@@ -26,12 +26,7 @@ NOZZLE_MM = 25.0  #: How much of the nozzle is drawn, at the middle of the seam.
 
 
 def explained_svg(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seam: Seam,
-    title: str,
-    torch: TorchShape,
-    section: Mapping[str, Any],
+    graph: BrepGraph, trimmed: TrimmedFaces, seam: Seam, title: str, torch: TorchShape, section: Mapping[str, Any]
 ) -> str:
     """Draw a seam with what it joins, and beside it the section across its middle.
 

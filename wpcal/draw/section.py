@@ -146,10 +146,7 @@ def _torch(seam: Seam, row: int, torch: TorchShape, at: Any) -> list[str]:
     nozzle = [mouth * back + s * torch.mouth_mm * across for s in (-1, 1)]
     nozzle += [end * back + s * wide * across for s in (1, -1)]
     wire = np.stack([np.zeros(2), mouth * back])
-    return [
-        polyline(at(wire), TORCH, 2.5),
-        polygon(at(np.array(nozzle)), TORCH, TORCH, opacity=0.2),
-    ]
+    return [polyline(at(wire), TORCH, 2.5), polygon(at(np.array(nozzle)), TORCH, TORCH, opacity=0.2)]
 
 
 def _numbers_told(seam: Seam, section: Mapping[str, Any], row: int, torch: TorchShape) -> list[str]:

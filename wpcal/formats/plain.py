@@ -52,10 +52,7 @@ def write_program_json(program: WeldProgram) -> dict[str, str]:
         "seams": [_seam(path) for path in program.paths],
     }
     name = safe_name(program.controller.program_name, NAMES)
-    return {
-        f"{name}.program.json": to_json(record),
-        schema_file(PROGRAM_SCHEMA): schema_text(PROGRAM_SCHEMA),
-    }
+    return {f"{name}.program.json": to_json(record), schema_file(PROGRAM_SCHEMA): schema_text(PROGRAM_SCHEMA)}
 
 
 def _seam(path: WeldPath) -> dict[str, Any]:

@@ -206,12 +206,7 @@ class _Run:
     """The state of a run between two temperatures."""
 
     def __init__(
-        self,
-        cost: Cost,
-        box: SearchBox,
-        schedule: AnnealingSchedule,
-        rng: np.random.Generator,
-        start: ArrayLike | None,
+        self, cost: Cost, box: SearchBox, schedule: AnnealingSchedule, rng: np.random.Generator, start: ArrayLike | None
     ) -> None:
         self.cost, self.box, self.schedule, self.rng = cost, box, schedule, rng
         shape = (max(schedule.samples, schedule.chains), len(box.lower))

@@ -57,12 +57,7 @@ class SquaresMinimum(Generic[State]):
 
 
 def minimise_squares(
-    problem: SquaresProblem[State],
-    start: State,
-    *,
-    still: float,
-    most_steps: int,
-    first_damping: float,
+    problem: SquaresProblem[State], start: State, *, still: float, most_steps: int, first_damping: float
 ) -> SquaresMinimum[State]:
     """Minimise a sum of squares from a start nearby.
 

@@ -37,15 +37,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "stretches": ("stitch", "tacks"),
 }
 """The columns of the table, in groups that can be shown alone."""
-UNITS = {
-    "_m_min": "m/min",
-    "_mm_s": "mm/s",
-    "_mm": "mm",
-    "_deg": "°",
-    "_s": "s",
-    "_a": "A",
-    "_v": "V",
-}
+UNITS = {"_m_min": "m/min", "_mm_s": "mm/s", "_mm": "mm", "_deg": "°", "_s": "s", "_a": "A", "_v": "V"}
 """By the end of a name; the longer ends first."""
 
 

@@ -3,11 +3,4 @@
 from wpcal.core.schemas import schema_names, schema_text
 from wpcal.results.folder import FinishedCalibration, ResultFolder, read_finished, read_result_folder
 
-__all__ = [
-    "FinishedCalibration",
-    "ResultFolder",
-    "read_finished",
-    "read_result_folder",
-    "schema_names",
-    "schema_text",
-]
+__all__ = ["FinishedCalibration", "ResultFolder", "read_finished", "read_result_folder", "schema_names", "schema_text"]

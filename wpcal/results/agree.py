@@ -93,12 +93,7 @@ def require_as_written(path: Path, *, also: Iterable[str] = ()) -> str | None:
     Raises `FormatError` with file and field of the first change, or as `changed_files` does.
     """
     folder, names = (
-        (path, (CALIBRATION_FILE, SEAMS_FILE, PART_FILE, *also))
-        if path.is_dir()
-        else (
-            path.parent,
-            (path.name, *also),
-        )
+        (path, (CALIBRATION_FILE, SEAMS_FILE, PART_FILE, *also)) if path.is_dir() else (path.parent, (path.name, *also))
     )
     for each in changed_files(folder, names):
         raise FormatError(str(each), path=str(folder / each.name))

@@ -156,11 +156,7 @@ def _range(value: Any, refuse: Any) -> tuple[float, float] | None:
 
 
 def apply_edits(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seams: Sequence[Seam],
-    edits: Sequence[PlacedEdit],
-    options: SeamOptions,
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], edits: Sequence[PlacedEdit], options: SeamOptions
 ) -> tuple[Seam, ...]:
     """Carry out decisions on the candidates of a part.
 
@@ -239,12 +235,7 @@ def _needs_judging(edit: SeamEdit) -> bool:
 
 
 def _edited(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seams: Sequence[Seam],
-    seam: Seam,
-    placed: PlacedEdit,
-    options: SeamOptions,
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], seam: Seam, placed: PlacedEdit, options: SeamOptions
 ) -> Seam:
     """Return a candidate with the name, the run and the solids that an edit gives it."""
     edit = placed.edit

@@ -19,17 +19,7 @@ from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.frame_records import frame_records, frames_from_records, leans_from_records
 from wpcal.seam.member.note import MemberNotes
 from wpcal.seam.record_check import check_seams
-from wpcal.seam.seam import (
-    Finding,
-    FlareGroove,
-    Hiding,
-    JointType,
-    OtherTorch,
-    Seam,
-    SeamPieces,
-    SeamSource,
-    WeldType,
-)
+from wpcal.seam.seam import Finding, FlareGroove, Hiding, JointType, OtherTorch, Seam, SeamPieces, SeamSource, WeldType
 from wpcal.seam.seam_edit import Candidate, JoinedStretch, SeamEdit
 
 SEAMS_SCHEMA = "wpcal/seams/1"

@@ -40,11 +40,7 @@ def read_pairs(path: Path) -> tuple[PointPairs, PointPairs | None]:
     space, covariances = space_of_table(table), covariances_of_table(table)
     pairs, check = (
         PointPairs(
-            tuple(names[rows]),
-            model[rows],
-            real[rows],
-            None if covariances is None else covariances[rows],
-            space=space,
+            tuple(names[rows]), model[rows], real[rows], None if covariances is None else covariances[rows], space=space
         )
         for rows in (use == word for word in USES[:2])
     )

@@ -21,17 +21,7 @@ from wpcal.weld.values import VALUE_NAMES, refuse_unknown
 
 RULES_SCHEMA = "wpcal/weld-rules/1"
 SHIPPED = "rules.toml"
-_ROW_NAMES = (
-    "name",
-    "source",
-    "joint",
-    "weld",
-    "position",
-    "thickness_mm",
-    "values",
-    "bead_mm2",
-    "most_bead_mm2",
-)
+_ROW_NAMES = ("name", "source", "joint", "weld", "position", "thickness_mm", "values", "bead_mm2", "most_bead_mm2")
 
 
 @dataclass(frozen=True, slots=True)

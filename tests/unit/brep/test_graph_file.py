@@ -21,10 +21,7 @@ def with_splines() -> BrepGraph:
     def ramp(*shape: int) -> FloatArray:
         return np.arange(float(np.prod(shape))).reshape(shape) / 7
 
-    curves = (
-        NurbsCurve(3, ramp(8), ramp(4, 3), ramp(4) + 1),
-        NurbsCurve(1, ramp(5), ramp(3, 3), ramp(3) + 1),
-    )
+    curves = (NurbsCurve(3, ramp(8), ramp(4, 3), ramp(4) + 1), NurbsCurve(1, ramp(5), ramp(3, 3), ramp(3) + 1))
     surfaces = (
         NurbsSurface((3, 2), ramp(8), ramp(7), ramp(4, 4, 3), ramp(4, 4), (0.0, 1.0, 0.25, 0.5)),
         NurbsSurface((1, 1), ramp(4), ramp(5), ramp(2, 3, 3), ramp(2, 3), (0.0, 2.0, 0.0, 3.0)),

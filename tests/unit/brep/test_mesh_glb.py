@@ -43,10 +43,7 @@ def document_of(data: bytes) -> dict[str, Any]:
     return document
 
 
-@given(
-    size=st.tuples(*[st.floats(0.1, 5000.0)] * 3),
-    shift=st.tuples(*[st.floats(-1e4, 1e4)] * 3),
-)
+@given(size=st.tuples(*[st.floats(0.1, 5000.0)] * 3), shift=st.tuples(*[st.floats(-1e4, 1e4)] * 3))
 def test_what_is_written_comes_back(size: tuple[float, float, float], shift: tuple[float, float, float]) -> None:
     plain = box("plate <1>", size)
     solid = replace(plain, points=plain.points + np.array(shift))

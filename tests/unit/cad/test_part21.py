@@ -47,8 +47,7 @@ leaves = st.one_of(
 values = st.recursive(
     leaves,
     lambda inner: st.one_of(
-        st.lists(inner, max_size=4).map(tuple),
-        st.builds(StepRecord, names, st.lists(inner, max_size=4).map(tuple)),
+        st.lists(inner, max_size=4).map(tuple), st.builds(StepRecord, names, st.lists(inner, max_size=4).map(tuple))
     ),
     max_leaves=12,
 )

@@ -114,10 +114,7 @@ def test_a_variable_that_is_nearly_one_is_not_left_out_silently(
     assert "WPCAL_TOLERENCE_MM; did you mean WPCAL_TOLERANCE_MM?" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("answer", "said"),
-    [(".5", "tolerance_mm = 0.5\n"), ("0,5", None), ("nan", None)],
-)
+@pytest.mark.parametrize(("answer", "said"), [(".5", "tolerance_mm = 0.5\n"), ("0,5", None), ("nan", None)])
 def test_an_answer_is_tried_before_the_file_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answer: str, said: str | None
 ) -> None:

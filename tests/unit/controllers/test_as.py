@@ -128,10 +128,7 @@ def test_taught_points_are_read_in_the_base_of_their_move(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [
-        ("v5", "line 21: .*is added to another transformation"),
-        ("home1", "line 24: .*stored as joint angles"),
-    ],
+    [("v5", "line 21: .*is added to another transformation"), ("home1", "line 24: .*stored as joint angles")],
 )
 def test_a_point_that_is_no_place_is_named(tmp_path, name, message):
     with pytest.raises(FormatError, match=message):

@@ -55,9 +55,7 @@ def saddle(t):
     dz = -(r**2) * np.sin(a) * np.cos(a) / z
     below = np.stack([0 * a, r * np.sin(a), z], axis=1) / big
     return frames(
-        np.stack([r * np.cos(a), r * np.sin(a), z], 1),
-        np.stack([*(r * np.cross(UP, out).T[:2]), dz], 1),
-        out + below,
+        np.stack([r * np.cos(a), r * np.sin(a), z], 1), np.stack([*(r * np.cross(UP, out).T[:2]), dz], 1), out + below
     )
 
 

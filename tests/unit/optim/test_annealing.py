@@ -87,8 +87,7 @@ def test_equal_costs_everywhere_end_quietly():
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{"chains": 0}, {"cooling": 1.0}, {"least_moves": 9, "most_moves": 3}, {"least_step": 0.0}],
+    "options", [{"chains": 0}, {"cooling": 1.0}, {"least_moves": 9, "most_moves": 3}, {"least_step": 0.0}]
 )
 def test_a_schedule_that_is_none_is_refused(options):
     with pytest.raises(InputError, match="annealing schedule"):

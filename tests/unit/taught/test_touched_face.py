@@ -36,8 +36,7 @@ def test_at_an_edge_the_normal_says_which_face_is_meant():
 
 
 @pytest.mark.parametrize(
-    ("p", "kind", "border_mm"),
-    [([40.0, 0.0, 5.0], TouchKind.PLANE, 5.0), ([20.0, 25.0, 5.0], TouchKind.HOLE, 5.0)],
+    ("p", "kind", "border_mm"), [([40.0, 0.0, 5.0], TouchKind.PLANE, 5.0), ([20.0, 25.0, 5.0], TouchKind.HOLE, 5.0)]
 )
 def test_faces_of_the_tee_have_the_words_of_a_taught_table(p, kind, border_mm):
     tee = TrimmedFaces.of(read_graph(GRAPHS / "tee.npz"))

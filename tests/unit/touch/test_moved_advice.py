@@ -110,11 +110,7 @@ def test_a_body_without_a_touch_is_touched_next() -> None:
     model = own.model()
     made = np.flatnonzero(PART.body != 3)
     advice = advise_moved(
-        model,
-        choices(PART, model),
-        own.seams,
-        HowMany(1),
-        have=choices(PART, model, made.tolist()).rows,
+        model, choices(PART, model), own.seams, HowMany(1), have=choices(PART, model, made.tolist()).rows
     )
     (touch,) = advice.touches
     assert (touch.body, touch.seam) == ("U3", "W3")

@@ -11,12 +11,7 @@ import numpy as np
 
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
-from wpcal.calibrate.errors.of_points import (
-    gained_covariance,
-    minimax_excess,
-    point_gain,
-    unequal_minimax_covariance,
-)
+from wpcal.calibrate.errors.of_points import gained_covariance, minimax_excess, point_gain, unequal_minimax_covariance
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.solve.annealed import anneal_pairs
@@ -29,11 +24,7 @@ from wpcal.calibrate.solve.least_squares import (
     require_spread,
 )
 from wpcal.calibrate.solve.minimax import CERTIFIED_MM, MinimaxSolution, solve_minimax
-from wpcal.calibrate.solve.weighted import (
-    fit_weighted,
-    weighted_lower_bound,
-    weighted_root_mean_square,
-)
+from wpcal.calibrate.solve.weighted import fit_weighted, weighted_lower_bound, weighted_root_mean_square
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.trust.blame import Diagnosis
 from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit, FitProblem

@@ -17,13 +17,7 @@ from wpcal.calibrate.solve.starts import PoseSearch, search_pose, two_places
 from wpcal.calibrate.solve.touches import Pose, fit_minimax, fit_squares, scaled_jacobian
 from wpcal.calibrate.solver_report import Solver, SolverReport
 from wpcal.calibrate.trust.blame import Diagnosis, Suspect
-from wpcal.calibrate.trust.contradiction import (
-    HELD,
-    contradiction_issues,
-    find_contradicted,
-    least_without,
-    squares_of,
-)
+from wpcal.calibrate.trust.contradiction import HELD, contradiction_issues, find_contradicted, least_without, squares_of
 from wpcal.calibrate.trust.criteria import RIVAL, Criterion, CriterionFit, FitProblem
 from wpcal.calibrate.trust.held_motions import held_motions
 from wpcal.calibrate.trust.residuals import ResidualEvidence, unchecked_names

@@ -106,11 +106,7 @@ class _Turns:
     def search(self) -> FloatArray:
         """Return the turn c, shape (m,), of least sum of squares that the search reaches; zero if it fails."""
         start = np.zeros(self.N.shape[1])
-        within: Any = {
-            "type": "ineq",
-            "fun": lambda c: 1.0 + SLACK - self.squares(c),
-            "jac": lambda c: -self.slopes(c),
-        }
+        within: Any = {"type": "ineq", "fun": lambda c: 1.0 + SLACK - self.squares(c), "jac": lambda c: -self.slopes(c)}
         from scipy.optimize import minimize
 
         search: Any = minimize

@@ -16,12 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import (
-    COVERAGE,
-    Sigma,
-    SigmaSource,
-    TeachingError,
-)
+from wpcal.calibrate.errors.prediction import COVERAGE, Sigma, SigmaSource, TeachingError
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, FieldOrigin
 from wpcal.calibrate.trust.criteria import (
     BLUNDER,
@@ -92,11 +87,7 @@ class VerdictReason(Enum):
     """A seam is off by more than the tolerance, with 95 % confidence."""
 
 
-DOUBTS = {
-    TWO_BODIES: VerdictReason.UNCHECKED,
-    RIVAL: VerdictReason.RIVAL,
-    SILENT: VerdictReason.SILENT_SEARCH,
-}
+DOUBTS = {TWO_BODIES: VerdictReason.UNCHECKED, RIVAL: VerdictReason.RIVAL, SILENT: VerdictReason.SILENT_SEARCH}
 """Issues with these codes leave open whether the fit has the part in the right place."""
 
 

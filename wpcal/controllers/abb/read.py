@@ -209,12 +209,7 @@ def _find_uses(plain: str) -> dict[str, _Uses]:
 
 
 def _point(
-    name: str,
-    line: int,
-    pose: _Target,
-    uses: _Uses,
-    frames: dict[str, RigidTransform | None],
-    written: dict[str, str],
+    name: str, line: int, pose: _Target, uses: _Uses, frames: dict[str, RigidTransform | None], written: dict[str, str]
 ) -> ProgramPoint:
     if isinstance(pose, str):
         return unusable_point(name, line, pose)

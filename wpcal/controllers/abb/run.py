@@ -16,17 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, ReturnError, TryNextError
 from wpcal.controllers.abb.statements import Data, ModuleReader, Routine, Statement
-from wpcal.controllers.abb.values import (
-    PARTS,
-    SYNTAX,
-    RapidParser,
-    Record,
-    empty,
-    matrix,
-    pose_values,
-    printed,
-    typed,
-)
+from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.machine import Machine, Matrix, Place, inverted, rigid
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError

@@ -15,14 +15,7 @@ import numpy as np
 
 from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.programs import (
-    BASE,
-    ProgramPoint,
-    ProgramPoints,
-    coordinates,
-    frame_from_xyz_angles,
-    unusable_point,
-)
+from wpcal.taught.programs import BASE, ProgramPoint, ProgramPoints, coordinates, frame_from_xyz_angles, unusable_point
 
 POSITIONS = re.compile(r"^\[\*POSREG\*\]\$POSREG\b", re.MULTILINE)
 POSITION = re.compile(r"^\s*+\[1,(?P<number>\d{1,5})\]\s*+=\s*+'(?P<comment>[^'\n]*+)'(?P<rest>.*)$")

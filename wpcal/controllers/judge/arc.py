@@ -47,10 +47,7 @@ def _rules(event: Does, *, is_on: bool, in_seam: bool, had_arc: bool) -> tuple[t
     """Return what can be wrong at an event, and whether it is."""
     rules: Mapping[Does, tuple[tuple[bool, str], ...]] = {
         Does.START: ((in_seam, "a seam begins before the one before it has ended"),),
-        Does.END: (
-            (is_on, "the arc is still on at the end of a seam"),
-            (not had_arc, "a seam without an arc"),
-        ),
+        Does.END: ((is_on, "the arc is still on at the end of a seam"), (not had_arc, "a seam without an arc")),
         Does.ON: ((is_on, "the arc is switched on while it burns"), (not in_seam, "arc on between seams")),
         Does.OFF: ((not is_on, "the arc is switched off while it is off"),),
         Does.MOVE: (

@@ -10,12 +10,4 @@ from wpcal.controllers.program.weld_program import (
     poses_in,
 )
 
-__all__ = [
-    "ControllerSettings",
-    "MotionSettings",
-    "SafePoint",
-    "WeldPath",
-    "WeldProgram",
-    "build_program",
-    "poses_in",
-]
+__all__ = ["ControllerSettings", "MotionSettings", "SafePoint", "WeldPath", "WeldProgram", "build_program", "poses_in"]

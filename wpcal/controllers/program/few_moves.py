@@ -46,13 +46,7 @@ def _fitted(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, *, s
 
 
 def fit_seam(
-    seam: Seam,
-    p: FloatArray,
-    R: FloatArray,
-    torch: TorchSettings,
-    tolerance: PathTolerance,
-    *,
-    spin_is_free: bool,
+    seam: Seam, p: FloatArray, R: FloatArray, torch: TorchSettings, tolerance: PathTolerance, *, spin_is_free: bool
 ) -> MovePath:
     """Return the fewest lines and arcs along a seam.
 

@@ -10,13 +10,7 @@ import numpy as np
 
 from wpcal.calibrate.corrections import ALL_KINDS, END_MM, Corrections, Explanation, KindOffset, SeamPlaces, Touched
 from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField
-from wpcal.controllers.touchup.poses import (
-    ProgramText,
-    common_motion,
-    inverses,
-    pair_poses,
-    seams_beside,
-)
+from wpcal.controllers.touchup.poses import ProgramText, common_motion, inverses, pair_poses, seams_beside
 from wpcal.controllers.touchup.seams import WeldedPart, apart_mm
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError

@@ -193,12 +193,7 @@ class MotionChecker:
         return np.asarray(found, dtype=np.float64)
 
     def check(
-        self,
-        states: FloatArray,
-        *,
-        again: bool = False,
-        known: Margins | None = None,
-        gaps: BoolArray | None = None,
+        self, states: FloatArray, *, again: bool = False, known: Margins | None = None, gaps: BoolArray | None = None
     ) -> CheckedMove:
         """Check the straight moves from state to state. Where it is not free, the states measured so far.
 

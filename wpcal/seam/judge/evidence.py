@@ -47,11 +47,7 @@ ASSUMED_MARK = " (assumed: "  #: How the words about the assumed torch begin, at
 
 
 def judge_seams(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seams: Sequence[Seam],
-    options: SeamOptions,
-    judge: Judge,
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], options: SeamOptions, judge: Judge
 ) -> tuple[Seam, ...]:
     """Compute the confidence of every candidate, with the reasons.
 

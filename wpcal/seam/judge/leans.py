@@ -18,13 +18,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.motion import APPROACH_MM
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.stations import start_mm
-from wpcal.seam.judge.torch_poses import (
-    FeltPoses,
-    are_steps_clear,
-    find_solids_beside_neck,
-    find_solids_met,
-    turned,
-)
+from wpcal.seam.judge.torch_poses import FeltPoses, are_steps_clear, find_solids_beside_neck, find_solids_met, turned
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import Seam
 
@@ -153,11 +147,7 @@ def back_directions(R: FloatArray, lean_rad: FloatArray) -> FloatArray:
 
 
 def feel_seams(
-    graph: BrepGraph,
-    trimmed: TrimmedFaces,
-    seams: Sequence[Seam],
-    reach: Reach,
-    stations: FeltAt = FeltAt.FRAMES,
+    graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam], reach: Reach, stations: FeltAt = FeltAt.FRAMES
 ) -> list[Felt]:
     """Find how a torch leans at every station of seams, and where it meets a solid whatever its lean.
 

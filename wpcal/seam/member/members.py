@@ -22,13 +22,7 @@ from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.seam.find.built_up import (
-    FLATTEST,
-    LEAST_BUILT_UP,
-    SAME_THICKNESS,
-    Surface,
-    sampled_surface,
-)
+from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, SAME_THICKNESS, Surface, sampled_surface
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
 from wpcal.seam.member.prisms import Contour, Prism, find_prisms

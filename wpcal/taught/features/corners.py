@@ -141,9 +141,7 @@ def _planes_at_ends(graph: BrepGraph, rounds: IntArray, planes: IntArray) -> tup
     round_, other, edge = round_[at_end], other[at_end], edge[at_end]
     is_plane, is_round = graph.face_kind[other] == SurfaceKind.PLANE, row[other] >= 0
     patch = label_equal(
-        np.where(is_plane, 0, np.where(is_round, 1, 2)),
-        np.where(is_round, edge, other),
-        np.where(is_plane, round_, -1),
+        np.where(is_plane, 0, np.where(is_round, 1, 2)), np.where(is_round, edge, other), np.where(is_plane, round_, -1)
     )
     rows = np.concatenate([np.tile(np.arange(len(patch)), 2), np.flatnonzero(is_plane)])
     plane = np.concatenate([planes[round_].T.ravel(), other[is_plane]])

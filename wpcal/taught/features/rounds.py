@@ -29,10 +29,7 @@ def find_circles(graph: BrepGraph) -> FeatureColumns:
     centre, radius = graph.edge_frame[arcs, 0], graph.edge_param[arcs, 0]
     axis = positive_axes(graph.edge_frame[arcs, 3])
     label = label_equal(
-        graph.edge_solid[arcs],
-        np.round(centre / NAMING_MM),
-        np.round(axis / AXIS_ROUND),
-        np.round(radius / NAMING_MM),
+        graph.edge_solid[arcs], np.round(centre / NAMING_MM), np.round(axis / AXIS_ROUND), np.round(radius / NAMING_MM)
     )
     first = first_rows(label)
     first = first[sums(label, np.ptp(graph.edge_range[arcs], axis=1), len(first)) >= FULL_TURN_RAD]

@@ -257,14 +257,7 @@ class Rims:
         at = rows[first[whole]]
         upper, lean = is_upper[first[whole]], most[whole]
         return cls(
-            ends.body[at],
-            centre[at],
-            height[at],
-            np.where(upper, lean, -lean),
-            upper,
-            round_[whole],
-            wall[first],
-            turn,
+            ends.body[at], centre[at], height[at], np.where(upper, lean, -lean), upper, round_[whole], wall[first], turn
         )
 
     @property

@@ -4,12 +4,4 @@ from wpcal.taught.match.nameless import Answer, Match, match_points, name_points
 from wpcal.taught.match.places import Places
 from wpcal.taught.match.search import Assignments, find_assignments
 
-__all__ = [
-    "Answer",
-    "Assignments",
-    "Match",
-    "Places",
-    "find_assignments",
-    "match_points",
-    "name_points",
-]
+__all__ = ["Answer", "Assignments", "Match", "Places", "find_assignments", "match_points", "name_points"]

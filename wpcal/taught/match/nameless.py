@@ -146,11 +146,7 @@ def _usable(
 
 
 def _allowed(
-    taught: TaughtPoints,
-    row: int,
-    features: Sequence[ReferenceFeature],
-    places: Places,
-    kinds: Sequence[FeatureKind],
+    taught: TaughtPoints, row: int, features: Sequence[ReferenceFeature], places: Places, kinds: Sequence[FeatureKind]
 ) -> IntArray | None:
     if not np.isnan(taught.p_part[row]).any():
         raise InputError("points without names and points with model coordinates cannot be in one file")

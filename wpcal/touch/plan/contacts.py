@@ -40,10 +40,7 @@ LEAST_LEAN_RAD = math.radians(4.5)
 FREE_FORM_TURN_RAD = math.radians(20.0)
 """A free-form face is taken to turn by this within a displacement: it is touched with the end or a leaning wire."""
 CLOSE_MM = 1.0  #: A place whose nearest point on the face is farther away has left the face.
-WORDS = {
-    SurfaceKind.PLANE: "plane",
-    SurfaceKind.SPHERE: "sphere",
-}
+WORDS = {SurfaceKind.PLANE: "plane", SurfaceKind.SPHERE: "sphere"}
 """What a face is in the words of a taught table; a cylinder is a hole if it is hollow."""
 
 
@@ -190,12 +187,7 @@ def _unit(v: FloatArray) -> FloatArray:
 
 
 def _with_wires(
-    graph: BrepGraph,
-    face: IntArray,
-    p: FloatArray,
-    normal: FloatArray,
-    place: PartPlace,
-    options: TouchOptions,
+    graph: BrepGraph, face: IntArray, p: FloatArray, normal: FloatArray, place: PartPlace, options: TouchOptions
 ) -> TouchPlaces:
     """Hold the wire in all ways at places, those with the torch too low left out."""
     up = place.up

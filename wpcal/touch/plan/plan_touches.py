@@ -122,11 +122,7 @@ def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: Touc
 
 
 def _require_held(
-    graph: BrepGraph,
-    design: TouchDesign,
-    found: Candidates,
-    place: PartPlace,
-    options: TouchOptions,
+    graph: BrepGraph, design: TouchDesign, found: Candidates, place: PartPlace, options: TouchOptions
 ) -> None:
     free, count = design.free_motions(), options.count(1 if place.tacked is None else len(place.tacked.bodies))
     if len(free) == 0 and len(design) >= count:

@@ -116,10 +116,7 @@ class ArmReach:
             before = self._whole(own[0])
         notes = plan.notes
         if len(self._safe_way(planner, air, before, home, "home")) > 2:
-            notes = (
-                *notes,
-                f"the straight way from {searches[-1].name} home is not free",
-            )
+            notes = (*notes, f"the straight way from {searches[-1].name} home is not free")
         arm = self.cell.arm
         return replace(plan, searches=tuple(searches), home_joints=home[:JOINTS], robot=arm.name, arm=arm, notes=notes)
 

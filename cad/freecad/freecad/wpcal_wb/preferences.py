@@ -3,16 +3,7 @@
 
 from __future__ import annotations
 
-from .client import (
-    Client,
-    Executable,
-    Failure,
-    command_of,
-    found_executables,
-    how_to_install,
-    preferred,
-    set_preferred,
-)
+from .client import Client, Executable, Failure, command_of, found_executables, how_to_install, preferred, set_preferred
 from .document.session import stop_sessions
 from .qt import QtCore, widgets
 from .words import translate

@@ -7,18 +7,7 @@ from build123d import Pos, Rot
 
 from tests.benchmarks.welds.lists import OPTIONAL, PROBABLE, SURE, Weld, circle, line
 from tests.benchmarks.welds.parts.part import Member, Part, straight
-from tests.benchmarks.welds.parts.shapes import (
-    BLACK,
-    BRIGHT,
-    CAST,
-    DARK,
-    STEEL,
-    block,
-    pipe,
-    plate,
-    rod,
-    rolled,
-)
+from tests.benchmarks.welds.parts.shapes import BLACK, BRIGHT, CAST, DARK, STEEL, block, pipe, plate, rod, rolled
 from tests.benchmarks.welds.parts.tubes import Tube, tube_end
 
 TUBE = Tube(side=40.0, radius=5.0)

@@ -22,12 +22,7 @@ from wpcal.taught.columns import TAUGHT_COLUMNS
 
 ROOT = Path(__file__).parents[4]
 FIXTURES = ROOT / "fixtures"
-RECORDS = (
-    "tee/golden/calibration.json",
-    "tee/golden/seams.json",
-    "cells/two-mh6.json",
-    "cells/saddle-seams.json",
-)
+RECORDS = ("tee/golden/calibration.json", "tee/golden/seams.json", "cells/two-mh6.json", "cells/saddle-seams.json")
 TABLES = ("tee/taught.csv", "tee/touches_321.csv", "yin2003/table1.csv")
 
 

@@ -94,10 +94,7 @@ def test_the_fit_of_triangles_is_the_least_squares_fit() -> None:
 
 @pytest.mark.parametrize(
     ("taught", "says"),
-    [
-        ([[0, 0, 0], [100, 0, 0]], "at least 3"),
-        ([[0, 0, 0], [100, 0, 0], [200, 0.5, 0]], "nearly on one line"),
-    ],
+    [([[0, 0, 0], [100, 0, 0]], "at least 3"), ([[0, 0, 0], [100, 0, 0], [200, 0.5, 0]], "nearly on one line")],
 )
 def test_points_that_cannot_be_told(taught: list[list[float]], says: str) -> None:
     with pytest.raises(GeometryError, match=says):

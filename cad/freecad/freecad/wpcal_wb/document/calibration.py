@@ -50,10 +50,7 @@ def seam_params(document: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     seams = object_of(document, Kind.SEAMS)
     if seams is None:
         return {"options": dict(options), "decisions": []}
-    return {
-        "options": {**(data_of(seams, "SeamOptions") or {}), **options},
-        "decisions": data_of(seams, "Edits") or [],
-    }
+    return {"options": {**(data_of(seams, "SeamOptions") or {}), **options}, "decisions": data_of(seams, "Edits") or []}
 
 
 def kept_fit_of(obj: Any) -> dict[str, Any] | None:

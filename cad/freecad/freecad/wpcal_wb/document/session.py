@@ -150,11 +150,7 @@ class Session:
         return ask
 
     def open(
-        self,
-        *,
-        on_result: Result | None = None,
-        on_failure: Failed | None = None,
-        on_progress: Progress | None = None,
+        self, *, on_result: Result | None = None, on_failure: Failed | None = None, on_progress: Progress | None = None
     ) -> Ask:
         """Open the part; the result is the answer of `open`, with the features."""
         ask = Ask(on_result, on_failure)

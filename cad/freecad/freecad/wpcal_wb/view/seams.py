@@ -15,11 +15,7 @@ from .lines import Path, in_front, paths_node, triads_node
 
 REDRAWN_BY = ("Features", "Seams", "PartFrame")  #: Properties of the object that are drawn.
 LINE_PX = 4.0  #: Width of a seam on the screen.
-GETTERS = (
-    ("SoPointDetail", "getCoordinateIndex"),
-    ("SoLineDetail", "getPartIndex"),
-    ("SoFaceDetail", "getFaceIndex"),
-)
+GETTERS = (("SoPointDetail", "getCoordinateIndex"), ("SoLineDetail", "getPartIndex"), ("SoFaceDetail", "getFaceIndex"))
 """Which line, triangle or marker of its node was clicked, by the class of the detail."""
 SHARP = "sharp"  #: A feature that is easy to touch, as wpcal says it.
 
