@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -219,14 +220,15 @@ def fit_moved_bodies(
     `teaching`: What is stated of the robot and the tool. By default they are without errors, as in a simulation.
     Raises `InputError` or `GeometryError` or `ConvergenceError` as in `fit_bodies`.
     """
-    fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts)
+    fitted = partial(fit_bodies, touches, body, start=start, sigma_mm=sigma_mm, contacts=contacts)
+    fit = fitted(bodies)
     modes = None if teaching is None else _modes(fit.whitened.without_contacts(), touches, teaching)
-    if modes is not None:
-        fit = fit_bodies(touches, body, bodies, start, sigma_mm=sigma_mm, contacts=contacts, modes=modes)
+    fit = fit if modes is None else _with_errors(fit, fitted(bodies, modes=modes))
     evidence = judge_motion(fit.whitened.without_contacts(), seed=seed)
     estimated = estimated_tolerances(fit.whitened.without_contacts(), bodies) if estimate else None
     if estimated is not None:
-        fit = fit_bodies(touches, body, estimated, start, sigma_mm=sigma_mm, contacts=contacts, modes=modes)
+        fit = fitted(estimated)
+        fit = fit if modes is None else _with_errors(fit, fitted(estimated, modes=modes))
     source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED
     source = source if estimated is None else ToleranceSource.ESTIMATED
     kept, judged = None, fit.whitened
@@ -240,6 +242,14 @@ def fit_moved_bodies(
     return MovedBodies(
         fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful), kept
     )
+
+
+def _with_errors(fit: BodiesFit, with_modes: BodiesFit) -> BodiesFit:
+    """Return the motions of a fit with the errors that it has where readings have errors in common.
+
+    The motions are those of the readings: what the robot reads wrong at a touch, it reads wrong at the seam beside it.
+    """
+    return replace(with_modes, motions=fit.motions, residuals_mm=fit.residuals_mm)
 
 
 def _modes(touched: Whitened, touches: Touches, teaching: TeachingError) -> ErrorModes:

@@ -27,9 +27,9 @@
 ; the arc burns from ARC ON to ARC OFF
 ; seam -> name here
 ;   W1 -> W1: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.226 mm
-;   W2 -> W2: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.263 mm
+;   W2 -> W2: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.264 mm
 ;   W3 -> W3: tee fillet, 150.0 mm, 1 line, 95 % error up to 0.257 mm
-;   W4 -> W4: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.263 mm
+;   W4 -> W4: tee fillet, 8.0 mm, 1 line, 95 % error up to 0.264 mm
   BASE wp_part
   TOOL torch
   CP ON
@@ -71,7 +71,7 @@
 .END
 .PROGRAM weld_W2()
 ; W2
-; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.263 mm
+; tee fillet, 150.0 mm, 1 line, 95 % error up to 0.264 mm
   BASE wp_part
   TOOL torch
   CP ON
@@ -119,7 +119,7 @@
 .END
 .PROGRAM weld_W4()
 ; W4
-; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.263 mm
+; tee fillet, 8.0 mm, 1 line, 95 % error up to 0.264 mm
   BASE wp_part
   TOOL torch
   CP ON
