@@ -23,7 +23,6 @@ U95_FACTOR = 1.0
 """The seam error under the stated teaching error stays within its predicted 95 % bound at every frame. One draw with a
 fixed seed; the bound is wide because four points say little about their own spread."""
 
-ROOT_HALF = math.sqrt(0.5)
 UP, DOWN, LEFT, RIGHT, FRONT, BACK = (
     np.array(v, dtype=float) for v in [(0, 0, 1), (0, 0, -1), (-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0)]
 )

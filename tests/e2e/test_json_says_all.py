@@ -26,7 +26,6 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.\d{2,}(?:e[-+]?\d+)?(?![\w.])")
 MARKED = re.compile(r"^(?:note|warning|advice|PASS|UNSURE|FAIL|IMPROVED|NOT IMPROVED|taken): ?(.*)$")
 LARGEST_RESIDUAL = re.compile(r"; the largest residual is .*$")
 """The console adds it to the sentence of the verdict; its number and point are looked for like all others."""
-OUTPUT_OPTIONS = ("-o",)
 AGAIN = {"batch": "--resume"}
 """What lets a command write into its folder a second time, where that is not ``--force``."""
 NO_RECORD = {"pick": "it serves a page until Ctrl-C; the page has the records", "rpc": "every answer is a record"}

@@ -32,7 +32,6 @@ READERS: dict[str, tuple[str, ...]] = {
 }
 """Commands that read `out`; they end at once where the folder is as it was, or for another reason."""
 RECORDS = ("calibration.json", "seams.json", "part.glb")
-PLANS = ("plan", "plan-file", "place")
 ONLY = {
     "seams.csv": ("audit",),
     "report.html": ("audit",),
@@ -110,13 +109,6 @@ def move_point(record: dict[str, Any]) -> None:
 def accept_all(record: dict[str, Any]) -> None:
     for seam in record["seams"]:
         seam["accepted"] = True
-
-
-def turn_axes(record: dict[str, Any]) -> None:
-    frame = record["seams"][1]["frames"][0]
-    frame["R"] = [[row[0], -row[1], -row[2]] for row in frame["R"]]
-    x, y, z, w = frame["q_xyzw"]
-    frame["q_xyzw"] = [w, z, -y, -x] if w > 0 and -x >= 0 else [-w, -z, y, x]
 
 
 @pytest.mark.parametrize(

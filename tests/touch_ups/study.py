@@ -21,7 +21,6 @@ from wpcal.results.folder import FinishedCalibration, read_finished
 
 F = NDArray[np.float64]
 FIXTURES = Path(__file__).parents[2] / "fixtures"
-PARTS = tuple(FIXTURES / name / "golden" for name in ("frame", "uprights", "lap", "saddle", "tee"))
 TOUCH_MM, HAND_MM = 0.15, 0.2
 
 
@@ -46,7 +45,6 @@ class Seen:
     """What came out of many trials."""
 
     covered: list[bool] = field(default_factory=list)
-    ratio: list[tuple[float, float]] = field(default_factory=list)
     untouched: list[tuple[float, float]] = field(default_factory=list)
     told: list[bool] = field(default_factory=list)
     clamp: list[bool] = field(default_factory=list)
@@ -189,7 +187,6 @@ def count(
     seen.covered += (np.linalg.norm(off - mean, axis=1) <= bound).tolist()
     for i in range(len(old)):
         pair = float(before[of == i].max()), float(after[of == i].max())
-        seen.ratio.append(pair)
         if i not in chosen:
             seen.untouched.append(pair)
             said = next(each for each in found.seams if each.name == part.names[i])

@@ -101,7 +101,7 @@ def touchup(
     if html is not None:
         from wpcal.pages.touchup import build_touch_up_page
 
-        words = [str(program), *typed_options(ctx, without={"out", "html", "force", "as_json", "without"})]
+        words = [str(program), *typed_options(ctx, without={"out", "html", "force", "as_json", "set_aside"})]
         page = build_touch_up_page(found, f"Touch-up of {program.name}", ["wpcal", "touchup", *words])
         write_file(html, page, overwrite=force)
         click.echo(f"wrote {html}", err=as_json)
@@ -125,6 +125,8 @@ def _written_of(program: Path, result: Path) -> Path:
     from wpcal.controllers.registry import controller_of_program
     from wpcal.core.errors import InputError
 
+    if not program.exists():
+        raise InputError(f"{program}: no such file or folder; expected the program as it came back from the robot")
     files = sorted(program.iterdir()) if program.is_dir() else [program]
     for path in files:
         controller = controller_of_program(path)

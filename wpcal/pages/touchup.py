@@ -40,12 +40,11 @@ def build_touch_up_page(found: TouchUp, title: str, command: Sequence[str]) -> s
         *(f"<p>{escaped(each)}</p>" for each in sentences(found)),
         *_picture(found),
         "<h2>Seams</h2>",
-        *_table(
-            "<th class=t>take<th>seam<th>corrected<th>was off, mm<th>95 % before, mm<th>95 % now, mm<th class=t>",
-            _seams(found),
-        ),
+        *_table("<th>seam<th>corrected<th>was off, mm<th>95 % before, mm<th>95 % now, mm<th class=t>", _seams(found)),
         "<p class=n>Corrections of a seam that is not taken are kept, but no conclusion is drawn from them. Keys: a "
-        "takes a seam, r sets it aside. This command writes the program:</p>",
+        "takes a seam, r sets it aside.</p>",
+        *(f"<p>{box}</p>" for box in _boxes(found)),
+        "<p class=n>This command writes the program:</p>",
         f"<p><code id=command>{escaped(shlex.join([*command, '-o', 'NEW']))}</code></p>",
         "<h2>Line by line</h2>",
         *_table("<th>place<th class=t>seam<th class=t>what<th>mm", _lines(found)),
@@ -62,11 +61,16 @@ def _table(heads: str, rows: Iterator[str]) -> Iterator[str]:
 def _seams(found: TouchUp) -> Iterator[str]:
     for each in found.seams:
         before = "" if each.before_95_mm is None else f"{each.before_95_mm:.2f}"
-        taken = " checked" * (each.name not in found.options.without)
-        box = f"<input type=checkbox value='{escaped(each.name)}' aria-label='take {escaped(each.name)}'{taken}>"
         numbers = f"<td>{each.corrected or ''}<td>{each.was_off_mm:.2f}<td>{before}<td>{each.after_95_mm:.2f}"
-        first = f"<td class=t>{box if each.corrected else ''}<td>{escaped(each.name)}"
-        yield f"<tr>{first}{numbers}<td class=t>{escaped(each.says)}</tr>"
+        yield f"<tr><td>{escaped(each.name)}{numbers}<td class=t>{escaped(each.says)}</tr>"
+
+
+def _boxes(found: TouchUp) -> Iterator[str]:
+    """Yield a box for each corrected seam, also for one that is set aside and is in no table."""
+    for number in sorted({point.seam for point in found.points}):
+        name = found.part.seams[number].name
+        taken = " checked" * (name not in found.options.without)
+        yield f'<label><input type=checkbox value="{escaped(name)}"{taken}> take {escaped(name)}</label>'
 
 
 def _lines(found: TouchUp) -> Iterator[str]:

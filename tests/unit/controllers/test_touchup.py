@@ -110,6 +110,21 @@ def test_corrections_are_read_and_only_poses_are_written(written: Path, language
         places(texts, OTHER, unit)  # the other seam went along
 
 
+def test_a_seam_that_is_set_aside_can_be_taken_back_on_the_page(written: Path, tmp_path: Path) -> None:
+    back = changed_copy(written, "rapid", tmp_path / "back", (START, (0.0, -0.4, 0.3)), (OTHER, (0.0, -0.4, 0.3)))
+    page = tmp_path / "page.html"
+    for aside in ((), ("W2",), ("W2", "W3")):
+        touched_up(
+            back, written / "rapid", "--html", page, "--force", *(w for name in aside for w in ("--set-aside", name))
+        )
+        text = page.read_text(encoding="utf-8")
+        boxes = dict(re.findall(r'<input type=checkbox value="(\w+)"( checked)?>', text))
+        assert boxes == {name: "" if name in aside else " checked" for name in ("W2", "W3")}
+        (command,) = re.findall(r"<code id=command>([^<]*)</code>", text)
+        assert command.endswith(" -o NEW")
+        assert "--set-aside" not in command  # the script writes what the boxes say
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_program_that_meets_the_part_is_not_called_checked(written: Path, language: str, tmp_path: Path) -> None:
     back = changed_copy(written, language, tmp_path / "back", (START, (0.0, 15.0, -5.0)))  # through the web
@@ -188,8 +203,10 @@ def test_a_program_of_another_part_is_refused(written: Path, tmp_path: Path) -> 
     done = run_here("touchup", back, "--of", GOLDEN, "--written", written / "rapid")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "a pose that is no number, or more than 100000 mm away" in done.stderr
-    done = run_here("touchup", tmp_path / "none", "--of", GOLDEN, "--written", written / "rapid")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    for words in (("--written", written / "rapid"), ()):
+        done = run_here("touchup", tmp_path / "none", "--of", GOLDEN, *words)
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+        assert "no such file or folder" in done.stderr
 
 
 def test_what_is_corrected_alike_in_most_jobs_of_a_part_is_proposed_by_drift(written: Path, tmp_path: Path) -> None:

@@ -95,9 +95,6 @@ def reading(x_mm: float = 0.0, *, ago_s: float = 0.0, tool: str = "7", frame: st
     return Reading(T, Setting(tool), Setting(frame), None, time.monotonic() - ago_s)
 
 
-STOOD = [reading(ago_s=0.3), reading(ago_s=0.2), reading(ago_s=0.1)]
-
-
 def stood(**changes: str) -> list[Reading]:
     return [reading(ago_s=ago, **changes) for ago in (0.3, 0.2, 0.05)]
 
