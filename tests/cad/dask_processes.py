@@ -26,13 +26,14 @@ class DaskProcesses:
             time.sleep(0.02)
         self.address: str = json.loads(self._file.read_text())["address"]
         self.workers: list[subprocess.Popen[bytes]] = []
+        self.homes: list[Path] = []  #: The folder of each worker.
 
-    def add_worker(self) -> Path:
-        """Start a worker; return its folder."""
+    def add_worker(self) -> None:
+        """Start a worker in a folder of its own."""
         home = self._folder / f"worker{len(self.workers)}"
         options = ("--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--local-directory", str(home))
         self.workers.append(self._start("worker", *options))
-        return home
+        self.homes.append(home)
 
     def _start(self, kind: str, *options: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--scheduler-file", str(self._file)]

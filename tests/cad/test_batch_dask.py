@@ -118,13 +118,14 @@ def is_soon(true: Callable[[], bool]) -> bool:
 @pytest.mark.deep
 def test_a_worker_is_killed_and_the_bytes_are_the_same(folder: Path, tmp_path: Path) -> None:
     with dask_processes(tmp_path / "processes") as dask:
-        homes = [dask.add_worker(), dask.add_worker()]
+        dask.add_worker()
+        dask.add_worker()
         running = started(folder, tmp_path / "out", dask.address)
         dask.workers[0].kill()
         assert ended(running, 1) == ""
         assert contents(tmp_path / "out") == contents(folder / "whole")
-        assert left_in(homes[1]) == []
-        assert is_soon(lambda: servers_in(homes[0]) == [] and left_in(homes[0]) == [])
+        assert left_in(dask.homes[1]) == []
+        assert is_soon(lambda: servers_in(dask.homes[0]) == [] and left_in(dask.homes[0]) == [])
 
         running = started(folder, tmp_path / "cut", dask.address)
         dask.scheduler.kill()
@@ -146,7 +147,7 @@ def test_ctrl_c_ends_the_jobs_on_the_workers_and_resume_goes_on(
     line = ended(running, 128 + signal.SIGINT)
     assert "of 27 jobs are done; continue with: wpcal batch" in line
     assert not list((tmp_path / "out").glob(".wpcal*"))
-    assert is_soon(lambda: left_in(tmp_path.parent) == [])  # each worker stops its own jobs
+    assert is_soon(lambda: [left_in(home) for home in dask.homes] == [[], []])  # each worker stops its own jobs
     command = [WPCAL, "batch", folder / "jobs.csv", "-o", tmp_path / "out", "--report", "none", "--resume"]
     done = subprocess.run([*command, "--dask", dask.address], capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr

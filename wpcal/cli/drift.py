@@ -55,10 +55,10 @@ def drift(
         raise InputError(f"{out}: expected the name of a page, as drift.html")
     for path in (out, beside, *([cell_errors] if cell_errors else [])):
         require_new(path, overwrite=force)
-    for job in (job for folder in folders for job in sorted(folder.glob("*/job.json"))):
-        require_as_written(job.with_name(CALIBRATION_FILE))
     with shown_progress("reading jobs") as progress:
         jobs, failed = read_drift_jobs(folders, advance=lambda done: progress(f"reading jobs: {done}"))
+        for job in (job for folder in folders for job in sorted(folder.glob("*/job.json"))):
+            require_as_written(job.with_name(CALIBRATION_FILE))
         parts, left_out = _watched(jobs, asked, failed=len(failed))
         corrected = _corrected(folders, parts)
         record = drift_record(parts, failed, left_out, corrected)
