@@ -1,4 +1,7 @@
-"""Draw docs/images/teach-sheet.png: the teach sheet of the T-joint, as the how-to page shows it."""
+"""Draw docs/images/teach-sheet.png and weld-list.png: the sheets of the T-joint, as the how-to page shows them.
+
+The weld list needs the results of `wpcal demo -o out` and `wpcal welds out -o out/welds.json`.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from PIL import Image
 
 from cad.sheet import SheetOptions, make_sheet
 from cad.sheet.paper import A4
+from cad.sheet.welds import read_listed_welds
 
 ROOT = Path(__file__).parents[1]
 COLOURS = 16
@@ -16,9 +20,14 @@ COLOURS = 16
 
 
 def main() -> None:
-    sheet = make_sheet(ROOT / "fixtures" / "tee" / "tee.step", options=SheetOptions(".png", A4))
-    picture = Image.open(io.BytesIO(sheet.data)).convert("RGB").quantize(COLOURS)
-    picture.save(ROOT / "docs" / "images" / "teach-sheet.png", optimize=True)
+    welds = read_listed_welds(ROOT / "out" / "welds.json")
+    for name, options in (
+        ("teach-sheet", SheetOptions(".png", A4)),
+        ("weld-list", SheetOptions(".png", A4, welds=welds)),
+    ):
+        sheet = make_sheet(ROOT / "fixtures" / "tee" / "tee.step", options=options)
+        picture = Image.open(io.BytesIO(sheet.data)).convert("RGB").quantize(COLOURS)
+        picture.save(ROOT / "docs" / "images" / f"{name}.png", optimize=True)
 
 
 main()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -31,6 +31,12 @@ if TYPE_CHECKING:
     metavar="N|V1,H3",
     help="Number of points that `wpcal advise` picks, or the features to touch, in this order.  [default: 4]",
 )
+@click.option(
+    "--welds",
+    metavar="WELDS.json",
+    type=click.Path(path_type=Path),
+    help="Weld data of `wpcal welds`: the sheet is the list of these welds, to be signed.",
+)
 @click.option("--paper", type=click.Choice(["A3", "A4"]), default="A3", show_default=True, help="Size of the drawing.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: SHEET.")
 @no_cache_option
@@ -41,23 +47,27 @@ def sheet(
     taught: Path | None,
     out: Path,
     points: str | None,
+    welds: Path | None,
     paper: str,
     force: bool,
     as_json: bool,
     no_cache: bool,
 ) -> int:
-    """Draw PART.step with the points to touch, numbered, and a table to fill in by hand.
+    """Draw PART.step with the points to touch, or its welds, numbered, and a table to fill in by hand.
 
     Front, left side, top and a view from above, without hidden lines. The points have the names that `wpcal features`,
     `advise` and `calibrate` use. The points are those of TAUGHT.csv, for example a table that `wpcal advise -o` wrote;
     without it they are chosen anew. Touches on faces and edges are drawn with arrows: those of a table with the column
     `kind`, or those of a plan (TOUCHES: the folder of `wpcal touches`, or its touches.json).
+
+    With --welds it is the weld list for the shop floor: symbols (ISO 2553), sizes, lengths, positions and passes. An
+    arrow runs from the start of a straight weld to its middle. A .pdf has as many pages as the welds need.
     """
     from cad.cli.kernel_work import run_on_part
     from wpcal.cli.outputs import require_new
     from wpcal.core.records import write_file
 
-    options = _options(out, points, taught, paper)
+    options = _options(out, points, taught, welds, paper)
     require_new(out, overwrite=force)
     made: Sheet = run_on_part(
         "cad.sheet:make_sheet",
@@ -73,14 +83,15 @@ def sheet(
 
         click.echo(to_json(made.record), nl=False)
     else:
-        names = " ".join(point["name"] for point in made.record["points"])
-        click.echo(f"wrote {out}: {made.record['paper']}, scale {made.record['scale']}, touch {names}")
+        names = " ".join(one["name"] for one in made.record["welds" if welds else "points"])
+        what = "weld" if welds else "touch"
+        click.echo(f"wrote {out}: {made.record['paper']}, scale {made.record['scale']}, {what} {names}")
         for issue in made.record["issues"]:
             click.echo(f"note: {issue['message']}")
     return 0
 
 
-def _options(out: Path, points: str | None, taught: Path | None, paper: str) -> SheetOptions:
+def _options(out: Path, points: str | None, taught: Path | None, welds: Path | None, paper: str) -> SheetOptions:
     from importlib.util import find_spec
 
     from cad.sheet import SHEET_SUFFIXES, SheetOptions
@@ -94,20 +105,16 @@ def _options(out: Path, points: str | None, taught: Path | None, paper: str) -> 
         )
     if suffix in (".pdf", ".png") and find_spec("matplotlib") is None:
         raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
-    if taught is not None:
-        from cad.sheet.touches import read_touches_to_make, touches_of_plan
-        from wpcal.taught.table import read_features_to_touch
-        from wpcal.touch.searches.record import read_touch_plan
+    if welds is not None:
+        from cad.sheet.welds import read_listed_welds
 
+        if points is not None or taught is not None:
+            raise InputError("give either --welds, or the points to touch")
+        return SheetOptions(suffix, PAPERS[paper], welds=read_listed_welds(welds))
+    if taught is not None:
         if points is not None:
             raise InputError("give either TAUGHT.csv or --touch")
-        if taught.is_dir() or taught.suffix.lower() == ".json":
-            plan = touches_of_plan(read_touch_plan(taught))
-            return SheetOptions(suffix, PAPERS[paper], touches=plan)
-        touches = read_touches_to_make(taught)
-        if touches is not None:
-            return SheetOptions(suffix, PAPERS[paper], touches=touches)
-        return SheetOptions(suffix, PAPERS[paper], names=read_features_to_touch(taught))
+        return SheetOptions(suffix, PAPERS[paper], **_taught(taught))
     if points is None:
         return SheetOptions(suffix, PAPERS[paper])
     names = tuple(name.strip() for name in points.split(",") if name.strip())
@@ -118,3 +125,15 @@ def _options(out: Path, points: str | None, taught: Path | None, paper: str) -> 
     if len({name.lower() for name in names}) < len(names):
         raise InputError(f"--touch: a feature is named twice in {points}")
     return SheetOptions(suffix, PAPERS[paper], names=names)
+
+
+def _taught(taught: Path) -> dict[str, Any]:
+    """Return the touches of a plan or a table, or the features that a table names."""
+    from cad.sheet.touches import read_touches_to_make, touches_of_plan
+    from wpcal.taught.table import read_features_to_touch
+    from wpcal.touch.searches.record import read_touch_plan
+
+    if taught.is_dir() or taught.suffix.lower() == ".json":
+        return {"touches": touches_of_plan(read_touch_plan(taught))}
+    touches = read_touches_to_make(taught)
+    return {"names": read_features_to_touch(taught)} if touches is None else {"touches": touches}

@@ -21,9 +21,11 @@ LAYERS = {"BORDER": (7, 50), "OUTLINE": (7, 35), "SMOOTH": (8, 13), "POINTS": (1
 MILLIMETRES = 4  #: The value of $INSUNITS for mm.
 DOT = 0.4  #: Radius of a point's mark, in heights of text.
 BALLOON = 0.95  #: Radius of the circle around a number, in heights of text.
+SIGN = 1.2  #: Height of a sign, in heights of text.
 LABEL_TEXT = 1.2  #: Names at points are larger than other text, because people look for them.
 CIRCLE_CORNERS = 24
 ARROW = 5.0  #: Length of an arrow in the plane of a view, in heights of text.
+Strokes = tuple[tuple[tuple[float, float], ...], ...]  #: Polylines of a sign, in a square of 1 by 1.
 ALONG_VIEW = 0.2
 """A way whose part in the plane of a view is shorter than this runs along the view: no arrow is drawn."""
 AXIS_PART = 0.55  #: Length of the axes in the corner of a view, relative to the room for labels.
@@ -31,14 +33,15 @@ AXIS_PART = 0.55  #: Length of the axes in the corner of a view, relative to the
 
 @dataclass(frozen=True, slots=True)
 class SheetRow:
-    """One point in the table, as text."""
+    """One point or weld: a line of the table as text, and its label."""
 
     number: str
     name: str
-    where: str
-    place: tuple[str, str, str]  #: x, y, z in `part`, mm.
+    cells: tuple[str, ...] = ()  #: What the table says after the name.
     #: Unit vector in `part` of the move that ends at the point; drawn as an arrow.
     way: tuple[float, float, float] | None = None
+    start: tuple[float, float, float] | None = None  #: In `part`, mm. An arrow comes from here to the middle of a weld.
+    symbol: Strokes = ()  #: Behind the name of a label, and in the table.
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,13 @@ class Pen:
         `a`, `b`: shape (2,). Its ends on paper, mm.
         """
         self.space.add_line(tuple(map(float, a)), tuple(map(float, b)), dxfattribs={"layer": layer})
+
+    def sign(self, strokes: Strokes, x: float, y: float, layer: str = "TEXT") -> None:
+        """Draw a sign as high as a letter, its left edge at `x` and its middle at `y`, mm."""
+        size = SIGN * self.paper.text
+        for stroke in strokes:
+            corners = [(x + size * u, y + size * (v - 0.5)) for u, v in stroke]
+            self.space.add_lwpolyline(corners, dxfattribs={"layer": layer})
 
     def box(self, box: Box, layer: str) -> None:
         """Draw a rectangle."""
@@ -97,7 +107,7 @@ def _draw_view(pen: Pen, place: OnPaper, rows: Sequence[SheetRow]) -> list[Label
     p, text = place.on_paper(view.p), pen.paper.text
     pen.text(view.axes.name, place.cell.x + 0.3 * room, place.cell.top - 0.3 * room, 1.1)
     axes = np.concatenate([_axes(pen, place), _arrows(pen, place, p, rows)])
-    sizes = np.array([[_label_width(pen, row.name), 2 * BALLOON * text] for row in rows])
+    sizes = np.array([[_label_width(pen, row), 2 * BALLOON * text] for row in rows])
     clear = Box(place.cell.x + 1, place.cell.y + 1, place.cell.width - 2, place.cell.height - 0.6 * room - 1)
     labels = place_labels(p, sizes, drawn, clear, avoid=axes)
     for point, seen, label, row in zip(p, view.is_seen, labels, rows, strict=True):
@@ -111,8 +121,9 @@ def _towards(v: FloatArray, length: float) -> FloatArray:
     return np.asarray(v / max(float(np.linalg.norm(v)), length) * length)
 
 
-def _label_width(pen: Pen, name: str) -> float:
-    return (2 * BALLOON + 0.5) * pen.paper.text + pen.width(name, LABEL_TEXT)
+def _label_width(pen: Pen, row: SheetRow) -> float:
+    sign = SIGN + 0.5 if row.symbol else 0.0
+    return (2 * BALLOON + 0.5 + sign) * pen.paper.text + pen.width(row.name, LABEL_TEXT)
 
 
 def _label(pen: Pen, label: Label, row: SheetRow) -> None:
@@ -122,6 +133,8 @@ def _label(pen: Pen, label: Label, row: SheetRow) -> None:
     size = 1.0 if len(row.number) == 1 else 0.8
     pen.text(row.number, x, y, size, "LABELS", align=Align.MIDDLE_CENTER)
     pen.text(row.name, x + radius + 0.5 * pen.paper.text, y, LABEL_TEXT, "LABELS")
+    if row.symbol:
+        pen.sign(row.symbol, label.box.right - SIGN * pen.paper.text, y, "LABELS")
 
 
 def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
@@ -138,15 +151,18 @@ def _mark(pen: Pen, point: FloatArray, *, is_seen: bool) -> None:
 
 
 def _arrows(pen: Pen, place: OnPaper, p: FloatArray, rows: Sequence[SheetRow]) -> FloatArray:
-    """Draw an arrow that ends at every point with a way; return what labels avoid, shape (k, 2, 2)."""
-    text, drawn = pen.paper.text, []
+    """Draw an arrow that ends at every point with a way or a start; return what labels avoid, shape (k, 2, 2)."""
+    text, plane, drawn = pen.paper.text, place.view.axes.plane, []
     for point, row in zip(p, rows, strict=True):
-        way = np.zeros(2) if row.way is None else place.view.axes.plane @ np.array(row.way)
-        if np.linalg.norm(way) < ALONG_VIEW:
+        way = np.zeros(2) if row.way is None else ARROW * text * (plane @ np.array(row.way))
+        if row.start is not None:
+            way = point - place.on_paper(plane @ np.array(row.start))
+        if np.linalg.norm(way) < ALONG_VIEW * ARROW * text:
             continue
         unit = way / np.linalg.norm(way)
         side = np.array([-unit[1], unit[0]])
-        tip, tail = point - DOT * text * unit, point - ARROW * text * way - DOT * text * unit
+        tip = point - DOT * text * unit
+        tail = point - way if row.start is not None else tip - way
         pen.line(tail, tip, "POINTS")
         for sign in (1.0, -1.0):
             pen.line(tip, tip - 0.9 * text * unit + sign * 0.35 * text * side, "POINTS")

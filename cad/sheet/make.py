@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from cad.draw.reproducible import reproducible
 from cad.sheet.paper import A3, Paper, SheetLayout, lay_out, scale_words
 from cad.sheet.touches import DrawnTouch, SheetTouch, drawn_touches
+from cad.sheet.welds import ListedWeld
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
@@ -34,6 +35,7 @@ class SheetOptions:
     names: tuple[str, ...] = ()  #: Features to touch, in this order. If empty, `cad.workpiece.advise` chooses them.
     count: int = 4  #: How many features to choose if `names` is empty.
     touches: tuple[SheetTouch, ...] = ()  #: Touches on faces and edges, in place of features.
+    welds: tuple[ListedWeld, ...] = ()  #: Welds to list, in place of points to touch.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,15 +43,18 @@ class Sheet:
     """A finished sheet."""
 
     data: bytes  #: The file.
-    record: dict[str, Any]  #: What is on the sheet: part, paper, scale and points; and what is odd in the part's file.
+    #: What is on the sheet: part, paper, scale, and points or welds; and what is odd in the part's file.
+    record: dict[str, Any]
 
 
 def make_sheet(
     step: Any, *, options: SheetOptions, cache: AnswerCache = NO_CACHE, progress: Progress = no_progress
 ) -> Sheet:
-    """Draw a part in four views with the reference points to touch and a table to fill in.
+    """Draw a part in four views with the reference points to touch, or its welds, and a table to fill in.
 
-    Raises `InputError` when the part cannot be read, has no feature of a given name, or the points are too many for the
+    A list of welds has as many pages as it needs; a sheet of points has one.
+
+    Raises `InputError` when the part cannot be read, has no feature of a given name, or the rows are too many for the
     paper.
     Raises `GeometryError` when no points are named and none can be advised.
     Raises `KernelError` when the kernel fails.
@@ -62,43 +67,54 @@ def make_sheet(
     paper = options.paper
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     rows, points = _asked(workpiece, options, progress)
-    if len(rows) > paper.most_points:
-        raise InputError(f"{paper.name} has room for {paper.most_points} points, got {len(rows)}")
+    most, what = paper.most_points, "weld" if options.welds else "point"
+    has_pages = bool(options.welds) and options.suffix == ".pdf"
+    if len(rows) > most and not has_pages:
+        pages = "; .pdf has pages" if options.welds else ""
+        raise InputError(f"{paper.name} has room for {most} {what}s, got {len(rows)}{pages}")
     progress(f"projecting the views: {workpiece.size}")
     places = np.array([point["p_mm"] for point in points])
-    views = project_views(workpiece.graph, part_lines(workpiece), places)
-    layout = lay_out(paper, views, len(rows))
-    progress(f"drawing the sheet: {counted(len(rows), 'point')}")
+    lines = part_lines(workpiece)
+    progress(f"drawing the sheet: {counted(len(rows), what)}")
     title = _title(workpiece)
+    documents = []
     with reproducible():
-        document = _drawn(layout, rows, title)
-        data = render(document, paper, options.suffix)
+        for first in range(0, len(rows), most):
+            views = project_views(workpiece.graph, lines, places[first : first + most])
+            shown = rows[first : first + most]
+            layout = lay_out(paper, views, len(shown))
+            documents.append(_drawn(layout, shown, title, is_of_welds=bool(options.welds)))
+        data = render(documents, paper, options.suffix)
     record = {
         "schema": SHEET_SCHEMA,
         "part": {"file": title.file, "sha256": title.sha256},
         "paper": paper.name,
         "scale": scale_words(layout.places[0].scale),
-        "points": points,
+        "points": [] if options.welds else points,
+        **({"welds": points} if options.welds else {}),
         "issues": [issue.to_record() for issue in workpiece.issues],
     }
     return Sheet(data, record)
 
 
-def _drawn(layout: SheetLayout, rows: list[Any], title: Any) -> Any:
+def _drawn(layout: SheetLayout, rows: list[Any], title: Any, *, is_of_welds: bool) -> Any:
     from cad.sheet.draw import Pen, draw_views
-    from cad.sheet.table import draw_table, draw_title
+    from cad.sheet.table import POINTS, WELDS, draw_table, draw_title
 
     document = _new_document()
     pen = Pen(document.modelspace(), layout.paper)
     pen.box(layout.paper.frame, "BORDER")
     draw_views(pen, layout, rows)
-    draw_table(pen, layout.table, rows)
+    draw_table(pen, layout.table, WELDS if is_of_welds else POINTS, rows)
     draw_title(pen, layout, title)
     return document
 
 
 def _asked(workpiece: Workpiece, options: SheetOptions, progress: Progress) -> tuple[list[Any], list[dict[str, Any]]]:
-    """Return what is drawn: the rows of the table, and the same points as the record holds them."""
+    """Return what is drawn: the rows of the table, and the same points or welds as the record holds them."""
+    if options.welds:
+        welds = [{"number": k, **one.to_record()} for k, one in enumerate(options.welds, 1)]
+        return [one.row(k) for k, one in enumerate(options.welds, 1)], welds
     if options.touches:
         touches = drawn_touches(options.touches, workpiece)
         return _touch_rows(touches), [{"number": k, **one.to_record()} for k, one in enumerate(touches, 1)]
@@ -125,7 +141,7 @@ def _rows(features: Sequence[ReferenceFeature]) -> list[Any]:
     from wpcal.touch.advice import what_it_is
 
     return [
-        SheetRow(str(number), feature.name, " ".join(what_it_is(feature).split()), _place(feature.p_mm))
+        SheetRow(str(number), feature.name, (" ".join(what_it_is(feature).split()), *_place(feature.p_mm)))
         for number, feature in enumerate(features, 1)
     ]
 
@@ -134,7 +150,7 @@ def _touch_rows(touches: Sequence[DrawnTouch]) -> list[Any]:
     from cad.sheet.draw import SheetRow
 
     return [
-        SheetRow(str(number), touch.name, touch.where, _place(touch.p_part), touch.way_part)
+        SheetRow(str(number), touch.name, (touch.where, *_place(touch.p_part)), touch.way_part)
         for number, touch in enumerate(touches, 1)
     ]
 

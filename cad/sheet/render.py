@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
 from cad.draw.dxf import dxf_text, require_sound
@@ -13,15 +14,16 @@ MM_PER_INCH = 25.4
 POINTS_PER_INCH = 72.0  #: Matplotlib takes pen widths in points, the SVG backend in mm.
 
 
-def render(document: Any, paper: Paper, suffix: str) -> bytes:
-    """Return the bytes of the file.
+def render(documents: Sequence[Any], paper: Paper, suffix: str) -> bytes:
+    """Return the bytes of the file; only a PDF has more than one page.
 
-    Raises `KernelError` when the drawing does not pass the library's audit.
+    Raises `KernelError` when a drawing does not pass the library's audit.
     """
-    require_sound(document)
+    for document in documents:
+        require_sound(document)
     if suffix == ".dxf":
-        return dxf_text(document).encode("utf-8")
-    return _svg(document, paper) if suffix == ".svg" else _figure(document, paper, suffix[1:])
+        return dxf_text(documents[0]).encode("utf-8")
+    return _svg(documents[0], paper) if suffix == ".svg" else _figures(documents, paper, suffix[1:])
 
 
 def _configuration(pen_scale: float) -> Any:
@@ -56,18 +58,28 @@ def _svg(document: Any, paper: Paper) -> bytes:
     return text.encode("utf-8")
 
 
-def _figure(document: Any, paper: Paper, kind: str) -> bytes:
-    from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+def _figures(documents: Sequence[Any], paper: Paper, kind: str) -> bytes:
     from matplotlib import style
+    from matplotlib.backends.backend_pdf import PdfPages
+
+    data = io.BytesIO()
+    with style.context("default"):  # not that of a matplotlibrc in the current folder, which could even start TeX
+        if kind == "pdf":
+            with PdfPages(data, metadata={"CreationDate": None}) as pages:
+                for document in documents:
+                    pages.savefig(_figure(document, paper), dpi=DPI)
+        else:
+            _figure(documents[0], paper).savefig(data, format=kind, dpi=DPI, metadata={"Software": None})
+    return data.getvalue()
+
+
+def _figure(document: Any, paper: Paper) -> Any:
+    from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
     from matplotlib.figure import Figure
 
-    with style.context("default"):  # not that of a matplotlibrc in the current folder, which could even start TeX
-        figure = Figure(figsize=(paper.width / MM_PER_INCH, paper.height / MM_PER_INCH), dpi=DPI)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        _drawn(document, MatplotlibBackend(axes, adjust_figure=False), pen_scale=POINTS_PER_INCH / MM_PER_INCH)
-        axes.set_xlim(0.0, paper.width)
-        axes.set_ylim(0.0, paper.height)
-        data = io.BytesIO()
-        metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
-        figure.savefig(data, format=kind, dpi=DPI, metadata=metadata)
-    return data.getvalue()
+    figure = Figure(figsize=(paper.width / MM_PER_INCH, paper.height / MM_PER_INCH), dpi=DPI)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    _drawn(document, MatplotlibBackend(axes, adjust_figure=False), pen_scale=POINTS_PER_INCH / MM_PER_INCH)
+    axes.set_xlim(0.0, paper.width)
+    axes.set_ylim(0.0, paper.height)
+    return figure

@@ -1,18 +1,39 @@
-"""The table to fill in and the title block."""
+"""The table to fill in, of points or of welds, and the title block."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ezdxf.enums import TextEntityAlignment as Align
 
-from cad.sheet.draw import Pen, SheetRow
+from cad.sheet.draw import SIGN, Pen, SheetRow
 from cad.sheet.paper import HEADING_ROWS, Box, SheetLayout, scale_words
 
-COLUMNS = {"No": 0.7, "point": 1.3, "where": 5.2, "x": 1.6, "y": 1.6, "z": 1.6, "X": 2.4, "Y": 2.4, "Z": 2.4}
-"""Relative widths. The columns to fill in by hand are the widest numbers: they need room for eight digits."""
 PAD = 0.6  #: Space between a cell's edge and its text, relative to the height of text.
+
+
+@dataclass(frozen=True, slots=True)
+class TableForm:
+    """The columns of a table: their relative widths, and what stands above groups of them."""
+
+    columns: Mapping[str, float]  #: The first is the number, the second the name.
+    #: Heading of each group, with its first column; the first group begins at the left edge.
+    groups: tuple[tuple[str, str], ...]
+    words: str  #: The column whose texts begin at the left and are cut; others end at the right.
+
+
+POINTS = TableForm(
+    {"no": 0.7, "point": 1.3, "where": 5.2, "x": 1.6, "y": 1.6, "z": 1.6, "X": 2.4, "Y": 2.4, "Z": 2.4},
+    (("touch in this order", "no"), ("in the CAD model, mm", "x"), ("as the robot shows it (base), mm", "X")),
+    "where",
+)
+"""The columns to fill in by hand are the widest numbers: they need room for eight digits."""
+WELDS = TableForm(
+    {"no": 0.7, "weld": 2.2, "what": 5.2, "length": 1.2, "plate": 1.0, "passes": 1.2, "by, date": 3.4, "checked": 2.6},
+    (("welds, in this order", "no"), ("lengths in mm", "length"), ("signature", "by, date")),
+    "what",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,47 +47,48 @@ class TitleBlock:
     made_by: str
 
 
-def draw_table(pen: Pen, box: Box, rows: Sequence[SheetRow]) -> None:
-    """Draw the heading and one line per point. The robot's coordinates are left empty."""
-    edges = _edges(box)
+def draw_table(pen: Pen, box: Box, form: TableForm, rows: Sequence[SheetRow]) -> None:
+    """Draw the heading and one line per row. Columns without a text are filled in by hand."""
+    edges = _edges(box, form)
     row, top = pen.paper.row, box.top
-    pen.box(box, "BORDER")
-    names = list(COLUMNS)
-    part, robot = edges[names.index("x")], edges[names.index("X")]
-    group_y = top - 0.5 * row
-    pen.text("touch in this order", box.x + PAD * pen.paper.text, group_y)
-    pen.text("in the CAD model, mm", (part + robot) / 2, group_y, align=Align.MIDDLE_CENTER)
-    pen.text("as the robot shows it (base), mm", (robot + box.right) / 2, group_y, align=Align.MIDDLE_CENTER)
-    for name, left, right in zip(names, edges[:-1], edges[1:], strict=True):
-        pen.text(name.lower(), (left + right) / 2, top - 1.5 * row, align=Align.MIDDLE_CENTER)
-    for number, cells in enumerate(rows):
-        y = top - (HEADING_ROWS + number + 0.5) * row
-        _row(pen, cells, edges, y)
     lines = int(box.height / row + 0.5)  # unused rows are for further points
+    pen.box(box, "BORDER")
+    for name, left, right in zip(form.columns, edges[:-1], edges[1:], strict=True):
+        pen.text(name.lower(), (left + right) / 2, top - 1.5 * row, align=Align.MIDDLE_CENTER)
+    starts = [edges[list(form.columns).index(first)] for _, first in form.groups]
+    pen.text(form.groups[0][0], box.x + PAD * pen.paper.text, top - 0.5 * row)
+    for (heading, _), left, right in zip(form.groups[1:], starts[1:], [*starts[2:], box.right], strict=True):
+        pen.text(heading, (left + right) / 2, top - 0.5 * row, align=Align.MIDDLE_CENTER)
+    for number, cells in enumerate(rows):
+        _row(pen, form, cells, edges, top - (HEADING_ROWS + number + 0.5) * row)
     for number in range(1, lines):
         y = top - number * row
-        pen.line((part if number == 1 else box.x, y), (box.right, y), "BORDER" if number == HEADING_ROWS else "TABLE")
-    for name, x in zip(names[1:], edges[1:-1], strict=True):
-        first = top if name in ("x", "X") else top - row
-        layer = "BORDER" if name in ("x", "X") else "TABLE"
-        pen.line((x, first), (x, top - lines * row), layer)
+        first = starts[1] if number == 1 else box.x
+        pen.line((first, y), (box.right, y), "BORDER" if number == HEADING_ROWS else "TABLE")
+    for x in edges[1:-1]:
+        begins = x in starts
+        pen.line((x, top if begins else top - row), (x, top - lines * row), "BORDER" if begins else "TABLE")
 
 
-def _edges(box: Box) -> list[float]:
-    total = sum(COLUMNS.values())
+def _edges(box: Box, form: TableForm) -> list[float]:
+    total = sum(form.columns.values())
     edges = [box.x]
-    for share in COLUMNS.values():
+    for share in form.columns.values():
         edges.append(edges[-1] + share / total * box.width)
     return edges
 
 
-def _row(pen: Pen, cells: SheetRow, edges: list[float], y: float) -> None:
+def _row(pen: Pen, form: TableForm, row: SheetRow, edges: list[float], y: float) -> None:
     pad = PAD * pen.paper.text
-    pen.text(cells.number, (edges[0] + edges[1]) / 2, y, align=Align.MIDDLE_CENTER)
-    pen.text(cells.name, edges[1] + pad, y, 1.1)
-    pen.text(pen.fitted(cells.where, edges[3] - edges[2] - 2 * pad), edges[2] + pad, y)
-    for k, text in enumerate(cells.place):
-        pen.text(text, edges[4 + k] - pad, y, align=Align.MIDDLE_RIGHT)
+    pen.text(row.number, (edges[0] + edges[1]) / 2, y, align=Align.MIDDLE_CENTER)
+    pen.text(row.name, edges[1] + pad, y, 1.1)
+    if row.symbol:
+        pen.sign(row.symbol, edges[2] - pad - SIGN * pen.paper.text, y)
+    for k, (name, text) in enumerate(zip(list(form.columns)[2:], row.cells, strict=False), 2):
+        if name == form.words:
+            pen.text(pen.fitted(text, edges[k + 1] - edges[k] - 2 * pad), edges[k] + pad, y)
+        else:
+            pen.text(text, edges[k + 1] - pad, y, align=Align.MIDDLE_RIGHT)
 
 
 def draw_title(pen: Pen, layout: SheetLayout, title: TitleBlock) -> None:

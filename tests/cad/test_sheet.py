@@ -1,6 +1,7 @@
 """The teach sheet of the samples: what a person needs is on it, where it belongs."""
 
 import io
+import json
 import re
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from cad.sheet.make import _new_document
 from cad.sheet.paper import A3, A4, lay_out
 from cad.sheet.touches import read_touches_to_make, touches_of_plan
 from cad.sheet.views import ISO, part_lines, project_views
+from cad.sheet.welds import read_listed_welds
 from cad.workpiece.workpiece import open_workpiece
 from tests.few import few
 from wpcal.core.errors import FormatError, GeometryError, InputError
@@ -84,7 +86,7 @@ def test_everything_is_inside_the_frame_and_labels_do_not_collide(part, names, p
     z, x = front.on_paper(front.view.p)[:, 1], front.on_paper(front.view.p)[:, 0]
     np.testing.assert_allclose(left.on_paper(left.view.p)[:, 1], z, rtol=0, atol=PAPER_MM)
     np.testing.assert_allclose(top.on_paper(top.view.p)[:, 0], x, rtol=0, atol=PAPER_MM)
-    rows = [SheetRow(str(k), name, "", ("", "", "")) for k, name in enumerate(names, 1)]
+    rows = [SheetRow(str(k), name) for k, name in enumerate(names, 1)]
     for labels in draw_views(Pen(_new_document().modelspace(), paper), layout, rows):
         boxes = [label.box for label in labels]
         for i, a in enumerate(boxes):
@@ -185,3 +187,58 @@ def test_a_plan_of_another_part_is_refused(sample_part):
     touches = touches_of_plan(read_touch_plan(TEE.parent / "touches_plan"))
     with pytest.raises(InputError, match=r"touch T1 is \d+ mm from the nearest face of this part"):
         make_sheet(sample_part("saddle"), options=SheetOptions(".svg", touches=touches))
+
+
+def listed(tmp_path, count):
+    """A list of welds of the T-joint: the two that `wpcal welds` finds, and as many more at the same places."""
+    from wpcal.weld.values import WeldKind
+
+    kinds = list(WeldKind)
+    welds = [
+        {
+            "name": f"W{k + 1}",
+            "place": {
+                "start_part_mm": [25, y, 10],
+                "middle_part_mm": [100, y, 10],
+                "length_mm": 150.0 + 40.0 * (k == 1),
+            },
+            "values": {"weld": kinds[k % len(kinds)].value, "leg_mm": 6.5, "passes": k + 1, "thickness_mm": 8},
+            "stretches_mm": [[0.0, 50.0], [100.0, 150.0]],
+        }
+        for k, y in zip(range(count), (56, 64) * count, strict=False)
+    ]
+    path = tmp_path / "welds.json"
+    path.write_text(json.dumps({"schema": "wpcal/welds/1", "welds": welds}))
+    return path
+
+
+def test_a_list_of_welds_has_their_signs_sizes_and_lengths(tee, tmp_path):
+    sheet = make_sheet(tee, options=SheetOptions(".dxf", welds=read_listed_welds(listed(tmp_path, 8))))
+    texts = [text.dxf.text for text in ezdxf.read(io.StringIO(sheet.data.decode())).modelspace().query("TEXT")]
+    assert [(weld["name"], weld["welded_mm"]) for weld in sheet.record["welds"]] == [
+        (f"W{k}", 100) for k in range(1, 9)
+    ]
+    assert texts.count("W3") == 5  # in four views and in the table
+    assert texts.count("100") == 8
+    assert {"z6.5 fillet weld", "z6.5 double-V butt weld, 5 passes"} <= set(texts)
+    assert sheet.record["points"] == []
+    # Seven straight welds along x are arrows in three views; W2 is longer than twice its half, so it is bent.
+    arrows = arrows_of(sheet)
+    assert len(arrows) == 7 * 3
+    flat = arrows[np.abs(arrows[:, 0, 1] - arrows[:, 1, 1]) < SAME_MM]
+    np.testing.assert_allclose(flat[:, 1, 0] - flat[:, 0, 0], 75 / 2 - 0.4 * A3.text, rtol=0, atol=SAME_MM)
+
+
+def test_many_welds_are_pages_of_a_pdf_and_nothing_else(tee, tmp_path):
+    welds = read_listed_welds(listed(tmp_path, A4.most_points + 1))
+    data = make_sheet(tee, options=SheetOptions(".pdf", A4, welds=welds)).data
+    assert data.count(b"/Type /Page ") == 2
+    with pytest.raises(InputError, match=rf"A4 has room for {A4.most_points} welds, got \d+; .pdf has pages"):
+        make_sheet(tee, options=SheetOptions(".svg", A4, welds=welds))
+
+
+def test_a_weld_without_a_place_says_how_to_get_one(tmp_path):
+    path = tmp_path / "welds.json"
+    path.write_text('{"schema": "wpcal/welds/1", "welds": [{"name": "W1", "values": {"leg_mm": 5}}]}')
+    with pytest.raises(FormatError, match=r"weld W1: has no place; wpcal welds DIR -o welds.json adds what is missing"):
+        read_listed_welds(path)

@@ -219,6 +219,14 @@ class Touch(Record):
     words: str = D("As the table of the sheet has it.")
 
 
+class SheetWeld(Record):
+    number: Number = D("Number on the sheet.")
+    name: str = D("Of its seam.")
+    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("Its middle, in part.")
+    welded_mm: NotNegative = D("Length of all its stretches.")
+    words: str = D("As the table of the sheet has it.")
+
+
 class Sheet(Record):
     """wpcal teach sheet, version 1
 
@@ -229,5 +237,6 @@ class Sheet(Record):
     part: SheetPart
     paper: Literal["A3", "A4"]
     scale: Annotated[str, Meta(pattern="^([0-9.]+:1|1:[0-9.]+)$")] = D("Scale of the orthogonal views.")
-    points: list[Annotated[Any, one_of(SheetFeature, Touch)]]
+    points: list[Annotated[Any, one_of(SheetFeature, Touch)]] = D("To touch; none on a list of welds.")
+    welds: Maybe[list[SheetWeld]] = D("On a list of welds.")
     issues: list[Issue] = D("What is odd in the part's file.")

@@ -44,6 +44,12 @@ class SeamPlace:
         u, v, w = (float(v) for v in record["middle_part_mm"])
         return cls((x, y, z), (u, v, w), float(record["length_mm"]))
 
+    @property
+    def is_straight(self) -> bool:
+        """Tell whether its middle is half its length away from its start."""
+        half = float(np.linalg.norm(self._middle - np.array(self.start_mm)))
+        return abs(half - self.length_mm / 2.0) <= SAME_MM
+
     def is_same(self, other: SeamPlace) -> bool:
         """Tell whether two places are one, welded in either direction."""
         off_mm = abs(self.length_mm - other.length_mm)
