@@ -17,7 +17,8 @@ from wpcal.core.errors import InputError
 from wpcal.pages.cell import BODY, cell_record, frames_at
 from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import body_pairs
-from wpcal.planning.cell.cell import Cell, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import Cell
+from wpcal.planning.plan.recheck import tip_in_part
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.plan.run_record import path_check_record, tip_record
 from wpcal.planning.search.objectives import Objective
@@ -94,7 +95,6 @@ def _plan_record(run: CellRun) -> dict[str, Any]:
 def _curves(run: CellRun, cell: Cell) -> dict[str, Any]:
     """Return the curves of one run as columns; values of the weld are null outside the weld."""
     plan, rows = run.plan, slice(run.first, run.last + 1)
-    T = np.linalg.inv(part_in_world(cell, run.state.joints2[rows])) @ tool_in_world(cell, run.state.joints1[rows])
     return {
         "t": np.round(run.t_s, TIME_DIGITS).tolist(),
         "s": _column(run.along(plan.s_mm), PLACE_DIGITS),
@@ -106,7 +106,7 @@ def _curves(run: CellRun, cell: Cell) -> dict[str, Any]:
             name: _column(np.degrees(run.along(getattr(plan, f"{name}_rad"))), ANGLE_DIGITS)
             for name in ("slope", "rotation", "work", "travel")
         },
-        "seam": np.round(T[:, :3, 3], PLACE_DIGITS).tolist(),
+        "seam": np.round(tip_in_part(cell, run.state)[rows], PLACE_DIGITS).tolist(),
         "checked": _checked(run),
     }
 

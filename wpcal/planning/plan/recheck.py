@@ -184,11 +184,11 @@ def _box_corners(shape: Shape) -> FloatArray:
 
 def _tip_error(cell: Cell, state: CellState, refine: int) -> float:
     """Return the largest distance of the tip from the chords between planned points, in the part, mm."""
-    return float(_off_chords(_tip_in_part(cell, state), refine).max())
+    return float(_off_chords(tip_in_part(cell, state), refine).max())
 
 
-def _tip_in_part(cell: Cell, state: CellState) -> FloatArray:
-    """Return the tip of the wire in the frame of the part, shape (m, 3), mm."""
+def tip_in_part(cell: Cell, state: CellState) -> FloatArray:
+    """Return the tip of the wire in the frame of the part, shape (m, 3), mm, the same on every processor."""
     T_part_world = inverse_pose(part_in_world(cell, state.joints2))
     return np.asarray(product(T_part_world, tool_in_world(cell, state.joints1))[:, :3, 3], dtype=np.float64)
 
@@ -207,7 +207,7 @@ def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: Cel
     `s_mm`: shape (n,). Arc length along the seam at the states, mm.
     `t_s`: shape (n,). Their times, s; between them joints move evenly.
     """
-    tip = _tip_in_part(cell, finer_states(planned, refine=REFINE))
+    tip = tip_in_part(cell, finer_states(planned, refine=REFINE))
     off, at = _off_chords(tip, REFINE), np.arange(len(tip)) / REFINE
     speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / np.diff(np.interp(at, np.arange(len(t_s)), t_s))
     worst = int(np.argmax(off))
