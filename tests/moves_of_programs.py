@@ -36,14 +36,25 @@ class Weld(NamedTuple):
     uses_via: bool
 
 
-def weld_of(name: str, files: dict[str, str]) -> Weld:
-    """The moves of a program with one seam."""
+def welds_of(name: str, files: dict[str, str]) -> list[Weld]:
+    """The moves along each seam of a program, in its order."""
     found = TEXTS[name](files)
     kinds = [event.kind for event in found.events]
-    on, off = kinds.index("ARC ON"), kinds.index("ARC OFF")
     poses = [[found.poses[name] for name in event.names] for event in found.events]
-    steps = [Step(None, *own) if len(own) == 1 else Step(*own) for own in poses[on + 1 : off]]
-    return Weld(poses[on - 1][-1], steps, uses_via=name in VIA_TURNS)
+    return [
+        Weld(
+            poses[on - 1][-1],
+            [Step(None, *own) if len(own) == 1 else Step(*own) for own in poses[on + 1 : kinds.index("ARC OFF", on)]],
+            uses_via=name in VIA_TURNS,
+        )
+        for on, kind in enumerate(kinds)
+        if kind == "ARC ON"
+    ]
+
+
+def weld_of(name: str, files: dict[str, str]) -> Weld:
+    """The moves of a program with one seam."""
+    return welds_of(name, files)[0]
 
 
 READERS: dict[str, Callable[[dict[str, str]], Weld]] = {

@@ -8,9 +8,8 @@ from tests.saddle import changed
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import Owner, body_pairs
-from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import STATES, capsule_clearance
-from wpcal.planning.cell.shape import Shape
 
 ROUND_OFF_MM = 1e-9
 """Coordinates of some metres: three orders above float64's own round-off."""
@@ -99,33 +98,12 @@ def test_arms_that_reach_for_each_other_overlap_and_do_not_when_folded_away(cell
     assert apart.distance_mm[0] > cell.d1_mm
 
 
-def test_a_ball_beside_a_ball(cell):
-    ball = Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [10])
-    bare = changed(cell, links=(), links2=(), torch=(ball,), part=(ball,), bench=())
-    state = random_state(20)
-    expected = np.linalg.norm(
-        tool_in_world(cell, state.joints1)[:, :3, 3] - part_in_world(cell, state.joints2)[:, :3, 3], axis=1
-    )
-    np.testing.assert_allclose(capsule_clearance(bare, state).distance_mm, expected - 20, rtol=0, atol=ROUND_OFF_MM)
-
-
 def test_a_cell_without_bodies_has_nothing_to_meet(cell):
     bare = changed(cell, links=(), links2=(), torch=(), part=(), bench=())
     found = capsule_clearance(bare, random_state(3))
     assert found.is_clear.all()
     assert found.pair.tolist() == [-1, -1, -1]
     assert np.isinf(found.margin_mm).all()
-
-
-def test_frames_end_at_the_flanges(cell):
-    state = random_state(5)
-    frames = cell.frames(state.both)
-    np.testing.assert_allclose(
-        frames[6].matrices(), cell.T_world_base.matrix @ cell.arm.forward(state.joints1), rtol=0, atol=ROUND_OFF_MM
-    )
-    np.testing.assert_allclose(
-        frames[15].matrices(), cell.T_world_base2.matrix @ cell.arm2.forward(state.joints2), rtol=0, atol=ROUND_OFF_MM
-    )
 
 
 def test_a_state_is_clear_only_beyond_the_safety_distance(cell):

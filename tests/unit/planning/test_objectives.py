@@ -7,16 +7,13 @@ import pytest
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.closed_chain import ROTATION, WORK
 from wpcal.planning.search.objectives import (
-    ATTITUDE,
     MOTION,
     OBJECTIVE_NAMES,
-    OBJECTIVES,
     POSITION,
     TORCH,
     PathValues,
     WeldTargets,
     deviation_weights,
-    deviations,
     joint_motion,
     joint_step_weight,
     objective_values,
@@ -25,7 +22,6 @@ from wpcal.planning.search.objectives import (
     printed_smoothness,
     printed_torch,
     printed_values,
-    target_coordinates,
     torch_deviation,
 )
 
@@ -138,23 +134,10 @@ def test_weights_go_to_the_residuals_that_the_table_names():
     assert deviation_weights({TORCH: 3.0, steeper: 4.0}).tolist() == [0.0, 0.0, 7.0, 3.0]
 
 
-def test_every_row_of_the_table_is_complete():
-    for objective in OBJECTIVES:
-        assert objective.name.startswith(objective.label)
-        assert objective.name.endswith(objective.unit.replace("/", "_per_"))
-        assert set(objective.coordinates) <= set(ATTITUDE)
-        assert (objective.printed is None) == (objective.symbol == "")
-
-
 def test_ranges_are_centred_on_zero_for_the_weld_and_on_the_target_for_the_torch():
     low, high = WeldTargets(work_rad=5 * DEG).attitude_box_rad
     np.testing.assert_allclose(np.degrees(low), [-30, -90, -10, -15], rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(np.degrees(high), [30, 90, 20, 15], rtol=0, atol=ROUND_OFF)
-
-
-def test_target_coordinates_deviate_by_nothing():
-    targets = WeldTargets(slope_rad=0.2, rotation_rad=0.1, work_rad=-0.1, travel_rad=0.05)
-    assert (deviations(target_coordinates(targets, 3), targets) == 0.0).all()
 
 
 @pytest.mark.parametrize(

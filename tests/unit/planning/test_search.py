@@ -7,7 +7,7 @@ import pytest
 
 from tests.chain_error import chain_error
 from tests.saddle import COARSE, coarse_search, saddle_problem
-from wpcal.core.errors import ConvergenceError, InputError
+from wpcal.core.errors import ConvergenceError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
 from wpcal.planning.cell.cell import CellState
@@ -181,11 +181,6 @@ def test_evolution_is_repeatable_and_can_be_interrupted(thin, swept):
 
     _, interrupted = evolve_paths(thin, seeds, options, stop)
     assert interrupted
-
-
-def test_options_of_the_genetic_algorithm_are_checked():
-    with pytest.raises(InputError, match="at least 4"):
-        Nsga2Options(population=2)
 
 
 def test_a_cell_states_all_limits_of_both_arms(cell, path):

@@ -28,10 +28,3 @@ def test_derivatives_are_those_of_difference_quotients(name):
     for joint, step in enumerate(1e-6 * np.eye(6)):
         quotient = (regularity(arm, q + step)[0] - regularity(arm, q - step)[0]) / 2e-6
         np.testing.assert_allclose(slopes[:, :, joint], quotient, rtol=0, atol=SLOPE_ATOL)
-
-
-def test_a_straight_wrist_measures_zero():
-    arm = find_arm("mh6")
-    values, _ = regularity(arm, np.array([[0.3, 0.1, 0.2, 0.5, 0.0, 0.7]]))
-    assert values[0, 0] == pytest.approx(0.0, rel=0, abs=1e-15)
-    assert values[0, 1:].min() > 0.1

@@ -28,7 +28,6 @@ from wpcal.robot.kinematics.forward import Frames
 STATES = 1024  #: States per batch: the axes of all capsules of a cell (some MB) then stay in the cache.
 BLOCK = 16_384  #: Distances per batch: each temporary array (128 kB) stays in the cache of a core.
 
-
 LeastMargins = Callable[[tuple[Frames, ...]], tuple[FloatArray, IntArray]]
 """From the frames of some states to the least margin of each, mm, and the row of its pair."""
 

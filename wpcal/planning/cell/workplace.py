@@ -28,9 +28,7 @@ ZONE_HEIGHTS = (0.25, 0.85)
 """Bottom and top of the zone above the bases, in parts of the shorter reach: from a low table to the shoulders."""
 GRID = (np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.5, 0.9]), np.array([0.1, 0.4, 0.7, 0.95]))
 """Candidate places, in parts of the zone."""
-AIR_STEP_MM = (
-    10.0  #: Of approach and retract: on such a step the tip leaves its line by some hundredths of a millimetre.
-)
+AIR_STEP_MM = 10.0  #: Of approach and retract: the tip leaves its line by some hundredths of a millimetre on it.
 LARGEST_AIR_MOVE_RAD = math.radians(20.0)
 """A step of 10 mm turns a joint by more only near a singular pose: the approach then begins after that pose."""
 

@@ -132,7 +132,12 @@ def _change_of_configuration(
     c, b = np.unravel_index(int(np.argmax(prefix)), prefix.shape)
     rung = int(prefix[c, b])
     what = "the arm would have to change its configuration"
-    if rung == m:  # it reaches every rung, but not along the seam
+    if rung == m:  # it reaches every rung, but not along the seam, or has no way back
+        whole = search.longest(stretch).candidate
+        if whole is not None and len(whole) == len(stretch):
+            found = [(search.withdrawn(whole.q[row]).why, row) for row in (0, -1)]
+            if whys := [f"{why}{_at(stretch, poses, row)}" for why, row in found if why is not None]:
+                return whys[0]
         return f"{what} on the way: its states at neighbouring points are too far apart, or a body is between them"
     q = joints[c, rung, poses.is_free[rung], b]
     q = q[np.isfinite(q).all(axis=-1)]

@@ -89,9 +89,8 @@ def _other_home(cell: Cell, clearance: CellClearance, pair: tuple[str, str]) -> 
     clear = clearance.margins(q).is_clear if len(q) else np.zeros(0, dtype=bool)
     if clear.any():
         shown = np.round(np.degrees(q[int(np.argmax(clear))]), 1) + 0.0
-        arm, axes = (
-            ", ".join(f"{value:g}" for value in part) for part in (shown[:JOINTS], shown[cell.first_turning :])
-        )
+        parts = shown[:JOINTS], shown[cell.first_turning :]
+        arm, axes = (", ".join(f"{value:g}" for value in part) for part in parts)
         with_positioner = f", and home_deg [{axes}] in positioner" if cell.carrier is not None else ""
         return f"tried, and home is free with home_deg [{arm}] in torch_robot{with_positioner}"
     if set(pair) == {PART, FLOOR}:
@@ -157,7 +156,7 @@ def plan_sequence(
     unwelded: list[Unwelded] = []
     for number, seam in enumerate(seams, start=1):
         progress(f"seam {seam.name}, {number} of {len(seams)}")
-        ways, gaps = _ways(search, seam, remedies)
+        ways, gaps = ways_of_seam(search, seam, remedies)
         stretches += ways
         unwelded += gaps
     if not stretches:
@@ -172,13 +171,14 @@ def plan_sequence(
     return SequenceChoice(sequence, {**values, prefer: sequence.values}, prefer)
 
 
-def _ways(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
+def ways_of_seam(search: SeamSearch, seam: PlannedSeam, remedies: RemedySearch) -> tuple[list[_Ways], list[Unwelded]]:
+    """Return the ways to weld a seam whole, or in pieces with what is left out between them; no moves to the seam."""
     task = seam_task(seam.seam, seam.speed_mm_s, seam.rank)
-    for own in (search, search.closer):
+    for own in (search, search.closer, search.farther):
         found = _both_directions(own, task, own.whole(task))
         if found:
             return [_Ways(task.name, tuple(found), own)], []
-    own = search.closer
+    own = search.farther
     pieces, gaps = cut_seam(own, task, remedies)
     one = len(pieces) == 1
     names = [task.name if one else f"{task.name}{_letters(row)}" for row in range(len(pieces))]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -41,6 +42,7 @@ STEP_WEIGHT = 1.0  #: Of the squared joint steps, rad², per rung ...
 OFF_WEIGHT = 2.0
 """... and of the squared deviation of the torch from its target angles: a torch leans where that saves the arm more."""
 FIRST_BACK_MM = 20.0  #: So far back along the wire most wires are clear; the rest of the way is tried where it is not.
+FARTHER = 4.0  #: Times the usual distance: beside a high wall the torch is clear only above it.
 LARGEST_STEP_RAD = np.radians(75.0)
 """A joint that turns by more from one rung to the next swings through a singular pose."""
 
@@ -62,7 +64,7 @@ class SeamSearch:
         """Search in a cell; `more_wire_mm` is how much longer than usual the wire of a seam is at most."""
         self.cell, self.clearance, self.targets = cell, clearance, targets
         self.checker = MotionChecker(cell, clearance)
-        self.more_wire_mm = more_wire_mm
+        self.more_wire_mm, self.most_back_mm = more_wire_mm, 0.0
         speeds = cell.speeds[:JOINTS]
         self.weights = speeds.min() / speeds if np.isfinite(speeds).all() else np.ones(JOINTS)
 
@@ -81,12 +83,19 @@ class SeamSearch:
         other.__dict__["air"] = self.air
         return other
 
+    @cached_property
+    def farther(self) -> SeamSearch:
+        """The closer search, whose torch goes on back along the wire where it is not clear at the usual distance."""
+        other = copy(self.closer)
+        other.most_back_mm = FARTHER * self.targets.approach_mm
+        return other
+
     def withdrawn(self, q: FloatArray) -> Withdrawal:
         """Go back along the wire from a state of a weld.
 
         `q`: shape (k,). All axes, rad and mm.
         """
-        return withdraw(self.checker, self.air, q, self.targets.approach_mm)
+        return withdraw(self.checker, self.air, q, self.targets.approach_mm, self.most_back_mm)
 
     def leaving(self, ways: Sequence[Candidate]) -> list[Candidate]:
         """Return those ways from whose ends the torch can go back along the wire: most can after `FIRST_BACK_MM`."""

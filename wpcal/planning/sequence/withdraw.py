@@ -13,7 +13,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.cell.workplace import back_along_wire
+from wpcal.planning.cell.workplace import AIR_STEP_MM, back_along_wire
 from wpcal.planning.sequence.motion_check import MotionChecker
 
 
@@ -24,13 +24,18 @@ class Withdrawal(NamedTuple):
     why: str | None
 
 
-def withdraw(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float) -> Withdrawal:
+def withdraw(
+    weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float, most_mm: float = 0.0
+) -> Withdrawal:
     """Go back along the wire from a state of a weld, as far as the torch is free and the wire is clear at the end.
 
     `weld`, `air`: Without and with the wire as a body.
+    `most_mm`: Beyond `distance_mm` the way goes on to the first clear state, up to here.
     `q`: shape (k,). All axes, rad and mm.
     """
-    back = back_along_wire(weld.cell, q[None, :JOINTS], distance_mm)[0]
+    steps = math.ceil(distance_mm / AIR_STEP_MM)
+    more = distance_mm / steps * math.ceil(max(most_mm - distance_mm, 0.0) / AIR_STEP_MM)
+    back = back_along_wire(weld.cell, q[None, :JOINTS], distance_mm + more)[0]
     found = np.concatenate([q[None, :JOINTS], back[np.isfinite(back[:, 0])]])
     states = np.concatenate([found, np.repeat(q[None, JOINTS:], len(found), axis=0)], axis=1)
     if len(states) == 1:
@@ -43,10 +48,10 @@ def withdraw(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm
     margins = air.clearance.margins(states[1:])
     clear = np.flatnonzero(margins.is_clear)
     if not len(clear):
-        return Withdrawal(
-            states[:0], f"it does not come free on its way back along the wire: {air.nearest(states[1:])}"
-        )
-    return Withdrawal(states[1 : clear[-1] + 2], None)
+        why = f"it does not come free on its way back along the wire: {air.nearest(states[1:])}"
+        return Withdrawal(states[:0], why)
+    near = clear[clear < steps]
+    return Withdrawal(states[1 : (near[-1] if len(near) else clear[0]) + 2], None)
 
 
 def withdraws(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float) -> BoolArray:
