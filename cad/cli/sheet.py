@@ -111,20 +111,24 @@ def _options(out: Path, points: str | None, taught: Path | None, welds: Path | N
         if points is not None or taught is not None:
             raise InputError("give either --welds, or the points to touch")
         return SheetOptions(suffix, PAPERS[paper], welds=read_listed_welds(welds))
-    if taught is not None:
-        if points is not None:
-            raise InputError("give either TAUGHT.csv or --touch")
-        return SheetOptions(suffix, PAPERS[paper], **_taught(taught))
-    if points is None:
-        return SheetOptions(suffix, PAPERS[paper])
+    if taught is not None and points is not None:
+        raise InputError("give either TAUGHT.csv or --touch")
+    asked = _taught(taught) if taught is not None else _named(points) if points is not None else {}
+    return SheetOptions(suffix, PAPERS[paper], **asked)
+
+
+def _named(points: str) -> dict[str, Any]:
+    """Return what --touch says: how many features, or which."""
+    from wpcal.core.errors import InputError
+
     names = tuple(name.strip() for name in points.split(",") if name.strip())
     if not names:
         raise InputError("--touch: expected a number or names of features, got nothing")
     if len(names) == 1 and names[0].isdecimal():
-        return SheetOptions(suffix, PAPERS[paper], count=int(names[0]))
+        return {"count": int(names[0])}
     if len({name.lower() for name in names}) < len(names):
         raise InputError(f"--touch: a feature is named twice in {points}")
-    return SheetOptions(suffix, PAPERS[paper], names=names)
+    return {"names": names}
 
 
 def _taught(taught: Path) -> dict[str, Any]:

@@ -68,10 +68,7 @@ def make_sheet(
     workpiece = open_workpiece(step, cache=cache, progress=progress)
     rows, points = _asked(workpiece, options, progress)
     most, what = paper.most_points, "weld" if options.welds else "point"
-    has_pages = bool(options.welds) and options.suffix == ".pdf"
-    if len(rows) > most and not has_pages:
-        pages = "; .pdf has pages" if options.welds else ""
-        raise InputError(f"{paper.name} has room for {most} {what}s, got {len(rows)}{pages}")
+    _require_room(options, len(rows), what)
     progress(f"projecting the views: {workpiece.size}")
     places = np.array([point["p_mm"] for point in points])
     lines = part_lines(workpiece)
@@ -95,6 +92,14 @@ def make_sheet(
         "issues": [issue.to_record() for issue in workpiece.issues],
     }
     return Sheet(data, record)
+
+
+def _require_room(options: SheetOptions, rows: int, what: str) -> None:
+    """Refuse more rows than the paper has; a list of welds as PDF has pages."""
+    most = options.paper.most_points
+    if rows > most and not (options.welds and options.suffix == ".pdf"):
+        pages = "; .pdf has pages" if options.welds else ""
+        raise InputError(f"{options.paper.name} has room for {most} {what}s, got {rows}{pages}")
 
 
 def _drawn(layout: SheetLayout, rows: list[Any], title: Any, *, is_of_welds: bool) -> Any:

@@ -16,6 +16,7 @@ from wpcal.core.arrays import IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.issue import Issue
 from wpcal.core.progress import Progress, no_progress
+from wpcal.core.wording import listed
 from wpcal.draw.seam import explained_svg
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
@@ -94,6 +95,9 @@ def _find(workpiece: Workpiece, options: SeamOptions, choice: SeamChoice) -> _Fo
     mark = partial(_mark, workpiece, choice) if choice.marked or choice.places else None
     found = find_part_seams(graph, trimmed, options, cross=partial(_cross, workpiece), mark=mark)
     issues = (*found.issues, *covered_issues(graph, trimmed))
+    if notes.unused:
+        what = "decides about no solid of this part" if len(notes.unused) == 1 else "decide about no solid of this part"
+        issues = (*issues, Issue("pattern-unused", f"{listed(notes.unused)} {what} (--weld, --not)", notes.unused))
     if not found.seams and options.concave is ConcaveEdges.AUTO:
         whole = trimmed.with_graph(found.graph)
         issues = (*issues, *left_out(found.graph, whole))

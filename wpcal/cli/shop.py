@@ -27,17 +27,27 @@ HEAD = """\
 
 
 @command()
-@click.argument("action", type=click.Choice(["show", "new"]), default="show")
+@click.argument("action", type=click.Choice(["show", "new", "learn"]), default="show")
+@click.argument("results", nargs=-1, type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("wpcal.toml"), help="Output: a file.")
 @click.option("--force", is_flag=True, help="Replace what exists: the file.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: the values.")
-def shop(*, action: str, out: Path, force: bool, as_json: bool) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: the values, or the rules (learn).")
+def shop(*, action: str, results: tuple[Path, ...], out: Path, force: bool, as_json: bool) -> int:
     """Show what the shop says once, with the origin of each value, or ask for it and write wpcal.toml (new).
 
-    wpcal.toml is found upwards from the part, as pyproject.toml is.
+    wpcal.toml is found upwards from the part, as pyproject.toml is. With learn, RESULTS are folders with results or
+    files of seams: what was refused or accepted by hand on several parts at solids of one name is proposed as a rule,
+    with the decisions that it would have saved and those that it would have got wrong.
     """
-    if action == "new":
-        return _new(out, force=force)
+    if action == "learn":
+        return _learn(results, as_json=as_json)
+    if results:
+        raise click.UsageError(f"wpcal shop {action} takes no results; wpcal shop learn does")
+    return _new(out, force=force) if action == "new" else _shown(as_json=as_json)
+
+
+def _shown(*, as_json: bool) -> int:
+    """Print what is said."""
     from wpcal.cli.command_group import installed_commands
     from wpcal.cli.shop_file import SAID_ONCE, find_shop, require_tables, require_variables, said_of
 
@@ -65,6 +75,37 @@ def shop(*, action: str, out: Path, force: bool, as_json: bool) -> int:
         click.echo(f"  {text}  ({origin}; {', '.join(names)})")
     click.echo(textwrap.fill(f"can be said: {', '.join(sorted(SAID_ONCE))}", 110, subsequent_indent="  "))
     return 0
+
+
+def _learn(results: tuple[Path, ...], *, as_json: bool) -> int:
+    """Propose rules from decisions about seams; ends with code 1 if there is none."""
+    from wpcal.cli.shop_file import find_shop
+    from wpcal.core.records import to_json
+    from wpcal.core.wording import counted
+    from wpcal.results.habits import decisions_in, learned_rules
+
+    found = find_shop([str(path) for path in results])
+    known = {option: _as_list(found.common.get(option, [])) for option in ("not", "weld")}
+    decisions = decisions_in(results or (Path(),))
+    rules = learned_rules(decisions, [*known["not"], *known["weld"]])
+    by_hand = sum(bool(one.kind) for one in decisions)
+    if as_json:
+        record = {"schema": "wpcal/shop-rules/1", "decisions": by_hand, "rules": [one.to_record() for one in rules]}
+        click.echo(to_json(record), nl=False)
+        return int(not rules)
+    click.echo(
+        f"{counted(by_hand, 'decision')} by hand, {counted(len(rules), 'rule')} that would have saved some of them"
+    )
+    for rule in rules:
+        click.echo(f"  {rule.describe()}")
+    for option in sorted({rule.option for rule in rules}):
+        said = [*known[option], *(rule.pattern for rule in rules if rule.option == option)]
+        click.echo(f"{found.path or 'wpcal.toml'}: {option} = {json.dumps(said, ensure_ascii=False)}")
+    return int(not rules)
+
+
+def _as_list(value: str | list[str]) -> list[str]:
+    return [value] if isinstance(value, str) else value
 
 
 def _new(out: Path, *, force: bool) -> int:

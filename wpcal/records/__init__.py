@@ -52,6 +52,7 @@ RECORDS: Mapping[str, str] = {
     "wpcal/drift/1": "wpcal.records.batches:Drift",
     "wpcal/error-study/1": "wpcal.records.batches:ErrorStudy",
     "wpcal/shop/1": "wpcal.records.batches:Shop",
+    "wpcal/shop-rules/1": "wpcal.records.batches:ShopRules",
     "wpcal/error/1": "wpcal.records.batches:Error",
     "wpcal/report/1": "wpcal.records.batches:Report",
 }

@@ -311,6 +311,25 @@ class ShopValue(Record):
     commands: list[str] = D("The commands that take it.")
 
 
+class LearnedRule(Record):
+    option: Literal["not", "weld"]
+    pattern: str = D("Of names of solids, with a star.")
+    saved: list[str] = D("Decisions by hand that the rule would have saved: a seam with its solids, or a solid.")
+    wrong: list[str] = D("Seams that the rule would have judged otherwise than was decided.")
+    parts: Number = D("On how many parts it saves a decision.")
+
+
+class ShopRules(Record):
+    """wpcal shop learn --json, version 1
+
+    What was decided by hand again and again, as rules.
+    """
+
+    schema: Literal["wpcal/shop-rules/1"]
+    decisions: Count = D("Decisions by hand in the results.")
+    rules: list[LearnedRule]
+
+
 class Shop(Record):
     """wpcal shop --json, version 1
 

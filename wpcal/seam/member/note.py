@@ -67,6 +67,7 @@ class MemberNotes:
     judging: Judging
     members: tuple[Member, ...]  #: In the order of the solids.
     play: tuple[Play, ...] = ()  #: The gaps that joints of the part have by design.
+    unused: tuple[str, ...] = ()  #: Patterns of a person that decide about no solid of this part.
 
     def with_shapes(self, seams: Sequence[Seam]) -> MemberNotes:
         """Return the notes with what the seams of the part told about the shapes of solids (`Rule.ONE_PIECE`)."""
@@ -118,7 +119,9 @@ class Members:
 def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> Members:
     """Say of every solid what it is taken for.
 
-    Raises `InputError` if a pattern of `judging` fits no solid.
+    A pattern with a star may fit no solid, as one that a shop says for every part.
+
+    Raises `InputError` if a name of `judging` is that of no solid.
     """
     facts = [facts_of(graph.solid_facts, solid) for solid in range(len(graph.solid_names))]
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
@@ -131,7 +134,9 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
         first = graph.solid_names[instead[solid]] if instead[solid] >= 0 else None
         own = _Evidence(name, facts[solid], common, fasteners.get(solid), first)
         members.append(own.member(said[solid]))
-    return Members(MemberNotes(judging, tuple(members)), fasteners)
+    used = {pattern for _, pattern in filter(None, said)}
+    unused = tuple(one for one in (*judging.weld, *judging.not_welded) if one not in used)
+    return Members(MemberNotes(judging, tuple(members), unused=unused), fasteners)
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +232,7 @@ def _said(labels: Sequence[tuple[str, ...]], judging: Judging) -> list[tuple[boo
     for pattern, can in sorted(patterns, key=lambda item: (_letters(item[0]), not item[1])):
         plain = pattern.casefold().replace("[", "[[]")
         fitting = [row for row, own in enumerate(labels) if any(fnmatchcase(one.casefold(), plain) for one in own)]
-        if not fitting:
+        if not fitting and _letters(pattern) == len(pattern):
             raise InputError(_unknown(pattern, labels), code=ErrorCode.SOLID_UNKNOWN)
         for row in fitting:
             found[row] = (can, pattern)
