@@ -22,10 +22,25 @@ EXIT_OF_SIGNAL = 128
 EXIT_INTERRUPTED = EXIT_OF_SIGNAL + 2
 
 
+def _install(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        from wpcal.cli.shell_files import install
+
+        install(ctx)
+
+
 @click.command(
     cls=CommandsByEntryPoint, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
 )
 @click.version_option(__version__, "-V", "--version", prog_name="wpcal")
+@click.option(
+    "--install-completion",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_install,
+    help="Let this shell complete commands and options, and `man wpcal` list them.",
+)
 def wpcal() -> None:
     """Put a real workpiece and its CAD model in the same place.
 
