@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from wpcal.core import PointPairs, RigidTransform, WpcalError
     from wpcal.results import schema_text
     from wpcal.seam import SeamOptions, StepOptions, detect_seams
-    from wpcal.taught import TaughtPoints, pair_points, read_taught
     from wpcal.taught.features import feature_named, find_features
+    from wpcal.taught.table import TaughtPoints, pair_points, read_taught
     from wpcal.touch.moved_advice import advise_touches
 
 
@@ -32,7 +32,7 @@ _HOMES = {
     "RigidTransform": "wpcal.core:RigidTransform",
     "SeamOptions": "wpcal.seam:SeamOptions",
     "StepOptions": "wpcal.seam:StepOptions",
-    "TaughtPoints": "wpcal.taught:TaughtPoints",
+    "TaughtPoints": "wpcal.taught.table:TaughtPoints",
     "WpcalError": "wpcal.core:WpcalError",
     "advise_touches": "wpcal.touch.moved_advice:advise_touches",
     "calibrate_bodies": "wpcal.calibrate.plane_touches:calibrate_bodies",
@@ -40,9 +40,9 @@ _HOMES = {
     "detect_seams": "wpcal.seam:detect_seams",
     "feature_named": "wpcal.taught.features:feature_named",
     "find_features": "wpcal.taught.features:find_features",
-    "pair_points": "wpcal.taught:pair_points",
+    "pair_points": "wpcal.taught.table:pair_points",
     "predict_body_errors": "wpcal.calibrate.plane_touches:predict_body_errors",
-    "read_taught": "wpcal.taught:read_taught",
+    "read_taught": "wpcal.taught.table:read_taught",
     "schema_text": "wpcal.results:schema_text",
 }
 __all__ = [

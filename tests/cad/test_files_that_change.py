@@ -13,7 +13,7 @@ import cad.step.read
 from cad.step.part21 import Part21File
 from cad.workpiece.calibrate import WorkpieceCalibration, calibrate_files, calibrate_workpiece
 from cad.workpiece.fit_taught import CalibrateOptions
-from wpcal.controllers import read_taught_program
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import InputError
 from wpcal.results.folder import read_result_folder
 from wpcal.taught.table import read_taught

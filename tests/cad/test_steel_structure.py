@@ -11,7 +11,7 @@ from wpcal.core.motion import APPROACH_MM
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations
 from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import detect_seams
-from wpcal.seam.judge.reach import find_in_way
+from wpcal.seam.judge.reach import find_in_ways
 
 BAYS = 2
 FACES = 456  #: 3 frames of 2 plates of 10 faces, 4 tubes of 18 and a pipe of 4; 2 bays of 4 tubes and 2 gussets of 6.
@@ -28,7 +28,7 @@ def test_every_seam_of_the_structure_is_found_and_the_torch_swings_through_no_ra
             continue  # where its lean does not change, other tests sweep it
         R = tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad)
         back_mm = (APPROACH_MM, APPROACH_MM)
-        assert find_in_way(material, seam, seam.frames.p, R, USUAL_TORCH, back_mm=back_mm) == (), seam.name
+        assert find_in_ways(material, [(seam, seam.frames.p, R)], USUAL_TORCH, back_mm=back_mm) == [()], seam.name
     count, length = seam_counts(BAYS)
     assert len(reached) >= count
     cuts = len(reached) - count

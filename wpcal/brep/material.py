@@ -23,6 +23,7 @@ from wpcal.core.transform import RigidTransform
 VOTERS = np.array([[0.8301, 0.2713, 0.4871], [-0.3119, 0.8923, 0.3263], [0.1987, -0.4409, 0.8753]])
 """Directions of the rays that vote: along no axis, plane or diagonal in which parts are modelled."""
 FAR_MM = 1e9  #: Length of a ray that leaves every part.
+BEYOND_MM = 1.0  #: Rays end so far beyond the boxes that they leave.
 FLAT = 1e-12  #: A ray whose direction has less than this share across a triangle runs along it.
 
 
@@ -230,11 +231,13 @@ def find_solids_around(material: Material, points: FloatArray) -> tuple[IntArray
     row, first = np.unique(asked, return_index=True)
     if len(row) == 0:
         return row, row
-    far = np.maximum.reduceat(np.linalg.norm(high - low, axis=1)[solid], first)  # no solid around a point is longer
     rays = VOTERS / np.linalg.norm(VOTERS, axis=1, keepdims=True)
     count = len(rays)
+    side = np.where(rays > 0.0, high[solid][:, None], low[solid][:, None])
+    leaves = ((side - points[asked][:, None]) / rays).min(axis=2)
+    far = np.maximum.reduceat(leaves, first) + BEYOND_MM  # there a ray has left every box that is around its point
     origins = np.repeat(points[row], count, axis=0)
-    found = material.hits(origins, np.tile(rays, (len(row), 1)), np.repeat(far, count))
+    found = material.hits(origins, np.tile(rays, (len(row), 1)), far.ravel())
     pair, of = np.unique(np.stack([found.ray, found.solid]), axis=1, return_inverse=True)
     turns = np.bincount(of.ravel(), found.way, minlength=pair.shape[1])
     inside = pair[:, turns > 0]

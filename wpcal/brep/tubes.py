@@ -7,7 +7,8 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-CHUNK = 200_000  #: Pairs of a tube and a triangle in one array: some 50 MB.
+CHUNK = 20_000  #: Pairs of a tube and a triangle in one array: they stay in the processor's cache.
+ROUND_OFF_MM = 1e-6  #: Of places along the axes of a tube.
 LINES_MM = 4.0  #: Neighbouring lines of a tube are at most this far apart: less than the thinnest rod that is welded.
 
 
@@ -22,7 +23,8 @@ def tube_triangles(
 ) -> IntArray:
     """Find what straight tubes meet: the triangle nearest to the axis.
 
-    Each triangle is cut off at both ends of the tube; what remains is compared with the radius.
+    Each triangle is cut off at both ends of the tube; what remains is compared with the radius. Of equally near
+    triangles the last is taken.
 
     Returns ndarray of int, shape (n,). The triangle; -1 for a tube that meets none.
 
@@ -33,16 +35,36 @@ def tube_triangles(
     """
     starts, ends = tips + low[:, None] * back, tips + high[:, None] * back
     row, triangle = tree.meeting(np.minimum(starts, ends) - radius_mm, np.maximum(starts, ends) + radius_mm)
-    best, nearest = np.full(len(tips), radius_mm), np.full(len(tips), -1)
+    best, nearest = np.full(len(tips), np.nextafter(radius_mm, 0.0)), np.full(len(tips), -1)
+    frames = tube_frames(back)
+    at = np.einsum("nij,nj->in", frames, tips)
+    box = at - radius_mm - ROUND_OFF_MM, at + radius_mm + ROUND_OFF_MM
+    box[0][2], box[1][2] = at[2] + low - ROUND_OFF_MM, at[2] + high + ROUND_OFF_MM
+    corner_rows, frame_rows = (np.ascontiguousarray(each.transpose(1, 2, 0)) for each in (corners, frames))
     for first in range(0, len(row), CHUNK):
         own, which = row[first : first + CHUNK], triangle[first : first + CHUNK]
+        kept = _reach_in(corner_rows[:, :, which], frame_rows[:, :, own], box[0][:, own], box[1][:, own])
+        own, which = own[kept], which[kept]
         kept = _comes_near(starts[own], ends[own], corners[which], radius_mm)
         own, which = own[kept], which[kept]
-        found = _axis_distances(corners[which] - tips[own, None], back[own], low[own], high[own])
+        found = _axis_distances(corners[which] - tips[own, None], frames[own], low[own], high[own])
         order = np.argsort(-found, kind="stable")  # the nearest of each tube is written last
-        closer = order[found[order] < best[own[order]]]
+        closer = order[found[order] <= best[own[order]]]
         best[own[closer]], nearest[own[closer]] = found[closer], which[closer]
     return nearest
+
+
+def _reach_in(corners: FloatArray, axes: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+    """Tell which triangles reach into boxes, shape (k,): all others are beside the axes, or beyond an end.
+
+    `corners`, `axes`: shape (3, 3, k). The three of each, their coordinates on the second axis.
+    `low`, `high`: shape (3, k). Where the boxes begin and end along their axes.
+    """
+    met = np.ones(corners.shape[2], dtype=bool)
+    for (x, y, z), least, most in zip(axes, low, high, strict=True):
+        a, b, c = (corner[0] * x + corner[1] * y + corner[2] * z for corner in corners)
+        met &= (np.minimum(np.minimum(a, b), c) <= most) & (np.maximum(np.maximum(a, b), c) >= least)
+    return met
 
 
 def _comes_near(starts: FloatArray, ends: FloatArray, corners: FloatArray, radius_mm: float) -> BoolArray:
@@ -75,9 +97,9 @@ def tube_lines(back: FloatArray, radius_mm: float) -> FloatArray:
     return np.concatenate(lines, axis=1)
 
 
-def _axis_distances(corners: FloatArray, axis: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def _axis_distances(corners: FloatArray, frames: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return how near triangles come to axes through the origin, between two heights; infinity if not between."""
-    placed = np.einsum("kcj,kij->kci", corners, tube_frames(axis))
+    placed = np.einsum("kcj,kij->kci", corners, frames)
     flat, z = placed[..., :2], placed[..., 2]
     best = np.full(len(corners), np.inf)
     cuts: list[tuple[FloatArray, BoolArray]] = []

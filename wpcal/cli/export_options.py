@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,6 +84,8 @@ class ArmAsked:
 
         Raises `InputError` when the arm cannot be read, or `near` or `tool` is missing or unreadable.
         """
+        if self.robot is None:
+            return None
         import numpy as np
 
         from wpcal.controllers.program.reachable_spin import ArmAtTool
@@ -93,8 +94,6 @@ class ArmAsked:
         from wpcal.robot.identify.poses_file import parse_tool
         from wpcal.robot.kinematics.arm_file import find_arm
 
-        if self.robot is None:
-            return None
         arm = find_arm(self.robot)
         try:
             near = np.radians(parse_numbers(self.near_joints or ""))
@@ -193,23 +192,23 @@ class WeldPrograms:
         return self._made[few]
 
     def _make(self, tolerance: PathTolerance | None) -> WeldProgram:
-        from wpcal.controllers.program.compensation import compensate_program
         from wpcal.controllers.program.few_moves import fit_program
-        from wpcal.controllers.program.followed_program import program_for_arm
 
         program, arm = self._program, self._arm
-        check = partial(self._check, torch=self._shape)
         points = sum(map(len, program.paths))
         self._progress(f"comparing {points} poses on {len(program.paths)} seams with the part")
         if arm is not None:
-            return compensate_program(program_for_arm(program, arm, check=check, tolerance=tolerance), arm)
-        return check(program if tolerance is None else fit_program(program, tolerance))
+            from wpcal.controllers.program.compensation import compensate_program
+            from wpcal.controllers.program.followed_program import program_for_arm
 
-    def _check(self, program: WeldProgram, torch: TorchShape) -> WeldProgram:
+            return compensate_program(program_for_arm(program, arm, check=self._check, tolerance=tolerance), arm)
+        return self._check(program if tolerance is None else fit_program(program, tolerance))
+
+    def _check(self, program: WeldProgram) -> WeldProgram:
         from wpcal.controllers.program.checked_program import check_program
 
-        checked = check_program(program, torch=torch, air=self._flags.air, strict=self._flags.strict)
-        if self._felt is None or self._felt == torch:
+        checked = check_program(program, torch=self._shape, air=self._flags.air, strict=self._flags.strict)
+        if self._felt is None or self._felt == self._shape:
             return checked
         told = f"seams.json was made for another torch: {self._felt}; reach was not felt with this one"
         return replace(checked, checked=(*checked.checked, told))

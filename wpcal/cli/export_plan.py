@@ -29,11 +29,14 @@ TAKEN = frozenset(
 
 def is_plan(folder: Path) -> bool:
     """Tell whether a folder holds a plan of one robot, and no calibration."""
+    from wpcal.brep.moved_mesh import CALIBRATION_FILE
     from wpcal.core.input_file import holds_file
-    from wpcal.planning.sequence.kept_plan import PLAN_FILE
-    from wpcal.results.agree import CALIBRATION_FILE
 
-    return holds_file(folder, PLAN_FILE) and not holds_file(folder, CALIBRATION_FILE)
+    if holds_file(folder, CALIBRATION_FILE):
+        return False
+    from wpcal.planning.sequence.kept_plan import PLAN_FILE  # takes long
+
+    return holds_file(folder, PLAN_FILE)
 
 
 def export_plan(

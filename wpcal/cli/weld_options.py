@@ -75,12 +75,12 @@ class ArcAsked:
         `seams`: All seams of the part, with frames in `base`.
         Raises `InputError` when the file cannot be used, names an unknown seam, or is missing with ``--arc on``.
         """
-        from wpcal.weld.find import find_welds
-        from wpcal.weld.record import read_stated_welds
-
         arc = self._settings()
         if self.welds is None:
             return None, None
+        from wpcal.weld.find import find_welds
+        from wpcal.weld.record import read_stated_welds
+
         table = self.rules.read()
         found = find_welds(
             seams,

@@ -22,12 +22,12 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from wpcal.controllers.program import WeldProgram
 from wpcal.core.errors import InputError
 from wpcal.taught.programs import ProgramReader
 
 if TYPE_CHECKING:
     from wpcal.controllers.language.grammar import Grammar
+    from wpcal.controllers.program import WeldProgram
     from wpcal.controllers.program.coordinated_program import CoordinatedProgram, SyncProgram
     from wpcal.controllers.program.touch_program import TouchProgram
     from wpcal.touch.searches import ResultsFile, SearchResults, TouchPlan, TouchResultsReader, TouchSetup

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from wpcal.brep.moved_mesh import moved_glb
-from wpcal.calibrate.result import SCHEMA as CALIBRATION_SCHEMA
+from wpcal.brep.moved_mesh import CALIBRATION_SCHEMA, moved_glb
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import ErrorCode, FormatError, FrameError, InputError
 from wpcal.core.input_file import holds_file, read_bytes, sha256_of

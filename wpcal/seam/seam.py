@@ -124,6 +124,12 @@ class SeamFrames:
 
         return Rotation.from_matrix(self.R)
 
+    def axes_at(self, s_mm: FloatArray) -> FloatArray:
+        """Return the axes at lengths of shape (m,), shape (m, 3, 3); between two frames they turn evenly."""
+        from scipy.spatial.transform import Slerp
+
+        return np.asarray(Slerp(self.s_mm, self.rotations)(np.clip(s_mm, self.s_mm[0], self.s_mm[-1])).as_matrix())
+
     def rows(self, first: int, end: int) -> SeamFrames:
         """Return the frames from `first` to before `end`."""
         own = slice(first, end)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +13,10 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import parse_number
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.features.reference import ReferenceFeature
-from wpcal.taught.table import TaughtPoints
+
+if TYPE_CHECKING:
+    from wpcal.taught.features.reference import ReferenceFeature
+    from wpcal.taught.table import TaughtPoints
 
 LEAST_JOINTS = 4
 """Welding arms have six joints, palletising arms four. With fewer numbers, the line was cut."""

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -191,14 +190,13 @@ def runs_of_seam(
     inner = own[(own > start_mm) & (own < end_mm)]
     s = np.concatenate([[start_mm], inner, [end_mm]])
     p = np.stack([np.interp(s, own, frames.p[:, axis]) for axis in range(3)], axis=1)
-    R = Slerp(own, Rotation.from_matrix(frames.R))(np.clip(s, own[0], own[-1])).as_matrix()
     angle = np.interp(s, own, frames.angle_rad)
     nearest = np.abs(own[None, :] - s[:, None]).argmin(axis=1)
     cut = replace(
         seam,
         closed=False,
         length_mm=float(end_mm - start_mm),
-        frames=SeamFrames(s - start_mm, p, R, angle, frames.frame),
+        frames=SeamFrames(s - start_mm, p, frames.axes_at(s), angle, frames.frame),
         lean_rad=None if seam.lean_rad is None else seam.lean_rad[nearest],
         spin_rad=None if seam.spin_rad is None else seam.spin_rad[nearest],
     )

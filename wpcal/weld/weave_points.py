@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import InputError
@@ -83,7 +82,7 @@ def _with_corners(frames: SeamFrames, s: FloatArray, y: FloatArray) -> tuple[Flo
 
 def _placed(frames: SeamFrames, s: FloatArray, y: FloatArray, *, bead: Bead | None, between_plates: bool) -> SeamFrames:
     p = np.stack([np.interp(s, frames.s_mm, frames.p[:, axis]) for axis in range(3)], axis=1)
-    R = Slerp(frames.s_mm, Rotation.from_matrix(frames.R))(np.clip(s, frames.s_mm[0], frames.s_mm[-1])).as_matrix()
+    R = frames.axes_at(s)
     angle = np.interp(s, frames.s_mm, frames.angle_rad)
     z = np.zeros(len(s))
     if between_plates:

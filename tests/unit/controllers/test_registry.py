@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 
 from wpcal.cli.main import run
-from wpcal.controllers import Controller, controller_named, controllers, read_taught_program
+from wpcal.controllers import Controller, controller_named, controllers
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.audit.read_back import read_poses_back
 from wpcal.controllers.program.coordinated_program import SyncProgram
 from wpcal.controllers.program.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
+from wpcal.controllers.taught_program import read_taught_program
 from wpcal.core.errors import FormatError, InputError
 from wpcal.formats import exporter_named, exporter_names
 from wpcal.robot.kinematics.arm_file import find_arm
-from wpcal.taught import ProgramReader
+from wpcal.taught.programs import ProgramReader
 
 FOLDER = {
     "__init__.py": """
@@ -41,7 +42,7 @@ FOLDER = {
     "read.py": """
         import numpy as np
 
-        from wpcal.taught import ProgramPoint, ProgramPoints, ProgramReader
+        from wpcal.taught.programs import ProgramPoint, ProgramPoints, ProgramReader
         from wpcal.taught.programs import frame_from_xyz_angles
 
         def read(text, path):

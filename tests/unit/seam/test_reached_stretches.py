@@ -16,7 +16,7 @@ from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam import Seam, SeamOptions, StepOptions, detect_seams
 from wpcal.seam.judge.leans import Leans, back_directions
 from wpcal.seam.judge.material import find_poses_in_material
-from wpcal.seam.judge.reach import find_in_way
+from wpcal.seam.judge.reach import find_in_ways
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.options import Reach
 from wpcal.seam.record import seams_from_record, seams_record
@@ -94,7 +94,7 @@ def test_no_seam_passes_under_a_bar_that_the_torch_cannot_pass() -> None:
         assert travel.any()  # it leans away from the bar, to one side only
         assert travel.min() >= 0 or travel.max() <= 0
         R = tool_rotations(seam.frames.R, TorchSettings(), seam.lean_rad)
-        assert find_in_way(material, seam, seam.frames.p, R, USUAL_TORCH, back_mm=(APPROACH_MM, APPROACH_MM)) == ()
+        assert find_in_ways(material, [(seam, seam.frames.p, R)], USUAL_TORCH, back_mm=(APPROACH_MM,) * 2) == [()]
         assert any("no torch passes bar without leaving it" in reason for reason in seam.reasons)
     assert sum(seam.length_mm for seam in accepted) == pytest.approx(200.0, abs=1e-6)
 

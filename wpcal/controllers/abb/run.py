@@ -12,13 +12,12 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, ReturnError, TryNextError
 from wpcal.controllers.abb.statements import Data, ModuleReader, Routine, Statement
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does, mark_of
-from wpcal.controllers.run.machine import Machine, Matrix, Place, inverted, rigid
+from wpcal.controllers.run.machine import Machine, Matrix, Place, about, inverted, rigid
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 ERRORS = {"ERR_WHLSEARCH": 1, "ERR_SIGSUPSEARCH": 2, "ERR_WAIT_MAXTIME": 3, "ERR_FILEACC": 4}
@@ -159,7 +158,7 @@ class Interpreter(Instructions):
         if name in {"OFFS", "RELTOOL"}:
             target, *by = arguments
             turns = [options.get(axis, 0.0) for axis in ("RX", "RY", "RZ")]
-            shift = rigid(Rotation.from_euler("XYZ", turns, degrees=True), by)
+            shift = rigid(about("XYZ", turns), by)
             moved = shift @ matrix(target) if name == "OFFS" else matrix(target) @ shift
             return Record("robtarget", [*typed("pose", pose_values(moved)).values, *target.copy().values[2:]])
         if name == "CROBT":
@@ -174,9 +173,7 @@ class Interpreter(Instructions):
                 "pos", (matrix(a)[:3, :3] @ np.array(v.values, float) + matrix(a)[:3, 3]).tolist()
             ),
             "POSEINV": lambda a: typed("pose", pose_values(inverted(matrix(a)))),
-            "ORIENTZYX": lambda z, y, x: typed(
-                "orient", pose_values(rigid(Rotation.from_euler("ZYX", [z, y, x], degrees=True), [0, 0, 0]))[1]
-            ),
+            "ORIENTZYX": lambda z, y, x: typed("orient", pose_values(rigid(about("ZYX", [z, y, x]), [0, 0, 0]))[1]),
             "DINPUT": lambda value: value,
             "DOUTPUT": lambda value: value,
             "NUMTOSTR": lambda value, digits: f"{value:.{int(digits)}f}",

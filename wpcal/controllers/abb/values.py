@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax
 from wpcal.controllers.run.machine import Matrix, rigid
 from wpcal.controllers.run.program import ProgramError
+from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
 
 PARTS = {
     "pos": [("x", "num"), ("y", "num"), ("z", "num")],
@@ -109,12 +109,12 @@ def matrix(pose: Record) -> Matrix:
     trans, rot = pose.values[pose.index("trans")].values, pose.values[pose.index("rot")].values
     if abs(np.linalg.norm(rot) - 1.0) > 1e-3:
         raise ProgramError(f"the orientation {rot} is not normalised")
-    return rigid(Rotation.from_quat(np.roll(np.array(rot, float), -1)), trans)
+    return rigid(rotation_from_quaternion(np.roll(np.array(rot, float), -1)), trans)
 
 
 def pose_values(T: Matrix) -> list[Any]:
     """Return the values of a pose."""
-    x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
+    x, y, z, w = quaternion_from_rotation(T[:3, :3])
     return [[float(v) for v in T[:3, 3]], [float(v) for v in (w, x, y, z)]]
 
 

@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.comau.grammar import GRAMMAR
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Row, Steps, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
-from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError
 from wpcal.core.arrays import FloatArray
 
@@ -39,12 +38,12 @@ class _Position:
 
     def place(self) -> FloatArray:
         """Return it as a matrix."""
-        return rigid(Rotation.from_euler("ZYZ", self.values[3:], degrees=True), self.values[:3])
+        return rigid(about("ZYZ", self.values[3:]), self.values[:3])
 
     @classmethod
     def of(cls, T: FloatArray) -> _Position:
         """Take a matrix."""
-        return cls((*T[:3, 3], *Rotation.from_matrix(T[:3, :3]).as_euler("ZYZ", degrees=True)))
+        return cls((*T[:3, 3], *turns_of("ZYZ", T)))
 
 
 WORDS = Syntax(

@@ -6,11 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from scipy.spatial.transform import Rotation
-
 from wpcal.controllers.language.grammar import ENCODING
 from wpcal.controllers.registry import controller_of_program
-from wpcal.controllers.run.machine import Place, rigid
+from wpcal.controllers.run.machine import Place, about, rigid
 from wpcal.controllers.run.program import EndlessError, ProgramError
 from wpcal.controllers.run.recorder import Recorder
 from wpcal.controllers.run.trace import Trace, Unknown
@@ -20,7 +18,7 @@ Files = Mapping[str, str | bytes]
 
 NUMBERS = range(1, 64)  #: Of tools and frames.
 UNDECLARED = ""  #: The name of the tool or frame that stands for all which the files do not declare.
-TOOL_OF_CONTROLLER = rigid(Rotation.from_euler("xyz", (0.3, -0.7, 0.2)), (101.0, 37.0, 411.0))
+TOOL_OF_CONTROLLER = rigid(about("ZYX", (11.0, -40.0, 17.0)), (101.0, 37.0, 411.0))
 """T_flange_tool of tools that only the controller knows: like no tool that a program sets."""
 
 

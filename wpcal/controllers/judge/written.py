@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from wpcal.brep.rays import START_MM
 from wpcal.controllers.judge.arc import ALL_SWITCHES, arc_faults
 from wpcal.controllers.judge.asked import Asked, Compared, asked_of, asked_of_touches, compare, contacts_of
 from wpcal.controllers.judge.execute import Files, execute, programs_of, text_at
-from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.judge.swept import is_followed, meetings
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.language.post import blocks_of, own_arc_templates
@@ -35,6 +34,9 @@ from wpcal.controllers.run.trace import Motion, Trace, Unknown
 from wpcal.core.errors import InputError, WpcalError
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.record_check import FARTHEST_MM
+
+if TYPE_CHECKING:
+    from wpcal.controllers.judge.in_cell import CellSweep
 
 ROOM_MM = 1.0  #: A motion that was not asked for may leave the box of those that were by this.
 MOST_PLACES = 3  #: Of one text that are told; a template is used for every seam.

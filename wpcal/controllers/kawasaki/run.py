@@ -17,16 +17,16 @@ import operator
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.kawasaki.grammar import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, LeaveError, Node, Steps, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
-from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.machine import about, inverted, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -50,7 +50,7 @@ class Transformation:
         """Take six numbers, mm and deg."""
         if len(values) < 6:
             raise ProgramError("a transformation has six numbers")
-        return cls(rigid(Rotation.from_euler("ZYZ", values[3:6], degrees=True), values[:3]))
+        return cls(rigid(about("ZYZ", values[3:6]), values[:3]))
 
     def values(self) -> list[float]:
         """Return six numbers as the controller stores them."""
@@ -59,7 +59,7 @@ class Transformation:
             o = np.degrees(np.arctan2(R[1, 0] * np.sign(R[2, 2]), R[1, 1]))
             angles = [float(o), 0.0 if R[2, 2] > 0 else 180.0, 0.0]
         else:
-            angles = [float(v) for v in Rotation.from_matrix(R).as_euler("ZYZ", degrees=True)]
+            angles = turns_of("ZYZ", self.T)
         return [*(float(v) for v in self.T[:3, 3]), *angles]
 
     def moved(self, d: Any, *, in_tool: bool = False) -> Transformation:
@@ -79,6 +79,14 @@ class Transformation:
     def __sub__(self, other: Transformation) -> Transformation:
         """Compose with the inverted."""
         return Transformation(self.T @ inverted(other.T))
+
+
+def _about(axis: str, angle: Any) -> Transformation:
+    return Transformation(rigid(about(axis, [angle]), np.zeros(3)))
+
+
+def _coordinate(row: int, pose: Transformation) -> float:
+    return float(pose.T[row, 3])
 
 
 WORDS = Syntax(
@@ -196,29 +204,8 @@ class Interpreter(BlockInterpreter):
         """Make a transformation of six numbers."""
         return Transformation.of([*values, *[0.0] * (6 - len(values))])
 
-    def fn_rx(self, angle: Any) -> Transformation:
-        """Turn about x."""
-        return Transformation(rigid(Rotation.from_euler("x", angle, degrees=True), np.zeros(3)))
-
-    def fn_ry(self, angle: Any) -> Transformation:
-        """Turn about y."""
-        return Transformation(rigid(Rotation.from_euler("y", angle, degrees=True), np.zeros(3)))
-
-    def fn_rz(self, angle: Any) -> Transformation:
-        """Turn about z."""
-        return Transformation(rigid(Rotation.from_euler("z", angle, degrees=True), np.zeros(3)))
-
-    def fn_dx(self, pose: Transformation) -> float:
-        """Return X."""
-        return float(pose.T[0, 3])
-
-    def fn_dy(self, pose: Transformation) -> float:
-        """Return Y."""
-        return float(pose.T[1, 3])
-
-    def fn_dz(self, pose: Transformation) -> float:
-        """Return Z."""
-        return float(pose.T[2, 3])
+    fn_rx, fn_ry, fn_rz = (staticmethod(partial(_about, axis)) for axis in "XYZ")
+    fn_dx, fn_dy, fn_dz = (staticmethod(partial(_coordinate, row)) for row in range(3))
 
     def fn_abs(self, number: Any) -> Any:
         """Return the absolute value."""

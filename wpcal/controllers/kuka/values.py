@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, PRODUCT, SIGNS, SUM, Parser, Syntax
-from wpcal.controllers.run.machine import Matrix, rigid
+from wpcal.controllers.run.machine import Matrix, about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError
 
 CARTESIAN = {"FRAME", "POS", "E6POS", "E3POS"}
@@ -35,13 +34,12 @@ class Aggregate:
         if missing:
             raise ProgramError(f"a frame without {sorted(missing)}")
         x, y, z, a, b, c = (float(self.values[key]) for key in "XYZABC")
-        return rigid(Rotation.from_euler("ZYX", [a, b, c], degrees=True), [x, y, z])
+        return rigid(about("ZYX", [a, b, c]), [x, y, z])
 
 
 def frame_value(T: Matrix, kind: str = "FRAME", rest: dict[str, Any] | None = None) -> Aggregate:
     """Return a matrix as a structure in the digits of the controller."""
-    angles = Rotation.from_matrix(T[:3, :3]).as_euler("ZYX", degrees=True)
-    values = dict(zip("XYZABC", (float(np.float32(v)) for v in (*T[:3, 3], *angles)), strict=True))
+    values = dict(zip("XYZABC", (float(np.float32(v)) for v in (*T[:3, 3], *turns_of("ZYX", T))), strict=True))
     return Aggregate({**values, **(rest or {})}, kind)
 
 

@@ -10,11 +10,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from wpcal.controllers.program.arc import DRY_MARKS, SEAM_MARKS
 from wpcal.core.input_file import read_bytes
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.programs import ProgramPoints
+
+if TYPE_CHECKING:
+    from wpcal.taught.programs import ProgramPoints
 
 ENCODING = "latin-1"
 """Controllers write one byte per character. Every byte is a character of Latin-1; only names can hold such bytes."""

@@ -20,11 +20,11 @@ from wpcal.controllers.program.air_moves import (
     TorchAtTool,
     plan_air_moves,
 )
-from wpcal.core.arrays import frozen
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
-from wpcal.seam.judge.reach import find_in_way
+from wpcal.seam.judge.reach import find_in_ways
 
 MOST_TOLD = 3  #: Seams whose place is told; of the others the names: the message is one line.
 
@@ -93,14 +93,16 @@ def _ends(path: WeldPath) -> Ends:
 
 def _inside(program: WeldProgram, part: TriangleMaterial, torch: TorchShape) -> dict[str, str]:
     """Return by name of the seam where the torch is first inside material."""
-    axis, motion, found = program.torch.tool_axis, program.motion, dict[str, str]()
+    axis, ways, frames = program.torch.tool_axis, [], list[FloatArray]()
     for path in program.paths:
         p, R, frame, _ = path.stations()
         tips = p + (program.torch.standoff_mm + path.seam.more_wire_mm) * wire_directions(R, axis)
-        back_mm = (motion.approach_mm, motion.retract_mm)
-        if places := find_in_way(part, path.seam, tips, R, torch, axis=axis, back_mm=back_mm):
-            found[path.seam.name] = places[0].describe(path.seam.name, frame)
-    return found
+        ways.append((path.seam, tips, R))
+        frames.append(frame)
+    back_mm = (program.motion.approach_mm, program.motion.retract_mm)
+    found = find_in_ways(part, ways, torch, axis=axis, back_mm=back_mm)
+    named = zip((seam.name for seam, *_ in ways), found, frames, strict=True)
+    return {name: places[0].describe(name, frame) for name, places, frame in named if places}
 
 
 def _with_ways(path: WeldPath, to_seam: AirWay, from_seam: AirWay) -> WeldPath:

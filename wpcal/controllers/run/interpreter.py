@@ -7,11 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from scipy.spatial.transform import Rotation
-
 from wpcal.controllers.language.grammar import Grammar, mark_of
 from wpcal.controllers.language.jobs import JobLanguage
-from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, rigid
+from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 WORD = re.compile(r"[A-Za-z_][\w-]*+")  #: May be the name of a routine.
@@ -200,14 +198,13 @@ def matching(lines: Sequence[str], at: int, opens: str, ends: Sequence[str], *, 
 
 def matrix_of(values: Sequence[float]) -> Matrix:
     """Return X Y Z and angles about fixed x, y and z as a matrix, mm and deg: R = Rz Ry Rx."""
-    return rigid(Rotation.from_euler("xyz", values[3:6], degrees=True), values[:3])
+    return rigid(about("ZYX", values[5:2:-1]), values[:3])
 
 
 def numbers_of(T: Matrix, mm_decimals: int, deg_decimals: int) -> list[float]:
     """Return X Y Z and angles about fixed x, y and z with so many digits."""
-    angles = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
     at = [round(float(v), mm_decimals) + 0.0 for v in T[:3, 3]]
-    return [*at, *(round(float(v), deg_decimals) + 0.0 for v in angles)]
+    return [*at, *(round(v, deg_decimals) + 0.0 for v in reversed(turns_of("ZYX", T)))]
 
 
 def stated_frame(text: str, language: JobLanguage) -> dict[str, Matrix]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.program import ProgramError
 from wpcal.core.arrays import FloatArray
+from wpcal.core.rotations import zyx_angles, zyz_angles
 
 Matrix: TypeAlias = FloatArray
 """A pose, shape (4, 4)."""
@@ -91,11 +92,29 @@ class Machine(Protocol):
         """Take an instruction that is unknown or that the controller would refuse; raise it, or write it down."""
 
 
-def rigid(rotation: Rotation, translation: Any) -> Matrix:
-    """Return a rotation and a translation as one matrix."""
+def rigid(R: FloatArray, translation: Any) -> Matrix:
+    """Return a rotation, shape (3, 3), and a translation as one matrix."""
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotation.as_matrix(), translation
+    T[:3, :3], T[:3, 3] = R, translation
     return T
+
+
+def about(axes: str, degrees: Sequence[float]) -> FloatArray:
+    """Return turns about the named axes, each of which the turns before it carry along, shape (3, 3)."""
+    R = np.eye(3)
+    for axis, angle in zip(axes, map(math.radians, degrees), strict=True):
+        rows = {"X": [1, 2], "Y": [2, 0], "Z": [0, 1]}[axis]
+        turn = np.eye(3)
+        turn[np.ix_(rows, rows)] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+        R = R @ turn
+    return R
+
+
+def turns_of(axes: str, T: Matrix) -> list[float]:
+    """Return the degrees with which `about` gives the axes of a matrix."""
+    R = T[:3, :3]
+    angles = {"ZYX": zyx_angles(R)[::-1], "ZYZ": zyz_angles(R), "XYZ": -zyx_angles(R.T)}[axes]
+    return [math.degrees(angle) for angle in angles]
 
 
 def inverted(T: Matrix) -> Matrix:

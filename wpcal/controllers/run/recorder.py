@@ -7,16 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.machine import Matrix, Place, inverted, rigid
+from wpcal.controllers.run.machine import Matrix, Place, about, inverted, rigid
 from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.run.trace import Motion, Switch, Trace, Unknown
 from wpcal.core.arrays import FloatArray
 from wpcal.robot.kinematics.arm import Arm
 
-NOWHERE = rigid(Rotation.from_euler("xyz", (0.4, 0.9, -1.1)), (77_777.0, -88_888.0, 99_999.0))
+NOWHERE = rigid(about("ZYX", (-63.0, 51.0, 23.0)), (77_777.0, -88_888.0, 99_999.0))
 """Where a robot stands of which nobody knows."""
 
 

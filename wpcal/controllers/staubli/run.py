@@ -20,12 +20,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import ENCODING, Does
 from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
-from wpcal.controllers.run.machine import rigid
+from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError
 from wpcal.controllers.staubli.grammar import GRAMMAR
 from wpcal.core.arrays import FloatArray
@@ -67,12 +66,11 @@ class _Element:
         if not set(AXES) <= set(self.values):
             raise ProgramError(f"a {self.kind} where a point is needed")
         x, y, z, *angles = (self.values[key] for key in AXES)
-        return rigid(Rotation.from_euler("XYZ", angles, degrees=True), [x, y, z])
+        return rigid(about("XYZ", angles), [x, y, z])
 
 
 def _element_of(T: FloatArray, like: _Element) -> _Element:
-    angles = Rotation.from_matrix(T[:3, :3]).as_euler("XYZ", degrees=True)
-    return replace(like, values=dict(zip(AXES, [*T[:3, 3], *angles], strict=True)))
+    return replace(like, values=dict(zip(AXES, [*T[:3, 3], *turns_of("XYZ", T)], strict=True)))
 
 
 def _element(value: ET.Element, name: str, kind: str) -> tuple[int, Any]:

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, text_of, tree
@@ -28,6 +27,7 @@ from wpcal.controllers.run.machine import inverted, rigid
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.controllers.ur.grammar import GRAMMAR
 from wpcal.core.arrays import FloatArray
+from wpcal.core.tangent import exp_rotation, log_rotation
 
 MM_PER_M = 1000.0
 TOKEN = re.compile(r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|[-+*/%=<>()\[\],:]')
@@ -59,12 +59,12 @@ def _matrix(pose: Any) -> FloatArray:
     """Return a pose as a matrix, mm."""
     if not isinstance(pose, _Pose) or len(pose) != 6:
         raise ProgramError(f"{str(pose)[:60]} is not a pose")
-    return rigid(Rotation.from_rotvec(pose[3:]), MM_PER_M * np.array(pose[:3], dtype=np.float64))
+    return rigid(exp_rotation(np.array(pose[3:], dtype=np.float64)), MM_PER_M * np.array(pose[:3], dtype=np.float64))
 
 
 def _pose_of(T: FloatArray) -> _Pose:
     """Return a matrix as a pose."""
-    return _Pose(float(v) for v in (*(T[:3, 3] / MM_PER_M), *Rotation.from_matrix(T[:3, :3]).as_rotvec()))
+    return _Pose(float(v) for v in (*(T[:3, 3] / MM_PER_M), *log_rotation(T[:3, :3])))
 
 
 def _shown(value: Any) -> str:

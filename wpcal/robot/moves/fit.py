@@ -23,6 +23,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ from wpcal.robot.moves.move import Arc, Line, Move, MovePath
 CHUNK = 200_000  #: Checked points in one array: some 50 MB.
 MOST_PAIRS = 100_000  #: Moves in one array: some 100 MB.
 FEW = 3  #: Points at which a move is tested first: most moves that leave the path do so there.
+FEW_NODES = 64  #: Up to so many, all moves between nodes are tested at once: 2000 in one array.
 SOME = 15
 """Points at which the moves that are left are tested next. On a circle of n points nearly all n² / 4 arcs are left, and
 to test them at every point would take n³ / 16 operations."""
@@ -140,7 +142,7 @@ def fit_moves(
     )
     search = _Search(course, tolerance, _FREE if spin_is_free else _GIVEN, SOME, arcs=arcs, also=also)
     path = search.path()
-    if path.off_mm <= tolerance.mm and path.off_rad <= tolerance.wire_rad:
+    if len(course.p) <= SOME or (path.off_mm <= tolerance.mm and path.off_rad <= tolerance.wire_rad):
         return path
     return replace(search, most=None).path()
 
@@ -156,7 +158,7 @@ class _Turn(Enum):
 _GIVEN, _FREE = (_Turn.GIVEN,), (_Turn.SWING, _Turn.CONE)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Search:
     course: Course
     tolerance: PathTolerance
@@ -203,13 +205,13 @@ class _Search:
     def _from(self, layer: IntArray, targets: IntArray, *, forced: bool) -> _Steps:
         """Return the allowed moves from a layer; those to the end only, if there are any."""
         end = np.full(len(layer), targets[-1])
-        steps = self.allowed(layer, end)
+        steps = self._known(layer, end)
         if len(steps.first):
             return steps
         steps = steps.select(np.zeros(0, dtype=np.int64))
         for part in np.array_split(layer, math.ceil(len(layer) * len(targets) / MOST_PAIRS)):
             first, last = (x.ravel() for x in np.meshgrid(part, targets[:-1], indexing="ij"))
-            steps = steps.joined(self.allowed(first[first < last], last[first < last]))
+            steps = steps.joined(self._known(first[first < last], last[first < last]))
         if not forced:
             return steps
         lonely = np.setdiff1d(layer[np.isin(layer + 1, targets)], steps.first[steps.last == steps.first + 1])
@@ -217,6 +219,23 @@ class _Search:
         turn = self._turns(lonely, lonely + 1, self.kinds[0])
         worst = self._worst(lonely, lonely + 1, lines, turn, reject=False)
         return steps.joined(_Steps(lonely, lonely + 1, lines, worst, turn))
+
+    def _known(self, first: IntArray, last: IntArray) -> _Steps:
+        """Return the allowed moves between nodes, out of all moves if there are few."""
+        if len(self.course.nodes) > FEW_NODES:
+            return self.allowed(first, last)
+        steps, rows = self._every
+        found = rows[first, last]
+        return steps.select(found[found >= 0])
+
+    @cached_property
+    def _every(self) -> tuple[_Steps, IntArray]:
+        """All allowed moves, and the row of each by its two nodes; -1 for a move that is not."""
+        count = len(self.course.nodes)
+        steps = self.allowed(*np.triu_indices(count, 1))
+        rows = np.full((count, count), -1)
+        rows[steps.first, steps.last] = np.arange(len(steps.first))
+        return steps, rows
 
     def allowed(self, first: IntArray, last: IntArray) -> _Steps:
         """Return the allowed moves between nodes: a line where one is, else an arc; with the first turn that is."""

@@ -8,6 +8,7 @@ its step (`wpcal.robot.moves.sweep`).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -43,32 +44,41 @@ class InWay(NamedTuple):
         return f"seam {name}: {where}, base {x:.1f}, {y:.1f}, {z:.1f} mm: {what}"
 
 
-def find_in_way(
+def find_in_ways(
     material: Material,
-    seam: Seam,
-    tips: FloatArray,
-    R: FloatArray,
+    ways: Sequence[tuple[Seam, FloatArray, FloatArray]],
     torch: TorchShape,
     *,
     axis: ToolAxis = ToolAxis.Z,
     back_mm: tuple[float, float] = (0.0, 0.0),
-) -> tuple[InWay, ...]:
-    """Return every place along a seam, or on the way along the wire to its ends, with the torch inside material.
+) -> list[tuple[InWay, ...]]:
+    """Return every place along each seam, or on the way along the wire to its ends, with the torch inside material.
 
-    `tips`: shape (n, 3). Tips of the wire in the frame of the material, mm.
-    `R`: shape (n, 3, 3). Axes of the tool in the same frame.
+    `ways`: Seams with the tips of the wire, shape (n, 3), in the frame of the material, mm, and the axes of the tool in
+    the same frame, shape (n, 3, 3).
     `torch`: With its usual wire: that of the seam (`Seam.more_wire_mm`) is added.
     `back_mm`: How far the torch comes from along the wire at the first point, and goes at the last, mm.
     """
-    torch = torch.with_more_wire(seam.more_wire_mm)
-    swept = sweep(tips, R, torch.reaching, axis=2 if axis is ToolAxis.Z else 0)
-    more = np.zeros(len(swept.at))
-    more[0], more[-1] = back_mm
-    back = -wire_directions(swept.R, axis)
-    bend = None if torch.neck is None else neck_directions(swept.R, axis)
-    found = find_poses_in_material(material, swept.p, back, torch, start_mm=start_mm(seam), more_mm=more, bend=bend)
-    rows = found.row.tolist()
-    return tuple(
-        InWay(float(swept.at[row]), swept.p[row], part, solid)
-        for row, part, solid in zip(rows, found.part, found.solid, strict=True)
-    )
+    found = [tuple[InWay, ...]()] * len(ways)
+    for more_mm in {seam.more_wire_mm for seam, *_ in ways}:
+        own = [number for number, (seam, *_) in enumerate(ways) if seam.more_wire_mm == more_mm]
+        longer = torch.with_more_wire(more_mm)
+        swept = [sweep(*ways[number][1:], longer.reaching, axis=2 if axis is ToolAxis.Z else 0) for number in own]
+        counts = np.array([len(each.at) for each in swept])
+        ends = np.cumsum(counts)
+        more, R = np.zeros(ends[-1]), np.concatenate([each.R for each in swept])
+        more[ends - counts], more[ends - 1] = back_mm
+        inside = find_poses_in_material(
+            material,
+            np.concatenate([each.p for each in swept]),
+            -wire_directions(R, axis),
+            longer,
+            start_mm=np.repeat([start_mm(ways[number][0]) for number in own], counts),
+            more_mm=more,
+            bend=None if torch.neck is None else neck_directions(R, axis),
+        )
+        for row, part, solid in zip(inside.row.tolist(), inside.part, inside.solid, strict=True):
+            which = int(np.searchsorted(ends, row, side="right"))
+            at, each = row - ends[which] + counts[which], swept[which]
+            found[own[which]] += (InWay(float(each.at[at]), each.p[at], part, solid),)
+    return found
