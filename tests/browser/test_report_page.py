@@ -350,3 +350,12 @@ def test_the_printer_gets_a_picture_of_the_view(folder: Path, open_page: Any) ->
     assert picture.evaluate("image => image.decode().then(() => image.naturalWidth)") > 500
     assert found.page.locator(".panel").is_hidden()
     assert found.said == []
+
+
+def test_paper_has_one_page_with_the_accepted_seams(folder: Path, open_page: Any) -> None:
+    found = open_page(folder / "report.html")
+    found.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert found.page.pdf(format="A4").count(b"/Type /Page\n") == 1
+    found.page.emulate_media(media="print")
+    for name, is_shown in {"pose": True, "points": True, "seams": True, "budget": False, "criteria": False}.items():
+        assert found.page.locator(f"#{name}").is_visible() == is_shown

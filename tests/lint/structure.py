@@ -13,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 120_800,
-    "lines of tests": 62_950,
+    "lines of wpcal and cad": 120_900,
+    "lines of tests": 63_000,
     "rooms": 21,
     "arrows between rooms": 106,
     "functions and classes of one name in several files": 8,
