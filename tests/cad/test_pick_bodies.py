@@ -18,6 +18,7 @@ from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.moving import MovingChoice
 from cad.workpiece.seams import SeamChoice
+from tests.few import few
 from wpcal.calibrate import TeachingError
 from wpcal.core.errors import InputError
 from wpcal.seam import SeamOptions
@@ -36,11 +37,14 @@ def part() -> PickPart:
 
 @pytest.mark.parametrize(
     "moving",
-    [
-        MovingChoice(True),
-        MovingChoice(True, 0.5, 2.0, bending_mm=0.5),
-        MovingChoice(True, tack_mrad=5.0, keeps_contacts=True),
-    ],
+    few(
+        [
+            MovingChoice(True, 0.5, 2.0, bending_mm=0.5),
+            MovingChoice(True, tack_mrad=5.0, keeps_contacts=True),
+            MovingChoice(True),
+        ],
+        1,
+    ),
 )
 def test_the_numbers_are_those_of_calibrate(part: PickPart, moving: MovingChoice) -> None:
     groups = read_bodies(UPRIGHTS / "bodies.json") if moving.tack_mm is None else ()
