@@ -1,6 +1,14 @@
 // Elements, and numbers as text. Text becomes text nodes only: a name from a file can never become markup.
 
 const SVG = "http://www.w3.org/2000/svg";
+const DRAWN = 200; // lines of a table that are drawn at once
+const DRAW_ALL = "draw-all";
+globalThis.addEventListener?.("beforeprint", drawAllLines);
+
+/** Draws every line of the long tables of the page. */
+export function drawAllLines() {
+  for (const last of document.querySelectorAll("tr.more")) last.dispatchEvent(new Event(DRAW_ALL));
+}
 
 function filled(element, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
@@ -55,7 +63,7 @@ function byKeyboard(attributes) {
 }
 
 /** A table: columns {title, number?, sorted?, cell: row => string | Node}; `rowOf(row)` gives attributes of its line,
- * `sorted` is ascending or descending. */
+ * `sorted` is ascending or descending. Of a long table the lines are drawn where one looks, and all for the printer. */
 export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}) {
   const kind = ({ number }) => (number ? "number" : null);
   const head = el(
@@ -63,15 +71,37 @@ export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}
     {},
     columns.map((column) => el("th", { scope: "col", class: kind(column), "aria-sort": column.sorted }, column.title)),
   );
-  const body = rows.map((row) =>
+  const line = (row) =>
     el(
       "tr",
       byKeyboard(rowOf(row)),
       columns.map((column) => el("td", { class: kind(column) }, column.cell(row))),
-    ),
-  );
-  const parts = [caption && el("caption", {}, caption), el("thead", {}, head), el("tbody", {}, body)];
+    );
+  const body = el("tbody", {}, rows.slice(0, DRAWN).map(line));
+  if (rows.length > DRAWN) body.append(moreLines(rows, line, columns.length));
+  const parts = [caption && el("caption", {}, caption), el("thead", {}, head), body];
   return el("div", { class: "table-scroll", tabindex: 0 }, el("table", {}, parts));
+}
+
+/** The line below those that are drawn: when it comes into sight, or is clicked, the next ones are drawn above it. */
+function moreLines(rows, line, width) {
+  let drawn = DRAWN;
+  const button = el("button", { type: "button", onclick: () => draw(DRAWN) });
+  const last = el("tr", { class: "more" }, el("td", { colspan: width }, button));
+  const said = () => {
+    button.textContent = `${rows.length - drawn} more lines`;
+  };
+  const draw = (count) => {
+    last.before(...rows.slice(drawn, drawn + count).map(line));
+    drawn += count;
+    if (drawn >= rows.length) last.remove();
+    else said();
+  };
+  last.addEventListener(DRAW_ALL, () => draw(rows.length));
+  said();
+  const seen = new IntersectionObserver((entries) => entries.some((one) => one.isIntersecting) && draw(DRAWN));
+  seen.observe(last);
+  return last;
 }
 
 /** A list of term and description pairs. */

@@ -1,7 +1,8 @@
 // A document for the tests: elements are made and read, nothing is drawn.
 import { parseHTML } from "linkedom";
 
-globalThis.document = parseHTML("<!DOCTYPE html><html><body></body></html>").document;
+const { document, Event } = parseHTML("<!DOCTYPE html><html><body></body></html>");
+Object.assign(globalThis, { document, Event });
 
 /** The texts of some elements inside an element. */
 export function texts(element, selector) {

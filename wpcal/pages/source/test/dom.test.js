@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { el, facts, fixed, short, signed, table } from "../src/dom.js";
+import { drawAllLines, el, facts, fixed, short, signed, table } from "../src/dom.js";
 import { plural, verdictText } from "../src/words.js";
 import { texts } from "./document.js";
 
@@ -51,4 +51,24 @@ test("words that are counted, and the verdict", () => {
   const judgement = { sentence: "seam W1 is within 0.3 mm" };
   assert.equal(verdictText({ judgement }), "Seam W1 is within 0.3 mm.");
   assert.match(verdictText({ verdict: "FAIL", tolerance_mm: 0.4 }), /older version/);
+});
+
+test("of a long table the lines are drawn where one looks, and all of them for the printer", () => {
+  let look = null;
+  globalThis.IntersectionObserver = class {
+    constructor(seen) {
+      look = () => seen([{ isIntersecting: true }]);
+    }
+    observe() {}
+  };
+  const rows = Array.from({ length: 650 }, (_, k) => ({ name: `W${k + 1}` }));
+  const made = table([{ title: "seam", cell: ({ name }) => name }], rows);
+  const drawn = () => [made.querySelectorAll("tbody tr:not(.more)").length, texts(made, "tr.more")[0]];
+  assert.deepEqual(drawn(), [200, "450 more lines"]);
+  look();
+  assert.deepEqual(drawn(), [400, "250 more lines"]);
+  document.body.append(made);
+  drawAllLines();
+  assert.deepEqual(drawn(), [650, undefined]);
+  assert.equal(texts(made, "tbody tr").at(-1), "W650");
 });

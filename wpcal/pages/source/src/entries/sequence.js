@@ -85,12 +85,11 @@ function seams(data, chosen, player) {
     { title: "moves from home, to home", cell: ({ alone }) => alone.map((n) => (n < 0 ? "none" : n)).join(", ") },
     { title: "from, s", number: true, cell: ({ from_s }) => fixed(from_s, 1) },
   ];
-  const found = table(columns, data.seams);
-  for (const [row, line] of found.querySelectorAll("tbody tr").entries()) {
-    line.className = row === chosen ? "link chosen" : "link";
-    line.addEventListener("click", () => player.seek(data.seams[row].from_s));
-  }
-  return [el("h2", {}, "Seams in the order of welding"), found];
+  const rowOf = (seam) => ({
+    class: seam === data.seams[chosen] ? "link chosen" : "link",
+    onclick: () => player.seek(seam.from_s),
+  });
+  return [el("h2", {}, "Seams in the order of welding"), table(columns, data.seams, { rowOf })];
 }
 
 function unwelded({ unwelded: rows }) {

@@ -73,8 +73,19 @@ export function gauges(answer, seams) {
  */
 export function seamTables(seams, tolerance, focus) {
   const cells = new Map(); // row -> the elements that an answer changes
-  const newCells = () => ({ error: el("span", {}, "–"), share: el("span", {}) });
-  const cellsOf = (row) => cells.get(row) ?? cells.set(row, newCells()).get(row);
+  let errors = new Map(); // row -> mm, of the last answer
+  const say = (row, { error, share }) => {
+    const text = fixed(errors.get(row), 4);
+    if (text === error.textContent) return;
+    error.textContent = text;
+    share.replaceChildren(...(errors.has(row) ? [bar(errors.get(row), tolerance)] : []));
+  };
+  const newCells = (row) => {
+    const made = { error: el("span", {}), share: el("span", {}) };
+    say(row, made);
+    return made;
+  };
+  const cellsOf = (row) => cells.get(row) ?? cells.set(row, newCells(row)).get(row);
   const rows = seams.map((seam, row) => ({ ...seam, row })).filter(({ accepted }) => accepted);
   const button = ({ name, row }) => el("button", { type: "button", class: "name", onclick: () => focus(row) }, name);
   const columns = [
@@ -85,13 +96,8 @@ export function seamTables(seams, tolerance, focus) {
     { title: "", cell: ({ row }) => cellsOf(row).share },
   ];
   const show = (answer) => {
-    const errors = new Map(answer ? worstOfSeams(answer, seams).map(({ row, mm }) => [row, mm]) : []);
-    for (const [row, { error, share }] of cells) {
-      const text = fixed(errors.get(row), 4);
-      if (text === error.textContent) continue;
-      error.textContent = text;
-      share.replaceChildren(...(errors.has(row) ? [bar(errors.get(row), tolerance)] : []));
-    }
+    errors = new Map(answer ? worstOfSeams(answer, seams).map(({ row, mm }) => [row, mm]) : []);
+    for (const [row, made] of cells) say(row, made);
   };
   const rowOf = ({ name }) => ({ "data-name": name });
   const accepted = rows.length

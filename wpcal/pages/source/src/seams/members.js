@@ -1,5 +1,5 @@
 // What the solids of a part are taken for: members that can be welded, fasteners, and so on, and why.
-import { el, table } from "../dom.js";
+import { drawAllLines, el, table } from "../dom.js";
 
 /**
  * The table under the seams; null for a record without members.
@@ -50,6 +50,7 @@ export function solidLinks(members, solids) {
 /** Without a new entry in the browser's history: its back button leaves the page, as before. */
 function goTo(event, id) {
   event.preventDefault();
+  if (!document.getElementById(id)) drawAllLines();
   const row = document.getElementById(id);
   row.scrollIntoView({ block: "center" });
   row.focus();
