@@ -77,6 +77,10 @@ viewer: ## build the pages' JavaScript anew; needs Node
 freecad-addon: ## build dist/wpcal-workbench.zip, which is unpacked into FreeCAD's folder Mod
 	$(PYTHON) -m cad.freecad.build dist/wpcal-workbench.zip
 
+.PHONY: release
+release: $(VENV)/ready ## build what is published into dist/, try it, and say which commands publish it
+	sh .ci/release
+
 shots: $(VENV)/ready ## photograph the pages and the FreeCAD workbench for docs/; needs chromium and FreeCAD
 	sh .ci/browser
 	sh .ci/freecad

@@ -103,8 +103,9 @@ def _options(out: Path, points: str | None, taught: Path | None, welds: Path | N
         raise InputError(
             f"{out}: unknown kind of sheet {suffix or '(no suffix)'!r}; known: {', '.join(SHEET_SUFFIXES)}"
         )
-    if suffix in (".pdf", ".png") and find_spec("matplotlib") is None:
-        raise InputError(f"a {suffix} sheet needs matplotlib: install wpcal[plots], or write .svg or .dxf")
+    needed = {".dxf": "ezdxf", ".svg": "PIL"}.get(suffix, "matplotlib")
+    if find_spec(needed) is None:
+        raise InputError(f"a {suffix} sheet needs {needed}: install wpcal[plots], or write .dxf")
     if welds is not None:
         from cad.sheet.welds import read_listed_welds
 

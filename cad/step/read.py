@@ -98,9 +98,14 @@ class StepPart:
         return replace(self, solids=(), marks=(), document=None)
 
     def build123d_shapes(self) -> list[Any]:
-        """Return the solids as build123d shapes with label and colour; the first call imports build123d (2 to 5 s)."""
-        import build123d
+        """Return the solids as build123d shapes with label and colour; the first call imports build123d (2 to 5 s).
 
+        Raises `InputError` when build123d is not installed.
+        """
+        try:
+            import build123d
+        except ModuleNotFoundError:
+            raise InputError("shapes need build123d: install wpcal[scripts]") from None
         found = []
         for solid in self.solids:
             shape = build123d.Shape.cast(solid.shape)

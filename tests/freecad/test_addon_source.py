@@ -79,3 +79,20 @@ def test_the_zip_file_is_one_folder_with_all_that_freecad_reads(tmp_path: Path) 
     license_file = package.find("p:license", space)
     assert license_file is not None
     assert f"WpCal/{license_file.get('file')}" in names
+
+
+def test_the_published_tree_has_an_address_and_a_maintainer(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "cad.freecad.build", str(tmp_path / "tree")]
+    who = ["https://host.example/owner/repository", "Anna & Co <anna@host.example>"]
+    subprocess.run([*command, *who], cwd=ROOT, check=True)
+    package = ET.parse(tmp_path / "tree" / "package.xml").getroot()
+    space = {"p": "https://wiki.freecad.org/Package_Metadata"}
+    urls = {one.get("type"): (one.text, one.get("branch")) for one in package.iterfind("p:url", space)}
+    assert urls["repository"] == (who[0], "main")
+    assert urls["bugtracker"] == (f"{who[0]}/issues", None)
+    maintainer = package.find("p:maintainer", space)
+    assert maintainer is not None
+    assert (maintainer.text, maintainer.get("email")) == ("Anna & Co", "anna@host.example")
+    assert (tmp_path / "tree" / "freecad" / "wpcal_wb" / "init_gui.py").is_file()
+    for wrong in (["http://host.example/a", who[1]], [who[0], "nobody"]):
+        assert subprocess.run([*command, *wrong], cwd=ROOT, check=False, capture_output=True).returncode == 1
