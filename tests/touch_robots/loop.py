@@ -18,7 +18,7 @@ from wpcal.controllers.registry import controller_named
 from wpcal.controllers.run.machine import rigid
 from wpcal.controllers.run.program import Run
 
-T_FLANGE_TOOL = rigid(Rotation.from_euler("xyz", [10.0, 35.0, 20.0], degrees=True), [30.0, -5.0, 410.0])
+T_FLANGE_TOOL = rigid(Rotation.from_euler("xyz", [10.0, 35.0, 20.0], degrees=True).as_matrix(), [30.0, -5.0, 410.0])
 """Where the torch is on the flange: no axis of the tool is along one of the flange."""
 CONFIG = ("--config", "fanuc=N U T, 0, 0, 0", "--config", "inform=1,0,0,0,0,0,0,0")
 """What the exports of these two need; no arm is simulated."""
@@ -77,7 +77,7 @@ class Ran:
 
 
 def displacement(mm: tuple[float, float, float], degrees: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
-    return rigid(Rotation.from_euler("xyz", degrees, degrees=True), mm)
+    return rigid(Rotation.from_euler("xyz", degrees, degrees=True).as_matrix(), mm)
 
 
 def run_program(

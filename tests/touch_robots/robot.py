@@ -70,7 +70,7 @@ class Robot:
 
     def __init__(self, solid: Solid, torch: Torch, senses: Senses | None = None) -> None:
         self.solid, self.torch, self.senses = solid, torch, senses or Senses()
-        self.T_base_flange: Array | None = rigid(Rotation.from_euler("x", np.pi), [500.0, 0.0, 1500.0])
+        self.T_base_flange: Array | None = rigid(Rotation.from_euler("x", np.pi).as_matrix(), [500.0, 0.0, 1500.0])
         self.hits: list[Hit] = []
         self.at = Place("", 0)
         self.is_home = False
@@ -149,7 +149,8 @@ class Robot:
         between = Slerp([0.0, 1.0], turn)
         at, leaving = 0.0, span > 0.0 and self._gap(start) <= TOUCH_MM
         while at <= 1.0:
-            T = rigid(between(at), begin[:3, 3] + at * (end[:3, 3] - begin[:3, 3])) @ inverted(self.torch.T_flange_tool)
+            place = begin[:3, 3] + at * (end[:3, 3] - begin[:3, 3])
+            T = rigid(between(at).as_matrix(), place) @ inverted(self.torch.T_flange_tool)
             gap = self._gap(T)
             if gap > TOUCH_MM:
                 leaving = False

@@ -14,7 +14,7 @@ ROUND_OFF_MM = 1e-6
 RIM_MM = 2e-3
 """A rim of 90 corners is inside the circle of 0.6 mm by 0.4 µm, and twice that between two corners of two rims."""
 RADIUS = 0.6
-T_TOOL = rigid(Rotation.from_euler("xyz", [10, 35, 20], degrees=True), [30.0, -5.0, 410.0])
+T_TOOL = rigid(Rotation.from_euler("xyz", [10, 35, 20], degrees=True).as_matrix(), [30.0, -5.0, 410.0])
 
 
 def box(size=(100.0, 60.0, 40.0)):
@@ -26,9 +26,8 @@ def box(size=(100.0, 60.0, 40.0)):
 
 def leaning(degrees, towards=(1.0, 0.0, 0.0)):
     """Return the axes of a tool whose z leans from straight down."""
-    return Rotation.from_rotvec(np.radians(degrees) * np.cross([0.0, 0.0, -1.0], towards)) * Rotation.from_euler(
-        "x", np.pi
-    )
+    lean = Rotation.from_rotvec(np.radians(degrees) * np.cross([0.0, 0.0, -1.0], towards))
+    return (lean * Rotation.from_euler("x", np.pi)).as_matrix()
 
 
 def arm(at, rotation, senses=None, **torch):
@@ -56,7 +55,7 @@ def test_a_wire_meets_an_edge_above_its_tip():
     tilt = leaning(-30.0)  # the tip is behind: the wire leans towards the part
     robot = arm([-20.0, 30.0, 35.0], tilt)
     hit = robot.search(rigid(tilt, [20.0, 30.0, 35.0]), T_TOOL, 10.0)
-    along = tilt.as_matrix()[:, 2]
+    along = tilt[:, 2]
     edge = np.cross(along, [0.0, 1.0, 0.0])
     gap = abs((hit[:3, 3] - [0.0, 30.0, 40.0]) @ edge) / np.linalg.norm(edge)
     assert gap == pytest.approx(RADIUS, abs=RIM_MM)
@@ -67,7 +66,7 @@ def test_the_way_agrees_with_points_on_the_wire(seed):
     """Rays from very many points of the wire come close to the way from above, and are never shorter."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate([box(), rng.normal([50.0, 30.0, 60.0], 20.0, size=(30, 3, 3))])
-    rotation = leaning(rng.uniform(0.0, 80.0), [np.cos(seed), np.sin(seed), 0.0]).as_matrix()
+    rotation = leaning(rng.uniform(0.0, 80.0), [np.cos(seed), np.sin(seed), 0.0])
     tip, axis = np.array([50.0, 30.0, 150.0]), rotation[:, 2]
     way = way_to_contact(triangles, tip, tip - 15.0 * axis, RADIUS, np.array([0.0, 0.0, -1.0]))
     angle, height = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 361), np.linspace(0.0, 15.0, 76))

@@ -95,29 +95,36 @@ def joint_values(values: Sequence[object], *, in_pulses: bool = False) -> JointV
     return JointValues(found, in_pulses) if len(found) >= LEAST_JOINTS else None
 
 
-def coordinates(cells: Sequence[tuple[str, str]], name: str, path: str, line: int) -> list[float]:
-    """Return the coordinates of a position that a file stores as text.
+def stored_pose(
+    cells: Sequence[tuple[str, str]],
+    name: str,
+    path: str,
+    line: int,
+    rotation: Callable[..., FloatArray] = rotation_from_zyx,
+) -> RigidTransform:
+    """Return the pose of six coordinates that a file stores as text, as `frame_from_angles` does; keys for messages.
 
     Raises `FormatError` when one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
     """
-    found = []
+    found = list[float]()
     for key, text in cells:
         try:
             found.append(parse_number(text))
         except InputError as error:
             raise FormatError(f"{name}: {key}: {error}", path=path, line=line) from None
-    return found
+    return frame_from_angles(found, rotation)
 
 
-def frame_from_xyz_angles(values: Sequence[float]) -> RigidTransform:
-    """Return ``T_base_frame`` of x, y, z in mm and angles about x, y, z in degrees, ``R = Rz Ry Rx``.
+def frame_from_angles(
+    values: Sequence[float], rotation: Callable[..., FloatArray] = rotation_from_zyx
+) -> RigidTransform:
+    """Return ``T_base_frame`` of x, y, z in mm and three angles in degrees: about x, y, z, if `rotation` is not given.
 
     Raises `InputError` when these are not six numbers.
     """
     if len(values) != 6:
         raise InputError(f"expected 6 numbers, got {len(values)}")
-    alpha, beta, gamma = np.radians(values[3:])
-    return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.asarray(values[:3]), "base", "frame")
+    return RigidTransform(rotation(*np.radians(values[3:])), np.asarray(values[:3]), "base", "frame")
 
 
 def names_as_features(taught: TaughtPoints, features: Sequence[ReferenceFeature]) -> TaughtPoints:

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from tests.program_text import as_values, kawasaki
 from tests.unit.controllers.judging import arc_faults
 from wpcal.controllers.kawasaki.arc import conditions
-from wpcal.controllers.kawasaki.read import frame_from_oat
 from wpcal.controllers.kawasaki.write import write_as
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.arc import ArcSettings
@@ -164,13 +163,6 @@ def test_what_cannot_be_told_is_one_line(tmp_path, old, new, message):
 def test_a_file_without_programs_and_values_is_refused(tmp_path):
     with pytest.raises(FormatError, match=r"has no \.PROGRAM"):
         taught(tmp_path, "class A {}\n")
-
-
-def test_the_order_of_angles_is_z_y_z():
-    R = frame_from_oat([0, 0, 0, 10, 20, 30]).R
-    np.testing.assert_allclose(R, Rotation.from_euler("ZYZ", [10, 20, 30], degrees=True).as_matrix(), atol=1e-12)
-    with pytest.raises(InputError, match="expected 6 numbers"):
-        frame_from_oat([0, 0, 0])
 
 
 def test_our_own_file_is_read_as_taught_points(tmp_path, make_program):

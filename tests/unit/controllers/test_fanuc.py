@@ -96,12 +96,6 @@ def test_taught_points_are_read_with_their_frame(tmp_path):
     np.testing.assert_allclose(points.p_base, [[80, 10, -0.5], [1, 2, 3]], rtol=0, atol=1e-9)
 
 
-def test_the_order_of_angles_is_w_p_r(tmp_path):
-    """W turns about x, R about z: 90,0,90 sends y to z and x to y."""
-    points = taught(tmp_path, TAUGHT, uframes={"3": [0, 0, 0, 90, 0, 90]})
-    np.testing.assert_allclose(points.p_base[0], [-0.5, 10, 20], rtol=0, atol=1e-9)
-
-
 def test_a_comment_that_appears_twice_names_no_point(tmp_path):
     text = TAUGHT.replace("P[2] {", 'P[2:"corner"]{')
     assert taught(tmp_path, text, uframes={"3": "base"}).names == ("P1", "P2")

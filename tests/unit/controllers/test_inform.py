@@ -80,12 +80,6 @@ def test_taught_points_are_read_with_their_frame(tmp_path):
     np.testing.assert_allclose(points.p_base, [[1, 2, 3], [80, 10, -0.5], [100, 0, 0]], rtol=0, atol=1e-9)
 
 
-def test_the_order_of_angles_is_rx_ry_rz(tmp_path):
-    """Rx first, then Rz: 90,0,90 sends y to z and x to y."""
-    points = taught(tmp_path, TAUGHT, uframes={"3": [0, 0, 0, 90, 0, 90]})
-    np.testing.assert_allclose(points.p_base[1], [-0.5, 10, 20], rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

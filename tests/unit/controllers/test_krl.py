@@ -71,12 +71,6 @@ def test_a_base_whose_values_are_not_there_is_asked_for(tmp_path):
     np.testing.assert_allclose(taught(tmp_path, carried).p_base[0], [80, 10, -30.5], rtol=0, atol=1e-9)
 
 
-def test_the_order_of_angles_is_a_b_c(tmp_path):
-    """A turns about z, C about x: 90,0,90 sends y to z and x to y."""
-    points = taught(tmp_path, TAUGHT, uframes={"3": [0, 0, 0, 90, 0, 90]})
-    np.testing.assert_allclose(points.p_base[0], [-30.5, 10, 20], rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

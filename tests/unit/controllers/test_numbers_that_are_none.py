@@ -11,15 +11,10 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.taught.user_frames import parse_uframes
 
 RAPID = "MODULE T\nCONST robtarget V1:=[[{x},2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nENDMODULE\n"
-FANUC = """/PROG T
-/POS
-P[1:"V1"]{{
-GP1:
- UF : 0, UT : 1,
- X = {x} mm, Y = 2 mm, Z = 3 mm,
- W = 0 deg, P = 0 deg, R = 0 deg
-}};
-"""
+FANUC = (
+    '/PROG T\n/POS\nP[1:"V1"]{{\nGP1:\n UF : 0, UT : 1,\n X = {x} mm, Y = 2 mm, Z = 3 mm,\n'
+    " W = 0 deg, P = 0 deg, R = 0 deg\n}};\n"
+)
 KRL = "DEFDAT T\nDECL E6POS XV1={{X {x},Y 2,Z 3,A 0,B 0,C 0}}\nENDDAT\n"
 INFORM = "/JOB\n//POS\n///POSTYPE ROBOT\n///RECTAN\nC00001={x},2,3,0,0,0\n//INST\n"
 LANGUAGES = {

@@ -10,7 +10,7 @@ from wpcal.taught.features import FeatureKind, ReferenceFeature
 from wpcal.taught.table import TaughtPoints
 from wpcal.taught.user_frames import ProgramReading, parse_uframes, points_in_base, usable_points
 
-READER = programs.ProgramReader(lambda *_: programs.ProgramPoints(()), programs.frame_from_xyz_angles, "X,Y,Z,RX,RY,RZ")
+READER = programs.ProgramReader(lambda *_: programs.ProgramPoints(()), programs.frame_from_angles, "X,Y,Z,RX,RY,RZ")
 
 
 def feature(name: str, kind: FeatureKind) -> ReferenceFeature:
@@ -38,7 +38,7 @@ def test_names_of_a_table_are_left_as_they_are() -> None:
 
 
 def test_a_frame_given_by_its_name_goes_before_the_frame_of_the_file() -> None:
-    carried = programs.frame_from_xyz_angles([100, 0, 0, 0, 0, 0])
+    carried = programs.frame_from_angles([100, 0, 0, 0, 0, 0])
     one = program(point("a", "f"), point("b", None), f=carried)
     read = points_in_base(one, ProgramReading({"": "f"}))
     np.testing.assert_array_equal(read.p_base, [[101, 2, 3], [101, 2, 3]])

@@ -122,9 +122,7 @@ class Interpreter(BlockInterpreter):
             raise ProgramError("a vector has three numbers")
         return np.array(values, dtype=np.float64)
 
-    def fn_abs(self, value: Any) -> Any:
-        """Return the absolute value."""
-        return abs(value)
+    fn_abs = staticmethod(abs)
 
     # -- running ---------------------------------------------------------------------------------------------------
 

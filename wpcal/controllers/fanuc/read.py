@@ -9,19 +9,16 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-import numpy as np
-
 from wpcal.controllers.fanuc.registers import POSITIONS, WORLD, read_page, read_registers
 from wpcal.core.errors import FormatError
-from wpcal.core.rotations import rotation_from_zyx
 from wpcal.taught.programs import (
     BASE,
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
-    coordinates,
-    frame_from_xyz_angles,
+    frame_from_angles,
     joint_values,
+    stored_pose,
     unusable_point,
 )
 
@@ -77,13 +74,11 @@ def _point(name: str, body: str, path: str, line: int) -> ProgramPoint:
     missing = [key for key in "XYZWPR" if key not in values]
     if missing:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
-    x, y, z, *angles = coordinates([(key, values[key]) for key in "XYZWPR"], name, path, line)
-    alpha, beta, gamma = np.radians(angles)
+    T = stored_pose([(key, values[key]) for key in "XYZWPR"], name, path, line)
     frame, tool = FRAME.search(group["body"]), TOOL.search(group["body"])
     number = frame[1] if frame and frame[1].isdigit() else None  # UF : F is the frame selected at run time
     label = BASE if number == "0" else number
-    R = rotation_from_zyx(alpha, beta, gamma)
-    return ProgramPoint(name, line, np.array([x, y, z]), R, label, at_flange=tool is not None and tool[1] == "0")
+    return ProgramPoint(name, line, T.t_mm, T.R, label, at_flange=tool is not None and tool[1] == "0")
 
 
-READER = ProgramReader(read_fanuc, frame_from_xyz_angles, "X,Y,Z,W,P,R")
+READER = ProgramReader(read_fanuc, frame_from_angles, "X,Y,Z,W,P,R")

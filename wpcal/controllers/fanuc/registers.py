@@ -11,11 +11,8 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
-from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.programs import BASE, ProgramPoint, ProgramPoints, coordinates, frame_from_xyz_angles, unusable_point
+from wpcal.taught.programs import BASE, ProgramPoint, ProgramPoints, stored_pose, unusable_point
 
 POSITIONS = re.compile(r"^\[\*POSREG\*\]\$POSREG\b", re.MULTILINE)
 POSITION = re.compile(r"^\s*+\[1,(?P<number>\d{1,5})\]\s*+=\s*+'(?P<comment>[^'\n]*+)'(?P<rest>.*)$")
@@ -73,11 +70,7 @@ def _pose(text: str, name: str, path: str) -> RigidTransform | str:
     missing = [key for key in KEYS if key not in values]
     if missing:
         return f"lacks {', '.join(missing)}"
-    cells = coordinates([(key, values[key]) for key in KEYS], name, path, 0)
-    try:
-        return frame_from_xyz_angles(np.asarray(cells).tolist())
-    except InputError as error:
-        return str(error)
+    return stored_pose([(key, values[key]) for key in KEYS], name, path, 0)
 
 
 def read_registers(text: str, path: str) -> ProgramPoints:

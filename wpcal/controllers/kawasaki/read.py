@@ -14,10 +14,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
-import numpy as np
-
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import FormatError
 from wpcal.core.rotations import rotation_from_zyz
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import shown
@@ -26,8 +25,9 @@ from wpcal.taught.programs import (
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
-    coordinates,
+    frame_from_angles,
     joint_values,
+    stored_pose,
     unusable_point,
 )
 
@@ -77,9 +77,7 @@ def read_as(text: str, path: str) -> ProgramPoints:
     own = found.bases | found.tools
     points = [_point(name, line, T, found) for name, line, T in poses if name.lower() not in own]
     points += [_joints(name, line, cells) for name, line, cells in found.joints]
-    frames = {
-        name.lower(): T.relabelled(target="base", source="frame") for name, _, T in poses if name.lower() in found.bases
-    }
+    frames = {name.lower(): T for name, _, T in poses if name.lower() in found.bases}
     return ProgramPoints(tuple(sorted(points, key=lambda point: point.line)), frames)
 
 
@@ -121,8 +119,7 @@ def _pose(name: str, cells: Sequence[str], path: str, line: int) -> RigidTransfo
     if len(cells) < len(AXES):
         what = f"{name}: expected six numbers, got {shown(' '.join(cells).strip())}"
         raise FormatError(what, path=path, line=line)
-    x, y, z, *angles = coordinates(list(zip(AXES, cells, strict=False)), name, path, line)  # then external axes
-    return RigidTransform(rotation_from_zyz(*np.radians(angles)), np.array([x, y, z]), "frame", "tool")
+    return stored_pose(list(zip(AXES, cells, strict=False)), name, path, line, rotation_from_zyz)  # then external axes
 
 
 def _point(name: str, line: int, T: RigidTransform, found: _File) -> ProgramPoint:
@@ -144,14 +141,4 @@ def _joints(name: str, line: int, cells: Sequence[str]) -> ProgramPoint:
     return unusable_point(name, line, "is stored as joint angles", joint_values(cells[:6]))
 
 
-def frame_from_oat(values: Sequence[float]) -> RigidTransform:
-    """Return ``T_base_frame`` of x, y, z in mm and O, A, T in degrees, ``R = Rz(O) Ry(A) Rz(T)``.
-
-    Raises `InputError` when these are not six numbers.
-    """
-    if len(values) != len(AXES):
-        raise InputError(f"expected 6 numbers, got {len(values)}")
-    return RigidTransform(rotation_from_zyz(*np.radians(values[3:])), np.asarray(values[:3]), "base", "frame")
-
-
-READER = ProgramReader(read_as, frame_from_oat, "X,Y,Z,O,A,T")
+READER = ProgramReader(read_as, partial(frame_from_angles, rotation=rotation_from_zyz), "X,Y,Z,O,A,T")

@@ -17,7 +17,7 @@ import operator
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, partialmethod
 from typing import Any
 
 import numpy as np
@@ -207,9 +207,7 @@ class Interpreter(BlockInterpreter):
     fn_rx, fn_ry, fn_rz = (staticmethod(partial(_about, axis)) for axis in "XYZ")
     fn_dx, fn_dy, fn_dz = (staticmethod(partial(_coordinate, row)) for row in range(3))
 
-    def fn_abs(self, number: Any) -> Any:
-        """Return the absolute value."""
-        return abs(number)
+    fn_abs = staticmethod(abs)
 
     def fn_distance(self, one: Transformation, other: Transformation) -> float:
         """Return the distance of two places, mm."""
@@ -359,21 +357,17 @@ class Interpreter(BlockInterpreter):
         T_via = None if via is None else self.T_base @ via.T
         self.go(kind, self.T_base @ goal.T, via=T_via, speed_mm_s=self.speed)
 
-    def _do_lmove(self, tokens: list[str]) -> None:
-        self._travel("L", self._goal(tokens))
+    def _move(self, kind: str, tokens: list[str]) -> None:
+        self._travel(kind, self._goal(tokens))
 
-    _do_lwc = _do_lmove
-
-    def _do_jmove(self, tokens: list[str]) -> None:
-        self._travel("J", self._goal(tokens))
+    _do_lmove = _do_lwc = partialmethod(_move, "L")
+    _do_jmove = partialmethod(_move, "J")
+    _do_c2move = _do_c2wc = partialmethod(_move, "C")
 
     def _do_c1move(self, tokens: list[str]) -> None:
         self.via = self._goal(tokens)
 
-    def _do_c2move(self, tokens: list[str]) -> None:
-        self._travel("C", self._goal(tokens))
-
-    _do_c1wc, _do_c2wc = _do_c1move, _do_c2move
+    _do_c1wc = _do_c1move
 
     def _do_lws(self, tokens: list[str]) -> None:
         mark, self.mark = self.mark, None
@@ -389,31 +383,24 @@ class Interpreter(BlockInterpreter):
     def _here(self) -> Transformation:
         return Transformation(inverted(self.T_base) @ self.machine.T_base_tool(self.T_tool()))
 
-    def _do_draw(self, tokens: list[str]) -> None:
-        self._travel("L", self._drawn(tokens, in_tool=False))
-
-    def _do_tdraw(self, tokens: list[str]) -> None:
-        self._travel("L", self._drawn(tokens, in_tool=True))
-
-    def _drawn(self, tokens: list[str], *, in_tool: bool) -> Transformation:
+    def _draw(self, tokens: list[str], *, in_tool: bool) -> None:
         values = self.parser([*tokens, ")"]).values(")")
         if len(values) != 3:
             raise ProgramError("DRAW with a turn, a speed or left out numbers")
-        return self._here().moved(np.array(values, dtype=np.float64), in_tool=in_tool)
+        self._travel("L", self._here().moved(np.array(values, dtype=np.float64), in_tool=in_tool))
 
-    def _do_ldepart(self, tokens: list[str]) -> None:
-        self._travel("L", self._here().moved([0.0, 0.0, -self.value(tokens)], in_tool=True))
+    _do_draw, _do_tdraw = partialmethod(_draw, in_tool=False), partialmethod(_draw, in_tool=True)
 
-    def _do_depart(self, tokens: list[str]) -> None:
-        self._travel("J", self._here().moved([0.0, 0.0, -self.value(tokens)], in_tool=True))
+    def _depart(self, kind: str, tokens: list[str]) -> None:
+        self._travel(kind, self._here().moved([0.0, 0.0, -self.value(tokens)], in_tool=True))
 
-    def _do_lappro(self, tokens: list[str]) -> None:
+    _do_depart, _do_ldepart = partialmethod(_depart, "J"), partialmethod(_depart, "L")
+
+    def _approach(self, kind: str, tokens: list[str]) -> None:
         pose, back = self.parser([*tokens, ")"]).values(")")
-        self._travel("L", pose.moved([0.0, 0.0, -back], in_tool=True))
+        self._travel(kind, pose.moved([0.0, 0.0, -back], in_tool=True))
 
-    def _do_appro(self, tokens: list[str]) -> None:
-        pose, back = self.parser([*tokens, ")"]).values(")")
-        self._travel("J", pose.moved([0.0, 0.0, -back], in_tool=True))
+    _do_appro, _do_lappro = partialmethod(_approach, "J"), partialmethod(_approach, "L")
 
     def _do_home(self, tokens: list[str]) -> None:
         self.machine.joint_move(None)

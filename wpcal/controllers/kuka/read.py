@@ -8,13 +8,11 @@ values of frames; in a file without positions, as ``$config.dat``, these frames 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.numbers import parse_whole_number
-from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.taught.programs import (
     BASE,
@@ -22,9 +20,9 @@ from wpcal.taught.programs import (
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
-    coordinates,
-    frame_from_xyz_angles,
+    frame_from_angles,
     joint_values,
+    stored_pose,
     unusable_point,
 )
 
@@ -35,7 +33,7 @@ DECLARATION = re.compile(
 FIELD = re.compile(r"(?:^|,)\s*+(\w++)\s++([^\s,{}]++)")
 POSITION_TYPES = frozenset({"e6pos", "e3pos", "pos"})
 JOINT_TYPES = frozenset({"e6axis", "e3axis", "axis"})
-PLACE = ("x", "y", "z", "a", "b", "c")
+PLACE = ("x", "y", "z", "c", "b", "a")  #: A, B, C turn about z, y, x.
 AXES = ("a1", "a2", "a3", "a4", "a5", "a6")
 
 
@@ -75,9 +73,7 @@ def _pose(fields: dict[str, str], name: str, path: str, line: int) -> RigidTrans
     missing = [key.upper() for key in PLACE if key not in fields]
     if missing:
         raise FormatError(f"{name} lacks {', '.join(missing)}", path=path, line=line)
-    x, y, z, a, b, c = coordinates([(key.upper(), fields[key]) for key in PLACE], name, path, line)
-    alpha, beta, gamma = np.radians([c, b, a])
-    return RigidTransform(rotation_from_zyx(alpha, beta, gamma), np.array([x, y, z]), "base", "frame")
+    return stored_pose([(key.upper(), fields[key]) for key in PLACE], name, path, line)
 
 
 def _point(
@@ -97,8 +93,4 @@ def _point(
     return ProgramPoint(shown, line, pose.t_mm, pose.R, frame, at_flange=tool == "0")
 
 
-def _pendant_frame(values: Sequence[float]) -> RigidTransform:
-    return frame_from_xyz_angles([*values[:3], *values[:2:-1]])  # A, B, C turn about z, y, x
-
-
-READER = ProgramReader(read_krl, _pendant_frame, "X,Y,Z,A,B,C")
+READER = ProgramReader(read_krl, lambda values: frame_from_angles([*values[:3], *values[:2:-1]]), "X,Y,Z,A,B,C")

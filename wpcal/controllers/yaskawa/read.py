@@ -9,19 +9,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-import numpy as np
-
 from wpcal.core.errors import FormatError
-from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.wording import shown
 from wpcal.taught.programs import (
     BASE,
     ProgramPoint,
     ProgramPoints,
     ProgramReader,
-    coordinates,
-    frame_from_xyz_angles,
+    frame_from_angles,
     joint_values,
+    stored_pose,
     unusable_point,
 )
 
@@ -89,10 +86,8 @@ def _point(name: str, values: str, settings: dict[str, str], path: str, line: in
     cells = values.split(",")
     if len(cells) != len(AXES):
         raise FormatError(f"{name}: expected six numbers, got {shown(values.strip())}", path=path, line=line)
-    x, y, z, *angles = coordinates(list(zip(AXES, cells, strict=True)), name, path, line)
-    alpha, beta, gamma = np.radians(angles)
-    frame = settings.get("USER") if kind == "USER" else BASE
-    return ProgramPoint(name, line, np.array([x, y, z]), rotation_from_zyx(alpha, beta, gamma), frame)
+    T = stored_pose(list(zip(AXES, cells, strict=True)), name, path, line)
+    return ProgramPoint(name, line, T.t_mm, T.R, settings.get("USER") if kind == "USER" else BASE)
 
 
 def _has_base_axes(npos: str) -> bool:
@@ -101,4 +96,4 @@ def _has_base_axes(npos: str) -> bool:
     return any(count.strip() not in ("", "0") for count in (counts[1:2] + counts[4:5]))
 
 
-READER = ProgramReader(read_inform, frame_from_xyz_angles, "X,Y,Z,Rx,Ry,Rz")
+READER = ProgramReader(read_inform, frame_from_angles, "X,Y,Z,Rx,Ry,Rz")

@@ -16,7 +16,7 @@ from wpcal.controllers.language.rounding import rounded_frame
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, MM_DECIMALS
 from wpcal.core.errors import FormatError
 from wpcal.core.transform import RigidTransform
-from wpcal.taught.programs import coordinates, frame_from_xyz_angles
+from wpcal.taught.programs import stored_pose
 from wpcal.touch.searches.plan import TouchPlan
 from wpcal.touch.searches.results import (
     ResultsFile,
@@ -93,5 +93,4 @@ def _positions(rows: Sequence[str]) -> dict[int, list[str]]:
 def _pose(cells: Sequence[str], name: str, path: str) -> RigidTransform | str:
     if len(cells) < len(AXES):
         return f"{name} is not a Cartesian position"
-    values = coordinates(list(zip(AXES, cells, strict=False)), name, path, 0)
-    return frame_from_xyz_angles(values)
+    return stored_pose(list(zip(AXES, cells, strict=False)), name, path, 0)
