@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from wpcal.cli.main import run
 from wpcal.controllers import Controller, controller_named, controllers
 from wpcal.controllers.audit import audit_path
 from wpcal.controllers.audit.read_back import read_poses_back
+from wpcal.controllers.judge.execute import execute
 from wpcal.controllers.program.coordinated_program import SyncProgram
 from wpcal.controllers.program.two_robots import possible_programs, sync_languages, write_programs
 from wpcal.controllers.registry import CONTROLLERS, controller_of_file
@@ -43,7 +45,7 @@ FOLDER = {
         import numpy as np
 
         from wpcal.taught.programs import ProgramPoint, ProgramPoints, ProgramReader
-        from wpcal.taught.programs import frame_from_xyz_angles
+        from wpcal.taught.programs import frame_from_angles
 
         def read(text, path):
             rows = [line.split() for line in text.splitlines()]
@@ -53,7 +55,7 @@ FOLDER = {
             ]
             return ProgramPoints(tuple(points))
 
-        READER = ProgramReader(read, frame_from_xyz_angles, "X,Y,Z,RX,RY,RZ")
+        READER = ProgramReader(read, frame_from_angles, "X,Y,Z,RX,RY,RZ")
         """,
     "sync.py": """
         def write(program):
@@ -199,3 +201,27 @@ def test_a_package_that_is_wrong_is_named(tmp_path, monkeypatch, make_program, l
     install(tmp_path, monkeypatch, files, line)
     with pytest.raises(InputError, match=message):
         use_everything(make_program())
+
+
+@pytest.mark.parametrize(
+    ("name", "axes"), [("krl", "ZYX"), ("fanuc", "xyz"), ("inform", "xyz"), ("as", "ZYZ"), ("pdl2", "ZYZ")]
+)
+def test_the_angles_of_a_frame_are_in_the_order_of_the_pendant(name, axes):
+    frame = controller_named(name).load_reader().frame_of_pendant
+    R = Rotation.from_euler(axes, [10, 20, 30], degrees=True).as_matrix()
+    np.testing.assert_allclose(frame([1, 2, 3, 10, 20, 30]).R, R, rtol=0, atol=1e-12)
+    with pytest.raises(InputError, match="expected 6 numbers"):
+        frame([0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("a.mod", "MODULE a\nPROC one()\ntwo;\nENDPROC\nPROC two()\none;\nENDPROC\nENDMODULE\n"),
+        ("b.mod", "MODULE b\nPROC main()\nmain;\nENDPROC\nENDMODULE\n"),
+        ("c.src", "DEF c()\nd()\nEND\nDEF d()\nc()\nEND\n"),
+        ("e.as", ".PROGRAM e()\n  CALL f\n.END\n.PROGRAM f()\n  CALL e\n.END\n"),
+    ],
+)
+def test_routines_that_only_call_each_other_are_entered_and_named_once(file, text):
+    assert [each.text.count("does not end within 30 calls") for each in execute({file: text}).unknowns] == [1]

@@ -18,7 +18,7 @@ from wpcal.controllers.abb.statements import Data, ModuleReader, Routine, Statem
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.machine import Machine, Matrix, Place, about, inverted, rigid
-from wpcal.controllers.run.program import ProgramError, Run, StoppedError
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
 
 ERRORS = {"ERR_WHLSEARCH": 1, "ERR_SIGSUPSEARCH": 2, "ERR_WAIT_MAXTIME": 3, "ERR_FILEACC": 4}
 LEVELS = {"HIGH": 1, "LOW": 0}
@@ -60,7 +60,7 @@ class Interpreter(Instructions):
         self.data: dict[str, Data] = {}
         self.local: dict[tuple[str, str], Data] = {}  #: By file and name.
         self.routines: dict[str, Routine] = {}
-        self.called: set[str] = set()
+        self.calls: dict[str, set[str]] = {}
         self.texts: dict[str, str] = {}
         self.scopes: list[dict[str, Data]] = []
         self.files: list[str] = []
@@ -91,7 +91,7 @@ class Interpreter(Instructions):
         self.given = set(self.data)
 
     def _load(self, reader: ModuleReader) -> None:
-        self.called |= reader.called
+        self.calls |= reader.calls
         self.texts |= dict.fromkeys(reader.names, reader.text)
         self.files.append(reader.file)
         for line, storage, kind, name, is_array, tokens, is_local in reader.declarations:
@@ -245,7 +245,7 @@ class Interpreter(Instructions):
 
     def entries(self) -> list[str]:
         """Return the procedures that no other one calls."""
-        return [name for name, one in self.routines.items() if name not in self.called and not one.parameters]
+        return [name for name in entries_of(self.calls) if not self.routines[name].parameters]
 
     def start(self, routine: str = "main") -> Run:
         """Run a routine to its end, or until the operator ends it at a stop."""

@@ -71,7 +71,8 @@ class ModuleReader:
         self.names: list[str] = []
         self.declarations: list[Declaration] = []
         self.routines: list[Routine] = []
-        self.called: set[str] = set()
+        self.calls: dict[str, set[str]] = {}
+        self.called = set[str]()  #: By the routine that is read.
         self.tokens: list[str] = []
         self.lines: list[int] = []
         for number, line in enumerate(re.sub(r"^\s*%%%.*?%%%", _blank_lines, text, flags=re.DOTALL).splitlines(), 1):
@@ -169,6 +170,7 @@ class ModuleReader:
     def _routine(self) -> Routine:
         self.take("PROC")
         routine = Routine(self.take(), self.file)
+        self.called = self.calls.setdefault(routine.name.upper(), set())
         self.take("(")
         while self.peek() != ")":
             if self.peek() in {",", "\\"}:

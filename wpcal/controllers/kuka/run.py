@@ -23,7 +23,7 @@ from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, called_i
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Place, inverted
-from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError
+from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError, entries_of
 from wpcal.core.arrays import FloatArray
 
 IGNORED = re.compile(
@@ -227,9 +227,8 @@ class Interpreter:
     def entries(self) -> list[str]:
         """Return the subprograms that no other one calls, and no interrupt."""
         known = self.routines
-        calls = ((name, _own(one, each.file, known)) for name, each in known.items() for one in called_in(each.body))
-        called = {one for name, one in calls if one != name}
-        return [name for name, one in self.routines.items() if name not in called and not one.parameters]
+        calls = {name: [_own(one, each.file, known) for one in called_in(each.body)] for name, each in known.items()}
+        return [name for name in entries_of(calls) if not known[name].parameters]
 
     def start(self, routine: str) -> Run:
         """Run a routine to its end, or until the operator ends it at a stop."""

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from wpcal.controllers.language.grammar import Grammar, mark_of
 from wpcal.controllers.language.jobs import JobLanguage
 from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, about, rigid, turns_of
-from wpcal.controllers.run.program import ProgramError, Run, StoppedError
+from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
 
 WORD = re.compile(r"[A-Za-z_][\w-]*+")  #: May be the name of a routine.
 MOST_BLOCKS = 40  #: Blocks (IF, WHILE …) in one another.
@@ -76,8 +76,7 @@ class Interpreter:
     def entries(self) -> list[str]:
         """Return the routines that no other one calls."""
         bodies = {name: self._words(text) for name, text in self.bodies().items()}
-        called = {one for one in bodies for other, words in bodies.items() if other != one and one.upper() in words}
-        return [name for name in bodies if name not in called]
+        return entries_of({name: [one for one in bodies if one.upper() in words] for name, words in bodies.items()})
 
     def _words(self, text: str) -> set[str]:
         lines = (line for line in text.splitlines() if not re.match(self.grammar.comment, line))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
 from wpcal.core.errors import FormatError, InputError
@@ -10,6 +10,24 @@ from wpcal.core.errors import FormatError, InputError
 MOST_STEPS = 100_000  #: Instructions of one run: 30 seams have some 5000.
 MOST_CALLS = 30  #: Calls in one another.
 MOST_ELEMENTS = 100_000  #: Of an array.
+
+
+def entries_of(calls: Mapping[str, Collection[str]]) -> list[str]:
+    """Return the routines that no other one calls, then the first of those that only call each other, or themselves.
+
+    `calls`: The names that each routine calls.
+    """
+    called = {one for name, others in calls.items() for one in others if one != name}
+    found, reached = list[str](), set[str]()
+    for name in sorted(calls, key=called.__contains__):
+        if name not in reached:
+            found.append(name)
+            front = [name]
+            while front:
+                one = front.pop()
+                front += [other for other in calls.get(one, ()) if other not in reached]
+                reached.add(one)
+    return found
 
 
 class ProgramError(FormatError):
