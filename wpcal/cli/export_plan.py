@@ -49,7 +49,7 @@ def export_plan(
     from wpcal.core.records import check_writable
     from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
-    refuse_options(TAKEN, _why_not)
+    refuse_options(TAKEN, lambda _: "is settled in a plan; give it to wpcal plan")
     writers = plan_writers(tuple(formats))
     kept = read_kept_plan(folder)
     targets = {each.name: (out or folder) / each.name for each in writers}
@@ -68,18 +68,12 @@ def export_plan(
     return 1 if found.refused or found.not_checked or plan.not_welded else 0
 
 
-def _why_not(name: str) -> str:
-    if name == "overlap_mm":
-        return "is not for plans: a plan ends a closed seam where it starts"
-    return "is settled in a plan; give it to wpcal plan"
-
-
 def _arc(arc: ArcAsked, kept: KeptInput) -> ArcAsked:
     """Return the weld data that are asked for, else those of the plan; its runs are always those of the plan."""
     from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
 
     runs = kept.record["runs"]
-    choice = RunChoice(Tacks(runs["tacks"]), WeaveBy(runs["weave"]))
+    choice = RunChoice(Tacks(runs["tacks"]), WeaveBy(runs["weave"]), runs["overlap_mm"])
     if arc.welds is not None:
         return replace(arc, choice=choice)
     return replace(arc, choice=choice, welds=kept.welds, rules=replace(arc.rules, weld_rules=kept.rules))

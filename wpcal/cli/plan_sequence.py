@@ -211,7 +211,7 @@ def with_welds(
     names = {each.name for each in given.seams}
     welds, arc = flags.arc.read(seams, T_base_part, part_glb=given.part_glb, names=names)
     output = PlanOutput(flags.path.tolerance, flags.controller, arc, calibration, given.part_glb is not None)
-    return given if welds is None else given.with_welds(welds, flags.arc.choice, speed_mm_s), output
+    return given.with_welds(welds, flags.arc.choice, speed_mm_s), output
 
 
 def calibration_of(given: SequenceInput, result: Path) -> Mapping[str, Any]:

@@ -170,6 +170,8 @@ def _refuse_options(asked: TwoRobotRequest) -> None:
         raise InputError("a plan of two robots is one bead along the whole seam: leave out --tacks only")
     if flags.arc.choice.weave.value == "points":
         raise InputError("a plan of two robots has no weave of points: leave out --weave points")
+    if flags.arc.choice.overlap_mm:
+        raise InputError("a plan of two robots ends a closed seam where it starts: leave out --overlap-mm")
 
 
 @dataclass(frozen=True, slots=True)

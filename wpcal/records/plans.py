@@ -262,6 +262,7 @@ class WeldSequencePoint(Record):
 class Runs(Record):
     tacks: Literal["first", "only", "off"]
     weave: Literal["controller", "points"]
+    overlap_mm: float = D("By which closed seams are welded on over their start.")
 
 
 class KeptPiece(Record):

@@ -7,7 +7,8 @@ itself, without a weave; all of them come before the first weld.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -40,13 +41,23 @@ class WeaveBy(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RunChoice:
-    """Which runs a program has."""
+    """Which runs a program has.
+
+    Raises `InputError` when the overlap is negative or not finite.
+    """
 
     tacks: Tacks = opt(Tacks.FIRST, "Tack welds of the weld data: before all welds, only these, or none.")
     weave: WeaveBy = opt(
         WeaveBy.CONTROLLER,
         "Weaves of the weld data: an instruction of the controller, or points, for languages without weaves.",
     )
+    overlap_mm: float = opt(
+        0.0, "A closed seam is welded on over its start by so much. Weld data that fill the crater there need none."
+    )
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.overlap_mm < math.inf:
+            raise InputError(f"overlap_mm: expected 0 or more, got {self.overlap_mm:g}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +97,25 @@ def chosen_runs(
     if choice.weave is WeaveBy.POINTS:
         runs = [woven_run(run, run.weld.values.speed_mm_s or speed_mm_s) for run in runs]
     return [*tacks, *runs]
+
+
+def laid_runs(
+    seams: Sequence[tuple[Seam, FloatArray | None]],
+    welds: Mapping[str, SeamWeld] | None,
+    choice: RunChoice,
+    speed_mm_s: float,
+) -> list[tuple[Seam, FloatArray | None, WeldRun | None]]:
+    """Return what is laid: every bead, stretch and tack weld, or the seams without weld data; rings with their overlap.
+
+    `seams`: Each with n frames, and the 95 % error at its frames, shape (n,), mm.
+    Raises `InputError` as `chosen_runs` does, or when an overlap is longer than its seam.
+    """
+    if welds is None:
+        parts: list[tuple[Seam, FloatArray | None, WeldRun | None]] = [(*each, None) for each in seams]
+    else:
+        runs = chosen_runs([(seam, welds[seam.name], u95) for seam, u95 in seams], choice, speed_mm_s)
+        parts = [(run.seam, run.u95_mm, run) for run in runs]
+    return [(*_overlapped(seam, u95, choice.overlap_mm), run) for seam, u95, run in parts]
 
 
 def weld_runs(seam: Seam, weld: SeamWeld, u95_mm: FloatArray | None = None) -> tuple[WeldRun, ...]:
@@ -201,3 +231,20 @@ def runs_of_seam(
         spin_rad=None if seam.spin_rad is None else seam.spin_rad[nearest],
     )
     return cut, None if u95_mm is None else np.interp(s, own, u95_mm)
+
+
+def _overlapped(seam: Seam, u95_mm: FloatArray | None, mm: float) -> tuple[Seam, FloatArray | None]:
+    """Return a closed seam that goes on over its start, and the errors at its frames; any other as it is."""
+    if not seam.closed or not mm:
+        return seam, u95_mm
+    if mm >= seam.length_mm:
+        raise InputError(f"overlap_mm = {mm:g}: {seam.name} is a ring of {seam.length_mm:.0f} mm")
+    again, u95_again = runs_of_seam(seam, 0.0, mm, u95_mm)
+    on = again.frames.rows(1, len(again.frames))
+    frames = SeamFrames.joined([seam.frames, replace(on, s_mm=on.s_mm + seam.frames.s_mm[-1])])
+    lean, spin, u95 = (
+        None if first is None or more is None else np.concatenate([first, more[1:]])
+        for first, more in ((seam.lean_rad, again.lean_rad), (seam.spin_rad, again.spin_rad), (u95_mm, u95_again))
+    )
+    length_mm = seam.length_mm + mm
+    return replace(seam, closed=False, length_mm=length_mm, frames=frames, lean_rad=lean, spin_rad=spin), u95

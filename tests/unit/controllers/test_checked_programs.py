@@ -18,13 +18,14 @@ from tests.unit.conftest import CONFIGURATIONS, box_mesh, plate
 from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
-from wpcal.controllers.program import ControllerSettings, MotionSettings, build_program
+from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.checked_program import check_program
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.formats.registry import exporter_named
 from wpcal.planning.cell.segments import segment_triangle_distances
 from wpcal.results.folder import read_finished
 from wpcal.robot.torch.shape import TorchShape
+from wpcal.weld.runs import RunChoice
 
 pytestmark = pytest.mark.many
 FIXTURES = Path(__file__).parents[3] / "fixtures"
@@ -271,7 +272,7 @@ def test_a_torch_that_is_no_torch_is_refused():
 def test_a_ring_is_welded_on_over_its_start():
     finished = read_finished(FIXTURES / "saddle" / "golden").select(["W1"])
     (ring,) = build_program(finished).paths
-    (path,) = build_program(finished, motion=MotionSettings(overlap_mm=12.0)).paths
+    (path,) = build_program(finished, choice=RunChoice(overlap_mm=12.0)).paths
     own, more = ring.p_base[ring.weld_rows], path.p_base[path.weld_rows]
     s = path.seam.frames.s_mm
     assert (ring.seam.closed, path.seam.closed, s[-1] - s[len(own) - 1]) == (True, False, pytest.approx(12.0))
@@ -280,4 +281,4 @@ def test_a_ring_is_welded_on_over_its_start():
     assert path.u95_mm is not None
     assert len(path.u95_mm) == len(more)
     with pytest.raises(InputError, match="is a ring of 160 mm"):
-        build_program(finished, motion=MotionSettings(overlap_mm=200.0))
+        build_program(finished, choice=RunChoice(overlap_mm=200.0))

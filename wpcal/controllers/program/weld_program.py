@@ -24,8 +24,8 @@ from wpcal.robot.kinematics.inverse import Posture, posture
 from wpcal.robot.moves import Arc, Line, Move, MovePath, PathTolerance
 from wpcal.robot.torch.attitude import TorchSettings, tool_rotations, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
-from wpcal.seam.seam import Seam, SeamFrames
-from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs, runs_of_seam
+from wpcal.seam.seam import Seam
+from wpcal.weld.runs import RunChoice, WeldRun, laid_runs
 from wpcal.weld.seam_weld import SeamWeld
 from wpcal.weld.values import WeldValues
 
@@ -41,12 +41,9 @@ class MotionSettings:
     retract_mm: float = opt(APPROACH_MM, "Along the wire, after the seam.")
     speed_mm_s: float = weld_speed()
     air_speed_mm_s: float = opt(AIR_SPEED_MM_S, "Speed of approach and retract.", above=0)
-    overlap_mm: float = opt(
-        0.0, "A closed seam is welded on over its start by so much. Weld data that fill the crater there need none."
-    )
 
     def __post_init__(self) -> None:
-        for name in ("approach_mm", "retract_mm", "speed_mm_s", "air_speed_mm_s", "overlap_mm"):
+        for name in ("approach_mm", "retract_mm", "speed_mm_s", "air_speed_mm_s"):
             value = getattr(self, name)
             is_speed = name.endswith("_s")
             if not 0.0 <= value < math.inf or (is_speed and value == 0.0):
@@ -303,12 +300,10 @@ def build_program(
     if controller is not None and controller.zone_mm:
         raise InputError("--zone-mm: only a plan has joint moves that are swept in a cell (wpcal plan)")
     torch, motion = torch or TorchSettings(), motion or MotionSettings()
-    if welds is None:
-        paths = [_path(seam, u95, torch, motion) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
-    else:
-        seams = [(seam, welds[seam.name], u95) for seam, u95 in zip(finished.seams, finished.u95_mm, strict=True)]
-        runs = chosen_runs(seams, choice or RunChoice(), motion.speed_mm_s)
-        paths = [replace(_path(run.seam, run.u95_mm, torch, motion), run=run) for run in runs]
+    runs = laid_runs(
+        list(zip(finished.seams, finished.u95_mm, strict=True)), welds, choice or RunChoice(), motion.speed_mm_s
+    )
+    paths = [replace(_path(seam, u95, torch, motion), run=run) for seam, u95, run in runs]
     return WeldProgram(
         tuple(paths),
         finished.T_base_part,
@@ -324,8 +319,6 @@ def build_program(
 def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: MotionSettings) -> WeldPath:
     if len(seam.frames) < 2:
         raise GeometryError(f"seam {seam.name}: expected at least 2 frames to weld along, got {len(seam.frames)}")
-    if seam.closed and motion.overlap_mm:
-        seam, u95_mm = _overlapped(seam, u95_mm, motion.overlap_mm)
     R = tool_rotations(seam.frames.R, torch, seam.lean_rad, seam.spin_rad)
     R = spun(R, unwinding_spin(R, torch.tool_axis, torch.spin_range_rad), torch.tool_axis)
     wire = wire_directions(R, torch.tool_axis)
@@ -333,18 +326,3 @@ def _path(seam: Seam, u95_mm: FloatArray | None, torch: TorchSettings, motion: M
     appr, retr = p[:1] - motion.approach_mm * wire[:1], p[-1:] - motion.retract_mm * wire[-1:]
     rows = np.concatenate([[0], np.arange(len(R)), [-1]])
     return WeldPath(seam, frozen(np.concatenate([appr, p, retr])), frozen(R[rows]), u95_mm)
-
-
-def _overlapped(seam: Seam, u95_mm: FloatArray | None, mm: float) -> tuple[Seam, FloatArray | None]:
-    """Return a closed seam that goes on over its start, and the errors at its frames."""
-    if mm >= seam.length_mm:
-        raise InputError(f"overlap_mm = {mm:g}: {seam.name} is a ring of {seam.length_mm:.0f} mm")
-    again, u95_again = runs_of_seam(seam, 0.0, mm, u95_mm)
-    on = again.frames.rows(1, len(again.frames))
-    frames = SeamFrames.joined([seam.frames, replace(on, s_mm=on.s_mm + seam.frames.s_mm[-1])])
-    lean, spin, u95 = (
-        None if first is None or more is None else np.concatenate([first, more[1:]])
-        for first, more in ((seam.lean_rad, again.lean_rad), (seam.spin_rad, again.spin_rad), (u95_mm, u95_again))
-    )
-    length_mm = seam.length_mm + mm
-    return replace(seam, closed=False, length_mm=length_mm, frames=frames, lean_rad=lean, spin_rad=spin), u95

@@ -22,7 +22,7 @@ from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.names import seams_named
 from wpcal.seam.record import errors_from_record
 from wpcal.seam.seam import Seam
-from wpcal.weld.runs import RunChoice, WeldRun, chosen_runs
+from wpcal.weld.runs import RunChoice, WeldRun, laid_runs
 from wpcal.weld.seam_weld import SeamWeld
 
 SEAMS_FILE, PART_FILE = "seams.json", "part.glb"
@@ -98,14 +98,10 @@ class SequenceInput:
             T = RigidTransform.from_matrix(place, target="base", source="part")
         return T, tuple(replace(seam, frames=seam.frames.moved(T)) for seam in self.found)
 
-    def with_welds(self, welds: Mapping[str, SeamWeld], choice: RunChoice, speed_mm_s: float) -> SequenceInput:
-        """Return the same with weld data: every bead, stretch and tack weld is planned as a seam of its own.
-
-        Raises `InputError` as `wpcal.weld.runs.chosen_runs` does.
-        """
-        seams = [(each.seam, welds[each.name], each.u95_mm) for each in self.seams]
-        runs = chosen_runs(seams, choice, speed_mm_s)
-        return replace(self, seams=tuple(PlannedSeam(run.seam, run.u95_mm, run) for run in runs))
+    def with_welds(self, welds: Mapping[str, SeamWeld] | None, choice: RunChoice, speed_mm_s: float) -> SequenceInput:
+        """Return the same with weld data: what `wpcal.weld.runs.laid_runs` returns is planned seam by seam."""
+        runs = laid_runs([(each.seam, each.u95_mm) for each in self.seams], welds, choice, speed_mm_s)
+        return replace(self, seams=tuple(PlannedSeam(*each) for each in runs))
 
 
 def read_sequence_input(

@@ -212,7 +212,7 @@ def sequence_record(
         "no_program": {},
         "made_from": {name: sha256_of(data) for name, data in inputs.items()},
         "planned": list(planned),
-        "runs": {"tacks": runs.tacks.value, "weave": runs.weave.value},
+        "runs": {"tacks": runs.tacks.value, "weave": runs.weave.value, "overlap_mm": runs.overlap_mm},
         "kept": KeptPlan.of(sequence).record(),
         "points": _points(sequence, line),
     }
