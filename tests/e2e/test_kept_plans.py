@@ -60,16 +60,15 @@ def cornered(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_ring_is_planned_on_over_its_start_and_written_again(tmp_path: Path) -> None:
-    """The wire passes the first 12 mm of the ring twice, where the text leads it, and the plan is kept with them."""
     cell, out = write_cell(tmp_path, one_robot_record()), tmp_path / "plan"
-    ring = TEE.parents[1] / "saddle" / "golden"
-    done = run_here("plan", cell, ring, "-f", "krl", "--every-point", "--overlap-mm", "12", "-o", out)
+    words = ("-f", "krl", "--every-point")
+    done = run_here("plan", cell, TEE.parents[1] / "saddle" / "golden", *words, "--overlap-mm", "12", "-o", out)
     assert done.returncode == 0
     motions = execute(programs_of({path.name: path.read_bytes() for path in (out / "krl").iterdir()})).motions
     along = np.array([each.goal[:3, 3] for each in motions if each.goal is not None])[:-1]  # then the retract
     start, end = (np.linalg.norm(along - along[k], axis=1) for k in (0, -1))
     assert (start[len(start) // 2 :].min() < 1.0, end[0]) == (True, pytest.approx(12.0, abs=0.5))
-    assert run_here("export", out, "-f", "krl", "--every-point", "-o", tmp_path / "again").returncode == 0
+    assert run_here("export", out, *words, "-o", tmp_path / "again").returncode == 0
     assert written(tmp_path / "again").items() <= written(out).items()
 
 

@@ -219,6 +219,7 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
 
 def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
     """Return the programs of a run that is free; none if it is not."""
+    from wpcal.controllers.judge.in_step import require_in_step
     from wpcal.controllers.program.two_robots import build_sync_program, possible_coordinated, possible_programs
     from wpcal.controllers.registry import controller_named
     from wpcal.planning.plan.plan import CollisionVerdict
@@ -229,7 +230,9 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
     settings = replace(settings, program_name=f"{settings.program_name}_{run.plan.seam}")
     names = [controller_named(name).name for name in asked.programs.formats] or None
     if asked.joints:
-        files, refusals = possible_programs(build_sync_program(run, cell, controller=settings), names)
+        program = build_sync_program(run, cell, controller=settings)
+        files, refusals = possible_programs(program, names)
+        require_in_step(files, program)
         return Programs(files, tuple(refusals))
     files, refusals, motions = possible_coordinated(run, cell, held, controller=settings, languages=names)
     return Programs(files, tuple(refusals), motions)

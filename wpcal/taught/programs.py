@@ -104,6 +104,8 @@ def stored_pose(
 ) -> RigidTransform:
     """Return the pose of six coordinates that a file stores as text, as `frame_from_angles` does; keys for messages.
 
+    `rotation`: Gives axes of shape (3, 3).
+
     Raises `FormatError` when one of them is not a finite number of at most `wpcal.core.arrays.LARGEST_MM`.
     """
     found = list[float]()
@@ -118,7 +120,9 @@ def stored_pose(
 def frame_from_angles(
     values: Sequence[float], rotation: Callable[..., FloatArray] = rotation_from_zyx
 ) -> RigidTransform:
-    """Return ``T_base_frame`` of x, y, z in mm and three angles in degrees: about x, y, z, if `rotation` is not given.
+    """Return ``T_base_frame`` of x, y, z in mm and three angles in degrees.
+
+    `rotation`: From the angles, rad, to axes of shape (3, 3); by default they are about x, y, z, ``R = Rz Ry Rx``.
 
     Raises `InputError` when these are not six numbers.
     """

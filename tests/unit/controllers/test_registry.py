@@ -203,25 +203,20 @@ def test_a_package_that_is_wrong_is_named(tmp_path, monkeypatch, make_program, l
         use_everything(make_program())
 
 
-@pytest.mark.parametrize(
-    ("name", "axes"), [("krl", "ZYX"), ("fanuc", "xyz"), ("inform", "xyz"), ("as", "ZYZ"), ("pdl2", "ZYZ")]
-)
-def test_the_angles_of_a_frame_are_in_the_order_of_the_pendant(name, axes):
-    frame = controller_named(name).load_reader().frame_of_pendant
-    R = Rotation.from_euler(axes, [10, 20, 30], degrees=True).as_matrix()
-    np.testing.assert_allclose(frame([1, 2, 3, 10, 20, 30]).R, R, rtol=0, atol=1e-12)
-    with pytest.raises(InputError, match="expected 6 numbers"):
-        frame([0, 0, 0])
+def test_the_angles_of_a_frame_are_in_the_order_of_the_pendant():
+    for name, axes in {"krl": "ZYX", "fanuc": "xyz", "inform": "xyz", "as": "ZYZ", "pdl2": "ZYZ"}.items():
+        frame = controller_named(name).load_reader().frame_of_pendant
+        R = Rotation.from_euler(axes, [10, 20, 30], degrees=True).as_matrix()
+        np.testing.assert_allclose(frame([1, 2, 3, 10, 20, 30]).R, R, rtol=0, atol=1e-12)
+        with pytest.raises(InputError, match="expected 6 numbers"):
+            frame([0, 0, 0])
 
 
-@pytest.mark.parametrize(
-    ("file", "text"),
-    [
-        ("a.mod", "MODULE a\nPROC one()\ntwo;\nENDPROC\nPROC two()\none;\nENDPROC\nENDMODULE\n"),
-        ("b.mod", "MODULE b\nPROC main()\nmain;\nENDPROC\nENDMODULE\n"),
-        ("c.src", "DEF c()\nd()\nEND\nDEF d()\nc()\nEND\n"),
-        ("e.as", ".PROGRAM e()\n  CALL f\n.END\n.PROGRAM f()\n  CALL e\n.END\n"),
-    ],
-)
-def test_routines_that_only_call_each_other_are_entered_and_named_once(file, text):
-    assert [each.text.count("does not end within 30 calls") for each in execute({file: text}).unknowns] == [1]
+def test_routines_that_only_call_each_other_are_entered_and_named_once():
+    for file, text in {
+        "a.mod": "MODULE a\nPROC one()\ntwo;\nENDPROC\nPROC two()\none;\nENDPROC\nENDMODULE\n",
+        "b.mod": "MODULE b\nPROC main()\nmain;\nENDPROC\nENDMODULE\n",
+        "c.src": "DEF c()\nd()\nEND\nDEF d()\nc()\nEND\n",
+        "e.as": ".PROGRAM e()\n  CALL f\n.END\n.PROGRAM f()\n  CALL e\n.END\n",
+    }.items():
+        assert [each.text.count("does not end within 30 calls") for each in execute({file: text}).unknowns] == [1]

@@ -9,8 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wpcal.controllers.abb.two_robots import write_sync_rapid
+from wpcal.controllers.judge.in_step import require_in_step
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.coordinated_program import SyncProgram
+from wpcal.controllers.program.two_robots import possible_programs
 from wpcal.controllers.yaskawa.two_robots import SYNC_NUMBERS, joint_percents, write_sync_inform
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -95,6 +98,7 @@ def test_rapid_gives_back_joints_times_and_marks(seed, n):
         np.testing.assert_allclose(joints, np.degrees(program.joints[robot - 1]), rtol=0, atol=HALF_RAPID_DEG)
         np.testing.assert_allclose(seconds, program.seconds, rtol=0, atol=HALF_SECOND)
         assert marks == list(range(1, n + 1))
+        assert 'PERS tasks tasks_W1{2}:=[["T_ROB1"],["T_ROB2"]];\r' in files[f"WPCAL_R{robot}.mod"]
         assert arc == [("ARC ON", program.arc_on + 1), ("ARC OFF", program.arc_off + 1)]
 
 
@@ -111,16 +115,6 @@ def test_inform_gives_back_joints_and_marks(seed, n):
         assert syncs == [(mark - 1) % SYNC_NUMBERS + 1 for mark in marks]
         assert arc == [("ARC ON", program.arc_on + 1), ("ARC OFF", program.arc_off + 1)]
         assert f"///GROUP1 RB{robot}" in files[f"WPCAL_R{robot}.jbi"]
-
-
-def test_both_robots_and_both_languages_have_the_same_marks():
-    program = program_of(3, 25)
-    rapid, inform = write_sync_rapid(program), write_sync_inform(program)
-    marks = [parse_rapid(rapid[f"WPCAL_R{robot}.mod"])[1] for robot in (1, 2)]
-    marks += [parse_inform(inform[f"WPCAL_R{robot}.jbi"])[1] for robot in (1, 2)]
-    assert all(found == marks[0] for found in marks)
-    tasks = [re.search(r"PERS tasks .*", rapid[f"WPCAL_R{robot}.mod"])[0] for robot in (1, 2)]
-    assert tasks[0] == tasks[1] == 'PERS tasks tasks_W1{2}:=[["T_ROB1"],["T_ROB2"]];\r'
 
 
 def test_the_share_of_the_joint_speed_gives_the_time_back():
@@ -213,3 +207,16 @@ def test_more_than_the_largest_joint_speed_is_refused():
 def test_programs_that_make_no_sense_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         program_of(0, **changes)
+
+
+def test_the_judge_takes_what_leads_through_the_plan_and_nothing_else():
+    program = program_of(3)
+    files, _ = possible_programs(program)
+    require_in_step(files, program)
+    moves = r"MoveAbsJ \w+\\ID:=5.*\r\n|MOVJ C00005 .*\r\n"
+    cases = [(name, line) for name, text in files.items() for line in re.findall(moves, text)]
+    assert len(cases) == 4
+    for name, line in cases:
+        for new in ("", 2 * line, line.replace("5", "6")):  # left out, twice, another one
+            with pytest.raises(WrittenWrongError, match=rf"^{name}, (line \d+|its end): not the next joints"):
+                require_in_step({**files, name: files[name].replace(line, new)}, program)

@@ -64,7 +64,7 @@ GRAMMAR = Grammar(
     poses_in=(".mod", ".prg", ".sys"),
     touches={".mod": r"\bwptO_\w+"},
     results=r"wptP_",
-    in_step=r"(?i)^[ \t]*+SyncMoveOn\b",
+    in_step=r"(?i)^[ \t]*+SyncMoveO(?:n|ff)\b",
     mark=r"(?i)\\ID:=(\d{1,9}+),",
     judge_step=_judge_held,
     tools=_tools,
