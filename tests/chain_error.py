@@ -6,11 +6,13 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.tangent import log_rotation
-from wpcal.planning.cell.cell import Cell, CellState, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
 
 
-def chain_error(cell: Cell, path: SeamPath, state: CellState, R_seam_tool: FloatArray) -> tuple[FloatArray, FloatArray]:
+def chain_error(
+    cell: Cell, path: SeamPath, state: FloatArray, R_seam_tool: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     r"""Return what the closed chain is off at every point (Hou 2018, eq. 5, f3).
 
     .. math::
@@ -22,7 +24,7 @@ def chain_error(cell: Cell, path: SeamPath, state: CellState, R_seam_tool: Float
     cell : Cell
     path : SeamPath
         n points.
-    state : CellState
+    state : FloatArray
         n states.
     R_seam_tool : ndarray, shape (n, 3, 3)
         Target axes of the tool in the seam frame.
@@ -32,7 +34,7 @@ def chain_error(cell: Cell, path: SeamPath, state: CellState, R_seam_tool: Float
     off_mm, off_rad : ndarray, shape (n,)
         Distance of the wire's tip from the weld point, and angle between the torch and its target attitude.
     """
-    T_world_tool, T_world_part = tool_in_world(cell, state.joints1), part_in_world(cell, state.joints2)
+    T_world_tool, T_world_part = cell.tool_places(state[:, :6]), cell.part_places(state)
     weld = np.einsum("nij,nj->ni", T_world_part[:, :3, :3], path.p) + T_world_part[:, :3, 3]
     target = T_world_part[:, :3, :3] @ path.R @ R_seam_tool
     off_mm = np.linalg.norm(T_world_tool[:, :3, 3] - weld, axis=1)

@@ -15,7 +15,7 @@ from tests.benchmarks.timing import least_seconds
 from tests.saddle import changed
 from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.bodies import body_pairs
-from wpcal.planning.cell.cell import Cell, CellState
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import fcl_objects, hull_clearance
@@ -36,7 +36,7 @@ def main() -> None:
     console = Console(width=110)
     rng = np.random.default_rng(0)
     cell = read_cell(CELL)
-    states = CellState(rng.uniform(-1.2, 1.2, (STATES, 6)), rng.uniform(-1.2, 1.2, (STATES, 6)))
+    states = np.concatenate([rng.uniform(-1.2, 1.2, (STATES, 6)), rng.uniform(-1.2, 1.2, (STATES, 6))], axis=1)
     table = Table(title="Clearance of two arms, µs per state")
     for heading in ("", "asked", "measured"):
         table.add_column(heading, justify="right" if heading else "left")
@@ -53,17 +53,17 @@ def main() -> None:
     for name, asked, action, count in rows:
         table.add_row(name, asked, f"{1e6 * least_seconds(action, REPEATS) / count:.1f}")
     console.print(table)
-    path = CellState(np.linspace(states.joints1[0], states.joints1[1], 73), np.linspace(*states.joints2[:2], 73))
+    path = np.concatenate([np.linspace(states[0, :6], states[1, :6], 73), np.linspace(*states[:2, 6:], 73)], axis=1)
     seconds = least_seconds(lambda: check_path(path, np.arange(73.0), cell), REPEATS)
     console.print(f"a path of 73 points checked at ten times finer steps: {1e3 * seconds:.1f} ms")
 
 
-def with_meshes(arms: Cell, states: CellState) -> list[tuple[str, str, Callable[[], object], int]]:
+def with_meshes(arms: Cell, states: FloatArray) -> list[tuple[str, str, Callable[[], object], int]]:
     """Hulls of real links, and their triangles, placed unchanged in the frames of links: enough to measure time."""
     points = [trimesh.load(file).vertices for file in sorted(MESHES.glob("*.stl"))]
     shapes = tuple(_hull_shape(f"link {link}", link, corners) for link, corners in enumerate(points))
     hulled = changed(arms, links=shapes, links2=shapes)
-    few = CellState(states.joints1[:FEW], states.joints2[:FEW])
+    few = np.concatenate([states[:FEW, :6], states[:FEW, 6:]], axis=1)
     corners = sum(len(trimesh.PointCloud(corners).convex_hull.vertices) for corners in points)
     every = _Every(hulled, [fcl_objects(shape)[0][0] for shape in (*shapes, *shapes)])
     raw = _Every(hulled, [_mesh(file) for file in sorted(MESHES.glob("*.stl"))] * 2)
@@ -102,10 +102,10 @@ class _Every:
     def __init__(self, cell: Cell, objects: list[object]) -> None:
         self.cell, self.objects, self.pairs = cell, objects, body_pairs(cell)
 
-    def __call__(self, states: CellState) -> float:
+    def __call__(self, states: FloatArray) -> float:
         import fcl
 
-        frames = [(frame.rotations(), frame.p.T) for frame in self.cell.frames(states.both)]
+        frames = [(frame.rotations(), frame.p.T) for frame in self.cell.frames(states)]
         least = np.inf
         for i in range(len(states)):
             for body, placed in zip(self.pairs.bodies, self.objects, strict=True):

@@ -58,9 +58,9 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
     plans = result.front.plans
     paths = list(sweep_paths(problem, lambda what, done, of: None))
     chain = np.array([_chain_error(problem, path) for path in paths]).max(axis=0)
-    steps = np.array([np.abs(np.diff(plan.state.both, axis=0)).max() for plan in plans])
+    steps = np.array([np.abs(np.diff(plan.q, axis=0)).max() for plan in plans])
     rates = [
-        (np.abs(np.diff(plan.state.both, axis=0)) / np.diff(plan.s_mm)[:, None] * problem.speed_mm_s).max(axis=0)
+        (np.abs(np.diff(plan.q, axis=0)) / np.diff(plan.s_mm)[:, None] * problem.speed_mm_s).max(axis=0)
         for plan in plans
     ]
     share = (np.array(rates) / problem.cell.speeds).max()
@@ -80,7 +80,7 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
 
 def _chain_error(problem: PlanningProblem, path: CandidatePath) -> tuple[float, float]:
     plan = make_plan(problem, path, "ladder")
-    off_mm, off_rad = chain_error(problem.cell, problem.path, plan.state, torch_on_seam(path.coordinates))
+    off_mm, off_rad = chain_error(problem.cell, problem.path, plan.q, torch_on_seam(path.coordinates))
     return float(off_mm.max()), float(off_rad.max())
 
 

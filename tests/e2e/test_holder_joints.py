@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from tests.running import Ended, run_here
-from wpcal.planning.cell.cell import part_in_world
 from wpcal.planning.cell.cell_file import read_cell
 
 pytestmark = pytest.mark.usefixtures("kernel_here")
@@ -31,7 +30,7 @@ def test_the_cell_written_has_the_part_where_it_was_touched(tmp_path: Path) -> N
     assert (done.returncode, done.stderr) == (0, "")
     assert "cell.json" in done.stdout
     cell = read_cell(out / "cell.json")
-    held = np.linalg.inv(cell.T_world_base.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
+    held = np.linalg.inv(cell.T_world_base.matrix) @ cell.held_places(np.radians([JOINTS_DEG]))[0]
     found = json.loads((out / "calibration.json").read_text())
     np.testing.assert_allclose(held, found["T_base_part"], rtol=0, atol=FILE_MM)
     assert not cell.T_part.is_close(read_cell(CELL).T_part, atol_mm=1.0, atol_rad=1e-3)
@@ -53,7 +52,7 @@ def test_one_of_the_two_alone_is_refused_and_nothing_is_written(tmp_path: Path) 
 def test_what_was_touched_can_be_planned(tmp_path: Path) -> None:
     """Robot 2 holds the saddle as its cell says; robot 1 touches it, and the cell that comes out plans the seam."""
     cell = read_cell(CELL)
-    held = np.linalg.inv(cell.T_world_base.matrix) @ part_in_world(cell, np.radians([JOINTS_DEG]))[0]
+    held = np.linalg.inv(cell.T_world_base.matrix) @ cell.held_places(np.radians([JOINTS_DEG]))[0]
     truth = np.array(json.loads((FIXTURES / "saddle" / "truth.json").read_text())["T_base_part"])
     move = held @ np.linalg.inv(truth)
     rows = list(csv.DictReader((FIXTURES / "saddle" / "taught_exact.csv").read_text().splitlines()))

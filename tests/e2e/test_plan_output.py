@@ -17,7 +17,6 @@ from tests.saddle import THINNED
 from wpcal.brep.mesh import PartMesh, SolidMesh
 from wpcal.brep.mesh_glb import write_part_glb
 from wpcal.core.motion import WELD_SPEED_MM_S
-from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.cell_file import read_cell
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -61,7 +60,7 @@ def test_the_wire_is_on_the_seam_in_every_file(planned: Path) -> None:
 
     def tip(joints: list[list[list[float]]]) -> np.ndarray:
         one, two = (np.radians(np.array(q)) for q in joints)
-        return (np.linalg.inv(part_in_world(cell, two)) @ tool_in_world(cell, one))[:, :3, 3]
+        return (np.linalg.inv(cell.held_places(two)) @ cell.tool_places(one))[:, :3, 3]
 
     record = json.loads((planned / "plan.json").read_text())
     weld = [row for row, point in enumerate(record["points"]) if point["s_mm"] is not None]

@@ -9,7 +9,6 @@ from tests.chain_error import chain_error
 from tests.saddle import COARSE, THINNED, changed, coarse_search, saddle_problem, shared_search
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import recheck_clearance
@@ -61,8 +60,8 @@ def coarse():
 
 def frames_of(cell, path, plan):
     """Seam axes in `world` and tool axes in the seam, from the joints alone."""
-    R_seam = part_in_world(cell, plan.state.joints2)[:, :3, :3] @ path.R
-    return R_seam, np.swapaxes(R_seam, 1, 2) @ tool_in_world(cell, plan.state.joints1)[:, :3, :3]
+    R_seam = cell.part_places(plan.q)[:, :3, :3] @ path.R
+    return R_seam, np.swapaxes(R_seam, 1, 2) @ cell.tool_places(plan.q[:, :6])[:, :3, :3]
 
 
 def test_there_is_a_front_to_choose_from(result):
@@ -73,7 +72,7 @@ def test_there_is_a_front_to_choose_from(result):
 def test_the_chain_is_closed_at_every_point_of_every_plan(cell, path, result):
     for plan in result.front.plans:
         _, R_seam_tool = frames_of(cell, path, plan)
-        off_mm, _ = chain_error(cell, path, plan.state, R_seam_tool)
+        off_mm, _ = chain_error(cell, path, plan.q, R_seam_tool)
         assert off_mm.max() <= CLOSED_MM
         wire = R_seam_tool[:, :, 2]
         target = np.stack(
@@ -94,7 +93,7 @@ def test_objectives_are_those_of_the_joints(cell, path, result):
         position = np.sqrt(np.mean((slope - np.radians(10.0)) ** 2 + rotation**2))
         x, y, z = R_seam_tool[:, :, 2].T
         torch = np.sqrt(np.mean(np.arctan2(y, -z) ** 2 + np.arcsin(x) ** 2))
-        rates = np.diff(plan.state.both, axis=0) / np.diff(path.s_mm)[:, None]
+        rates = np.diff(plan.q, axis=0) / np.diff(path.s_mm)[:, None]
         weights = cell.joint_weights
         mean = np.average((rates**2) @ weights / weights.sum(), weights=np.diff(path.s_mm))
         expected = np.degrees([position, torch, np.sqrt(mean)])
@@ -103,9 +102,9 @@ def test_objectives_are_those_of_the_joints(cell, path, result):
 
 def test_limits_speeds_and_steps_hold(cell, path, result):
     for plan in result.front.plans:
-        assert cell.arm.within_limits(plan.state.joints1).all()
-        assert cell.arm2.within_limits(plan.state.joints2).all()
-        steps = np.abs(np.diff(plan.state.both, axis=0))
+        assert cell.arm.within_limits(plan.q[:, :6]).all()
+        assert cell.arm2.within_limits(plan.q[:, 6:]).all()
+        steps = np.abs(np.diff(plan.q, axis=0))
         assert steps.max() <= LARGEST_STEP_RAD
         speeds = np.array([joint.speed_rad_s for joint in (*cell.arm.joints, *cell.arm2.joints)])
         assert (steps / np.diff(path.s_mm)[:, None] * result.problem.speed_mm_s <= speeds).all()
@@ -128,7 +127,7 @@ def assert_alike(one, other):
     assert len(one.front) == len(other.front)
     np.testing.assert_allclose(one.front.values, other.front.values, rtol=0, atol=SAME_PLAN_DEG)
     for a, b in zip(one.front.plans, other.front.plans, strict=True):
-        np.testing.assert_allclose(a.state.both, b.state.both, rtol=0, atol=SAME_PLAN_RAD)
+        np.testing.assert_allclose(a.q, b.q, rtol=0, atol=SAME_PLAN_RAD)
 
 
 def test_a_cell_moved_on_its_floor_plans_alike(cell, coarse, searched):

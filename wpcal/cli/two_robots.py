@@ -196,7 +196,6 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     """
     from wpcal.controllers.program.two_robots import HeldWeld
     from wpcal.core.transform import RigidTransform
-    from wpcal.planning.cell.cell import part_in_world
     from wpcal.planning.plan.seam_file import read_held_seams
     from wpcal.seam.path.position import weld_positions
 
@@ -204,7 +203,7 @@ def _held_weld(asked: TwoRobotRequest, name: str, plan: Plan | None) -> HeldWeld
     seams = read_held_seams(asked.seams_json, cell)
     seam, position = seams[name], "-"
     if plan is not None:
-        R = part_in_world(cell, plan.state.joints2)[:, :3, :3] @ seam.frames.R
+        R = cell.part_places(plan.q)[:, :3, :3] @ seam.frames.R
         position, _ = Counter(weld_positions(R, seam.weld).name).most_common(1)[0]
     welds, arc = asked.programs.arc.read(
         list(seams.values()),

@@ -69,13 +69,17 @@ def solve(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     return M[:, :, k:], det
 
 
+def poses(R: FloatArray, p: FloatArray) -> FloatArray:
+    """Return rigid motions of rotations (..., 3, 3) and origins (..., 3), shape (..., 4, 4)."""
+    out = np.zeros((*R.shape[:-2], 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = R, p, 1.0
+    return out
+
+
 def inverse_pose(T: FloatArray) -> FloatArray:
     """Return the inverses of rigid motions, shape (..., 4, 4)."""
-    out = np.zeros(T.shape)
     R = np.swapaxes(T[..., :3, :3], -1, -2)
-    out[..., :3, :3], out[..., 3, 3] = R, 1.0
-    out[..., :3, 3] = -np.einsum("...ij,...j->...i", R, T[..., :3, 3])
-    return out
+    return poses(R, -np.einsum("...ij,...j->...i", R, T[..., :3, 3]))
 
 
 def sine_cosine(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -18,6 +18,7 @@ from wpcal.pages.cell import BODY, cell_record, frames_at
 from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import body_pairs
 from wpcal.planning.cell.cell import Cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.recheck import tip_in_part
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.plan.run_record import path_check_record, tip_record
@@ -71,7 +72,7 @@ def build_plan_page(
     blobs = {} if part_glb is None else {"part": part_glb}
     for row, run in enumerate(runs):
         blobs[f"curves-{row}"] = json_blob(_curves(run, cell))
-        blobs[f"frames-{row}"] = frames_at(cell, run.state.both).astype("<f4").tobytes()
+        blobs[f"frames-{row}"] = frames_at(cell, run.q).astype("<f4").tobytes()
     return build_page(title=f"Plan of seam {runs[0].plan.seam}", entry="plan", body=BODY, data=data, blobs=blobs)
 
 
@@ -100,13 +101,13 @@ def _curves(run: CellRun, cell: Cell) -> dict[str, Any]:
         "s": _column(run.along(plan.s_mm), PLACE_DIGITS),
         "first": run.first,
         "last": run.last,
-        "joints1": np.round(np.degrees(run.state.joints1), ANGLE_DIGITS).tolist(),
-        "joints2": np.round(np.degrees(run.state.joints2), ANGLE_DIGITS).tolist(),
+        "joints1": np.round(np.degrees(run.q[:, :JOINTS]), ANGLE_DIGITS).tolist(),
+        "joints2": np.round(np.degrees(run.q[:, JOINTS:]), ANGLE_DIGITS).tolist(),
         **{
             name: _column(np.degrees(run.along(getattr(plan, f"{name}_rad"))), ANGLE_DIGITS)
             for name in ("slope", "rotation", "work", "travel")
         },
-        "seam": np.round(tip_in_part(cell, run.state)[rows], PLACE_DIGITS).tolist(),
+        "seam": np.round(tip_in_part(cell, run.q[rows]), PLACE_DIGITS).tolist(),
         "checked": _checked(run),
     }
 

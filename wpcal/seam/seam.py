@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.same_bits import product
+from wpcal.core.same_bits import poses, product
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.seam_edit import Candidate, SeamEdit
 
@@ -113,9 +113,7 @@ class SeamFrames:
     @property
     def matrices(self) -> FloatArray:
         """Homogeneous matrices, shape (n, 4, 4), mm: each carries points of the seam's frame to `frame`."""
-        matrices = np.zeros((len(self), 4, 4))
-        matrices[:, :3, :3], matrices[:, :3, 3], matrices[:, 3, 3] = self.R, self.p, 1.0
-        return matrices
+        return poses(self.R, self.p)
 
     @property
     def rotations(self) -> Rotation:

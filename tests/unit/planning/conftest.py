@@ -8,7 +8,6 @@ from tests.saddle import CELLS, THINNED, saddle_problem, shared_search
 from wpcal.core.records import read_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.planning.cell.bodies import body_pairs
-from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.plan.plan import Plan
 from wpcal.robot.kinematics.inverse import follow_path
 from wpcal.seam.path.position import weld_rotation, weld_slope
@@ -60,14 +59,14 @@ def simple_plan(cell):
     joints2 = np.repeat(HOLDING[None], len(frames), axis=0)
     joints2[:, 5] += np.unwrap(-np.arctan2(frames.p[:, 1], frames.p[:, 0]))
     joints2[:, 5] -= joints2[:, 5].mean()
-    T = part_in_world(cell, joints2)
+    T = cell.held_places(joints2)
     R = T[:, :3, :3] @ frames.R
     p = np.einsum("nij,nj->ni", T[:, :3, :3], frames.p) + T[:, :3, 3]
     tool = np.zeros((len(frames), 4, 4))
     tool[:, :3, :3] = R @ np.diag([1.0, -1.0, -1.0]) @ rotation_from_zyx(0.0, 0.0, SPIN)
     tool[:, :3, 3], tool[:, 3, 3] = p, 1.0
     flange = cell.T_world_base.inverse().matrix @ tool @ cell.T_flange_tool.inverse().matrix
-    state = CellState(follow_path(cell.arm, flange, NEAR), joints2)
+    state = np.concatenate([follow_path(cell.arm, flange, NEAR), joints2], axis=1)
     zeros = np.zeros(len(frames))
     slope, rotation = weld_slope(R[..., 0]), weld_rotation(R[..., 0], R[..., 2])
     return Plan("W1", frames.s_mm, state, slope, rotation, zeros, zeros, {"position_deg": 1.0}, {"f1_1": 0.5})
@@ -103,10 +102,10 @@ def margins_by_least_squares(cell, joints1, joints2, *, hulls=False):
     """
     frames = [
         *link_matrices(cell.arm, cell.T_world_base, joints1),
-        tool_in_world(cell, joints1[None])[0],
+        cell.tool_places(joints1[None])[0],
         np.eye(4),
         *link_matrices(cell.arm2, cell.T_world_base2, joints2),
-        part_in_world(cell, joints2[None])[0],
+        cell.held_places(joints2[None])[0],
     ]
     pairs = body_pairs(cell)
     margins = []

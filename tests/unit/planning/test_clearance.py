@@ -8,7 +8,6 @@ from tests.saddle import changed
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import Owner, body_pairs
-from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import STATES, capsule_clearance
 
 ROUND_OFF_MM = 1e-9
@@ -19,14 +18,14 @@ SOLVER_MM = 1e-6
 
 def random_state(n, seed=0, spread=1.5):
     rng = np.random.default_rng(seed)
-    return CellState(rng.uniform(-spread, spread, (n, 6)), rng.uniform(-spread, spread, (n, 6)))
+    return np.concatenate([rng.uniform(-spread, spread, (n, 6)), rng.uniform(-spread, spread, (n, 6))], axis=1)
 
 
 def test_every_pair_by_least_squares_gives_the_same_least_margin(cell, slow_margins):
     state = random_state(4)
     found = capsule_clearance(cell, state)
     for i in range(len(state)):
-        margins, pairs = slow_margins(cell, state.joints1[i], state.joints2[i])
+        margins, pairs = slow_margins(cell, state[i, :6], state[i, 6:])
         assert abs(found.margin_mm[i] - margins.min()) < SOLVER_MM
         assert found.nearest(i) == pairs.names(int(np.argmin(margins)))
         safety = pairs.safety_mm[found.pair[i]]
@@ -37,7 +36,7 @@ def test_a_state_has_one_answer_alone_and_among_many(cell):
     state = random_state(STATES + 3)
     together = capsule_clearance(cell, state)
     for i in (0, 5, STATES - 1, STATES, STATES + 2):
-        alone = capsule_clearance(cell, CellState(state.joints1[i : i + 1], state.joints2[i : i + 1]))
+        alone = capsule_clearance(cell, np.concatenate([state[i : i + 1, :6], state[i : i + 1, 6:]], axis=1))
         np.testing.assert_allclose(alone.margin_mm[0], together.margin_mm[i], rtol=0, atol=ROUND_OFF_MM)
         assert alone.pair[0] == together.pair[i]
 
@@ -90,10 +89,10 @@ def test_which_bodies_are_compared(cell):
 
 def test_arms_that_reach_for_each_other_overlap_and_do_not_when_folded_away(cell):
     towards, away = np.zeros((1, 6)), np.array([[0.0, -1.2, 1.2, 0, 0.3, 0]])
-    met = capsule_clearance(cell, CellState(towards, towards))
+    met = capsule_clearance(cell, np.concatenate([towards, towards], axis=1))
     assert not met.is_clear[0]
     assert met.distance_mm[0] < 0
-    apart = capsule_clearance(cell, CellState(away, away))
+    apart = capsule_clearance(cell, np.concatenate([away, away], axis=1))
     assert apart.is_clear[0]
     assert apart.distance_mm[0] > cell.d1_mm
 
@@ -107,5 +106,5 @@ def test_a_cell_without_bodies_has_nothing_to_meet(cell):
 
 
 def test_a_state_is_clear_only_beyond_the_safety_distance(cell):
-    found = capsule_clearance(cell, CellState(np.zeros((3, 6)), np.zeros((3, 6))))
+    found = capsule_clearance(cell, np.concatenate([np.zeros((3, 6)), np.zeros((3, 6))], axis=1))
     assert replace(found, margin_mm=np.array([-0.1, 0.0, 0.1])).is_clear.tolist() == [False, False, True]

@@ -3,7 +3,6 @@ import pytest
 
 from tests.chain_error import chain_error
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.closed_chain import (
     COORDINATES,
     ROTATION,
@@ -51,7 +50,9 @@ def test_every_branch_closes_the_chain_exactly(cell, path, coordinates):
     for a in range(8):
         for b in range(8):
             if np.isfinite(one[:, a]).all() and np.isfinite(two[:, b]).all():
-                off_mm, off_rad = chain_error(cell, path, CellState(one[:, a], two[:, b]), torch_on_seam(coordinates))
+                off_mm, off_rad = chain_error(
+                    cell, path, np.concatenate([one[:, a], two[:, b]], axis=1), torch_on_seam(coordinates)
+                )
                 assert off_mm.max() <= CLOSED_MM
                 assert off_rad.max() <= CLOSED_RAD
                 tried += 1
@@ -62,7 +63,7 @@ def test_a_moved_joint_opens_the_chain(cell, path, coordinates):
     joints = joints_along(cell, path, coordinates, (0, 0), np.zeros(12))
     joints[5, 1] += 1e-4
     off_mm, off_rad = chain_error(
-        cell, path, CellState(joints[:, :JOINTS], joints[:, JOINTS:]), torch_on_seam(coordinates)
+        cell, path, np.concatenate([joints[:, :JOINTS], joints[:, JOINTS:]], axis=1), torch_on_seam(coordinates)
     )
     assert off_mm[5] > 0.05
     assert off_rad[5] > 0.9e-4

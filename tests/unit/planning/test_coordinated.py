@@ -20,7 +20,6 @@ from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.coordinated import HolderMove, coordinate_run
@@ -49,26 +48,26 @@ def saddle(cell, simple_plan):
 def straight(saddle, make_seam):
     """A straight seam of 120 mm, while robot 2 turns the part by some 20 degrees about several axes."""
     cell, n = dataclasses.replace(saddle[0], part=()), 25
-    T0, u = part_in_world(cell, HOLDING[None])[0, :3, :3], np.linspace(0.0, 1.0, n)
+    T0, u = cell.held_places(HOLDING[None])[0, :3, :3], np.linspace(0.0, 1.0, n)
     R, along = T0.T, np.linspace(-60.0, 60.0, n)  # x of the seam along that of the world, z up
     p = np.array([0.0, 0.0, 60.0]) + along[:, None] * R[:, 0]
     seam = make_seam("W1", p, np.repeat(R[None], n, axis=0), frame="part")
     turning = np.stack([2 * u, 0 * u, -3 * u, 0 * u, 4 * np.sin(3 * u), 20 * u], axis=1)
     joints2 = HOLDING + np.radians(turning)
-    T = part_in_world(cell, joints2)
+    T = cell.held_places(joints2)
     tool = np.tile(np.eye(4), (n, 1, 1))
     tool[:, :3, :3] = T[:, :3, :3] @ R @ np.diag([1.0, -1.0, -1.0]) @ rotation_from_zyx(0.0, 0.0, np.radians(30.0))
     tool[:, :3, 3] = np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
     flange = cell.T_world_base.inverse().matrix @ tool @ cell.T_flange_tool.inverse().matrix
-    state, zero = CellState(follow_path(cell.arm, flange, NEAR), joints2), np.zeros(n)
+    state, zero = np.concatenate([follow_path(cell.arm, flange, NEAR), joints2], axis=1), np.zeros(n)
     plan = Plan("W1", seam.frames.s_mm, state, zero, zero, zero, zero, {}, {})
     return cell, build_run(plan, cell, schedule_plan(plan, cell)), seam
 
 
 def planned(cell, run, seam):
-    state = run.plan.state
-    part = part_in_world(cell, state.joints2)
-    wire = (np.linalg.inv(part) @ tool_in_world(cell, state.joints1))[:, :3, 2]
+    state = run.plan.q
+    part = cell.part_places(state)
+    wire = (np.linalg.inv(part) @ cell.tool_places(state[:, :6]))[:, :3, 2]
     frames = seam.frames
     return Seam(frames.s_mm, frames.p, frames.R[:, :, 0], wire, part)
 
@@ -126,7 +125,7 @@ def test_the_arm_follows_what_was_read_without_a_jump(programs, saddle, straight
         for name, own in programs[which, False][0].items():
             torch, part, _ = followed(READERS[name](own, cell), cell, 5)
             flange = cell.T_world_base.inverse().matrix @ part @ torch @ cell.T_flange_tool.inverse().matrix
-            joints = follow_path(cell.arm, flange, run.state.joints1[0])
+            joints = follow_path(cell.arm, flange, run.q[0, :6])
             assert np.degrees(np.abs(np.diff(joints, axis=0))).max() < 20.0, (which, name)
 
 
@@ -276,7 +275,7 @@ def test_a_larger_tolerance_needs_fewer_moves(saddle):
 
 def test_a_part_that_would_collide_between_the_marks_is_refused(saddle):
     cell, run, seam = saddle
-    near = tool_in_world(cell, run.plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
+    near = cell.tool_places(run.plan.q[40:41, :6])[0, :3, 3] + [0, 0, 60]
     blocked = dataclasses.replace(cell, bench=(*cell.bench, Shape("clamp", [near], [near], [25.0])))
     languages = ("rapid", "inform")  # of one motion: the search is not repeated
     files, refusals, motions = possible_coordinated(run, blocked, HeldWeld(seam=seam), languages=languages)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wpcal.planning.cell.cell import tool_in_world
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import check_path
@@ -31,20 +30,17 @@ def cluttered(cell, tip, rng):
 @pytest.mark.parametrize("cells", [6, pytest.param(25, marks=pytest.mark.deep)])
 def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins, cells):
     rng = np.random.default_rng(11)
-    tip = tool_in_world(cell, simple_plan.state.joints1[:1])[0, :3, 3]
+    tip = cell.tool_places(simple_plan.q[:1, :6])[0, :3, 3]
     verdicts = []
     for _ in range(cells):
         around = cluttered(cell, tip, rng)
-        found = check_path(simple_plan.state, simple_plan.s_mm, around)
+        found = check_path(simple_plan.q, simple_plan.s_mm, around)
         verdicts.append(found.verdict)
         at = np.append(rng.uniform(0, len(simple_plan) - 1, LOOKS), found.worst / found.refine)
         rows, parts = np.divmod(at, 1.0)
         rows = rows.astype(int)
         after = np.minimum(rows + 1, len(simple_plan) - 1)
-        q1, q2 = (
-            q[rows] + parts[:, None] * (q[after] - q[rows])
-            for q in (simple_plan.state.joints1, simple_plan.state.joints2)
-        )
+        q1, q2 = (q[rows] + parts[:, None] * (q[after] - q[rows]) for q in (simple_plan.q[:, :6], simple_plan.q[:, 6:]))
         judged = [slow_margins(around, one, two, hulls=True)[0].min() for one, two in zip(q1, q2, strict=True)]
         if found.verdict is CollisionVerdict.FREE:
             assert abs(judged[-1] - found.clearance.margin_mm[found.worst]) < ENGINES_MM
@@ -56,10 +52,10 @@ def test_the_verdict_is_that_of_another_engine(cell, simple_plan, slow_margins, 
 
 def test_a_few_random_states_between_the_points_have_the_margins_that_were_found(cell, simple_plan, slow_margins):
     rng = np.random.default_rng(3)
-    found = check_path(simple_plan.state, simple_plan.s_mm, cell)
+    found = check_path(simple_plan.q, simple_plan.s_mm, cell)
     for row in rng.integers(0, len(found.s_mm), LOOKS).tolist():
         i, part = row // 10, row % 10 / 10
-        state = simple_plan.state
-        joints = [q[i] + part * (q[min(i + 1, len(q) - 1)] - q[i]) for q in (state.joints1, state.joints2)]
+        state = simple_plan.q
+        joints = [q[i] + part * (q[min(i + 1, len(q) - 1)] - q[i]) for q in (state[:, :6], state[:, 6:])]
         judged = slow_margins(cell, *joints, hulls=True)[0].min()
         assert abs(judged - found.clearance.margin_mm[row]) < ENGINES_MM

@@ -11,7 +11,6 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.core.records import to_json
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.cell import part_in_world
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.grasp import cell_files, read_holding, solve_grasp
 from wpcal.robot.kinematics.arm_file import arm_record, find_arm
@@ -25,7 +24,7 @@ JOINTS = "19,21,36,15,-77,40"
 def touched(cell, T_flange2_part, joints2):
     """Where robot 1 finds the part: through the world, by plain matrices."""
     held = replace(cell, T_carrier_part=T_flange2_part)
-    T = np.linalg.inv(cell.T_world_base.matrix) @ part_in_world(held, joints2[None])[0]
+    T = np.linalg.inv(cell.T_world_base.matrix) @ held.held_places(joints2[None])[0]
     return RigidTransform.from_matrix(T, target="base", source="part")
 
 

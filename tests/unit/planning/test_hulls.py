@@ -10,9 +10,9 @@ from scipy.optimize import nnls
 from tests.saddle import changed
 from wpcal.core.errors import GeometryError
 from wpcal.planning.cell.bodies import body_pairs
-from wpcal.planning.cell.cell import TOOL, CellState
+from wpcal.planning.cell.cell import TOOL
 from wpcal.planning.cell.cell_file import read_cell
-from wpcal.planning.cell.clearance import capsule_clearance, pair_margins
+from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import FCL_MM, hull_clearance
 from wpcal.planning.cell.shape import Shape
 from wpcal.robot.kinematics.urdf_bodies import capsule_around
@@ -33,7 +33,7 @@ def cell():
 
 def random_state(n, seed=0):
     rng = np.random.default_rng(seed)
-    return CellState(rng.uniform(-1.5, 1.5, (n, 6)), rng.uniform(-1.5, 1.5, (n, 6)))
+    return np.concatenate([rng.uniform(-1.5, 1.5, (n, 6)), rng.uniform(-1.5, 1.5, (n, 6))], axis=1)
 
 
 def rounded_off(shape, rng, n=40):
@@ -78,7 +78,7 @@ def test_every_pair_of_hulls_by_least_squares_gives_the_same_least_margin(cell, 
     hulled, state = with_hulls(cell, corners), random_state(states)
     pairs = body_pairs(hulled)
     found = hull_clearance(hulled, state)
-    frames = hulled.frames(state.both)
+    frames = hulled.frames(state)
     for i in range(len(state)):
         corners = []
         for body in pairs.bodies:
@@ -110,14 +110,14 @@ def test_a_capsule_against_a_box(cell):
     ball = Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [10])
     bare = changed(cell, links=(), links2=(), torch=(ball,), part=(), bench=(table,))
     state = random_state(30)
-    centre = bare.frames(state.both)[TOOL].p.T
+    centre = bare.frames(state)[TOOL].p.T
     outside = np.linalg.norm(centre - np.clip(centre, 0, 1), axis=1) - 10
     found = hull_clearance(bare, state).distance_mm
     np.testing.assert_allclose(found, np.maximum(outside, 0), rtol=0, atol=HULL_MM)
 
 
 def test_overlapping_hulls_are_not_clear(hulled):
-    meeting = CellState(np.zeros((1, 6)), np.zeros((1, 6)))
+    meeting = np.concatenate([np.zeros((1, 6)), np.zeros((1, 6))], axis=1)
     found = hull_clearance(hulled, meeting)
     assert not found.is_clear[0]
     assert found.distance_mm[0] == 0.0
@@ -144,11 +144,3 @@ def test_flat_hulls_are_refused(cell):
     flat = replace(cell.bench[0], hull=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     with pytest.raises(GeometryError, match="table: the corners of its hull are in one plane"):
         hull_clearance(replace(cell, bench=(flat,)), random_state(1))
-
-
-def test_margins_of_pairs_have_the_least_margin(cell):
-    state = random_state(40)
-    margins = pair_margins(body_pairs(cell), cell.frames(state.both))
-    found = capsule_clearance(cell, state)
-    np.testing.assert_array_equal(margins.min(axis=0), found.margin_mm)
-    np.testing.assert_array_equal(margins.argmin(axis=0), found.pair)

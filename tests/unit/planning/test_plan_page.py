@@ -8,7 +8,6 @@ import pytest
 from wpcal.core.errors import InputError
 from wpcal.pages.cell import build_cell_page
 from wpcal.pages.plan import MethodFront, build_plan_page
-from wpcal.planning.cell.cell import tool_in_world
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import schedule_plan
 from wpcal.planning.plan.run import build_run
@@ -69,7 +68,7 @@ def tip_drawn(page):
 
 def test_the_time_moves_the_torch_to_where_it_is(opened, cell, runs):
     page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=1))
-    tip = tool_in_world(cell, runs[1].state.joints1)[:, :3, 3]
+    tip = cell.tool_places(runs[1].q[:, :6])[:, :3, 3]
     for row in (0, 5, 40, len(runs[1]) - 1):
         page.evaluate(f"window.wpcal.seek({round(float(runs[1].t_s[row]), 4)})")
         np.testing.assert_allclose(tip_drawn(page), tip[row], rtol=0, atol=DRAWN_MM)
@@ -83,7 +82,7 @@ def test_every_body_is_drawn_where_its_frame_is(opened, cell, runs):
     page = opened(build_plan_page(runs, cell, OBJECTIVES, chosen=0))
     page.evaluate(f"window.wpcal.seek({round(float(runs[0].t_s[20]), 4)})")
     drawn = np.array(page.evaluate("window.wpcal.viewer.layer('part@16').matrixWorld.elements")).reshape(4, 4).T
-    T = cell.T_world_base2.matrix @ cell.arm2.forward(runs[0].state.joints2[20:21])[0] @ cell.T_part.matrix
+    T = cell.T_world_base2.matrix @ cell.arm2.forward(runs[0].q[20:21, 6:])[0] @ cell.T_part.matrix
     np.testing.assert_allclose(drawn, T, rtol=0, atol=DRAWN_MM)
     assert page.evaluate("window.wpcal.viewer.layer('robot1@3').children.length") == 2  # elbow and forearm
 

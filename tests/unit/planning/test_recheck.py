@@ -8,7 +8,6 @@ import pytest
 
 from tests.saddle import changed
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import hull_clearance
@@ -41,12 +40,12 @@ def plan_of(state):
 
 def sweep(first, last, n=2):
     joints1 = np.linspace(first, last, n)
-    return CellState(joints1, np.repeat(AWAY[None], n, axis=0))
+    return np.concatenate([joints1, np.repeat(AWAY[None], n, axis=0)], axis=1)
 
 
 def test_a_post_between_two_points_is_found(cell):
     state = sweep(turned(-0.5), turned(0.5))
-    tip = tool_in_world(cell, AWAY[None])[0, :3, 3]
+    tip = cell.tool_places(AWAY[None])[0, :3, 3]
     post = Shape("post", [[*tip[:2], 0]], [[*tip[:2], 2000]], [20])
     blocked = replace(cell, bench=(*cell.bench, post))
     assert capsule_clearance(blocked, state).is_clear.all()  # at its points nothing is wrong
@@ -65,7 +64,7 @@ def test_what_is_called_free_touches_nothing_at_finer_steps_still(cell, seed):
     for _ in range(20):
         start = AWAY + rng.uniform(-0.7, 0.7, (2, 6))
         end = start + rng.uniform(-0.3, 0.3, (2, 6))
-        state = CellState(np.linspace(start[0], end[0], 4), np.linspace(start[1], end[1], 4))
+        state = np.concatenate([np.linspace(start[0], end[0], 4), np.linspace(start[1], end[1], 4)], axis=1)
         found = recheck_clearance(plan_of(state), cell)
         verdicts.append(found.verdict)
         closely = hull_clearance(cell, finer_states(state, refine=73)).distance_mm.min()
@@ -81,7 +80,7 @@ def test_a_needle_between_two_states_is_not_stepped_over(cell):
         cell, d1_mm=0.0, links=(), links2=(), part=(), torch=(Shape("ball", [[0, 0, 0]], [[0, 0, 0]], [1.0]),)
     )
     state = sweep(turned(-0.05), turned(0.05))
-    tip = tool_in_world(cell, turned(0.00333)[None])[0, :3, 3]
+    tip = cell.tool_places(turned(0.00333)[None])[0, :3, 3]
     needle = Shape("needle", [[*tip[:2], 0]], [[*tip[:2], 3000]], [0.5])
     coarse = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=1)
     assert coarse.refine == 8  # halved as often as it may be
@@ -103,20 +102,18 @@ def test_steps_are_halved_until_nothing_fits_between(cell):
 
 def test_between_points_all_joints_go_straight(cell):
     rng = np.random.default_rng(0)
-    state = CellState(rng.uniform(-1, 1, (4, 6)), rng.uniform(-1, 1, (4, 6)))
+    state = np.concatenate([rng.uniform(-1, 1, (4, 6)), rng.uniform(-1, 1, (4, 6))], axis=1)
     fine = finer_states(state, refine=10)
     assert len(fine) == 31
-    np.testing.assert_array_equal(fine.both[::10], state.both)
-    np.testing.assert_allclose(
-        fine.both[13], state.both[1] + 0.3 * (state.both[2] - state.both[1]), rtol=0, atol=ROUND_OFF_RAD
-    )
+    np.testing.assert_array_equal(fine[::10], state)
+    np.testing.assert_allclose(fine[13], state[1] + 0.3 * (state[2] - state[1]), rtol=0, atol=ROUND_OFF_RAD)
 
 
 def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell):
     """Joint 1 alone turns the tip on a circle about the base: between two points it rises r (1 - cos(a/2))."""
     angle = 0.02
     state = sweep(AWAY, turned(angle))
-    tip = tool_in_world(cell, AWAY[None])[0, :3, 3] - cell.T_world_base.t_mm
+    tip = cell.tool_places(AWAY[None])[0, :3, 3] - cell.T_world_base.t_mm
     rise = np.hypot(*tip[:2]) * (1 - np.cos(angle / 2))
     found = recheck_clearance(plan_of(state), cell)
     np.testing.assert_allclose(found.tip_error_mm, rise, rtol=0, atol=ROUND_OFF_MM)
@@ -125,18 +122,18 @@ def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell):
 def test_the_motion_between_states_is_that_of_the_farthest_body(cell):
     state = sweep(AWAY, turned(0.1))
     found = recheck_clearance(plan_of(state), cell)
-    arm = np.linalg.norm(tool_in_world(cell, AWAY[None])[0, :2, 3])
+    arm = np.linalg.norm(cell.tool_places(AWAY[None])[0, :2, 3])
     assert 0.7 * arm * 0.01 < found.motion_mm < 1.5 * arm * 0.01
-    still = CellState(np.repeat(AWAY[None], 3, axis=0), np.repeat(AWAY[None], 3, axis=0))
+    still = np.concatenate([np.repeat(AWAY[None], 3, axis=0), np.repeat(AWAY[None], 3, axis=0)], axis=1)
     assert recheck_clearance(plan_of(still), cell).motion_mm == 0.0
     assert recheck_clearance(plan_of(still), cell).tip_error_mm < ROUND_OFF_MM
 
 
 def test_the_tip_is_seen_from_the_part(cell):
     """Moving robot 2 alone moves it too."""
-    state = CellState(np.repeat(AWAY[None], 2, axis=0), np.stack([AWAY, turned(0.1)]))
+    state = np.concatenate([np.repeat(AWAY[None], 2, axis=0), np.stack([AWAY, turned(0.1)])], axis=1)
     found = recheck_clearance(plan_of(state), cell)
-    T = np.linalg.inv(part_in_world(cell, state.joints2)) @ tool_in_world(cell, state.joints1)
+    T = np.linalg.inv(cell.part_places(state)) @ cell.tool_places(state[:, :6])
     assert np.linalg.norm(T[1, :3, 3] - T[0, :3, 3]) > 50
     assert found.tip_error_mm > 0.5
 

@@ -7,7 +7,7 @@ import pytest
 
 from wpcal.core.errors import InputError
 from wpcal.core.motion import APPROACH_MM
-from wpcal.planning.cell.cell import CellState, joint_speeds, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import joint_speeds
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import CollisionVerdict, schedule_plan
 from wpcal.planning.plan.recheck import check_path
@@ -32,7 +32,7 @@ def run(cell, simple_plan, schedule):
 
 def test_the_weld_is_in_the_run_unchanged(run, simple_plan, schedule):
     rows = slice(run.first, run.last + 1)
-    np.testing.assert_array_equal(run.state.both[rows], simple_plan.state.both)
+    np.testing.assert_array_equal(run.q[rows], simple_plan.q)
     np.testing.assert_allclose(np.diff(run.t_s[rows]), np.diff(schedule.t_s), rtol=0, atol=ROUND_OFF_S)
     assert run.phases.count(Phase.WELD) == len(simple_plan) - 1
     along = run.along(simple_plan.s_mm)
@@ -43,15 +43,15 @@ def test_the_weld_is_in_the_run_unchanged(run, simple_plan, schedule):
 @pytest.mark.parametrize("end", [0, -1])
 def test_the_torch_comes_and_goes_along_its_wire(cell, run, end):
     weld = run.first if end == 0 else run.last
-    T = tool_in_world(cell, run.state.joints1)
+    T = cell.tool_places(run.q[:, :6])
     away = T[end, :3, 3] - T[weld, :3, 3]
     np.testing.assert_allclose(away, -APPROACH_MM * T[weld, :3, 2], rtol=0, atol=CLOSED_FORM_MM)
     np.testing.assert_allclose(T[end, :3, :3], T[weld, :3, :3], rtol=0, atol=CLOSED_FORM_RAD)
-    np.testing.assert_array_equal(run.state.joints2[end], run.state.joints2[weld])
+    np.testing.assert_array_equal(run.q[end, 6:], run.q[weld, 6:])
 
 
 def test_in_the_air_no_joint_is_too_fast(cell, run):
-    rates = np.abs(np.diff(run.state.joints1, axis=0)) / np.diff(run.t_s)[:, None]
+    rates = np.abs(np.diff(run.q[:, :6], axis=0)) / np.diff(run.t_s)[:, None]
     assert (rates <= joint_speeds(cell.arm) * (1 + ROUND_OFF_S)).all()
     assert (np.diff(run.t_s) > 0).all()
 
@@ -64,28 +64,28 @@ def test_the_whole_run_is_checked_or_says_that_it_was_not(cell, simple_plan, sch
 
 def first_points(plan, n):
     """The start of a plan, along which robot 1 hardly moves."""
-    state = CellState(plan.state.joints1[:n], plan.state.joints2[:n])
+    state = np.concatenate([plan.q[:n, :6], plan.q[:n, 6:]], axis=1)
     names = ("s_mm", "slope_rad", "rotation_rad", "work_rad", "travel_rad")
-    return replace(plan, state=state, **{name: getattr(plan, name)[:n] for name in names})
+    return replace(plan, q=state, **{name: getattr(plan, name)[:n] for name in names})
 
 
 def test_a_lamp_behind_the_torch_shortens_the_approach(cell, simple_plan):
     """The weld itself is free of it: only the far end of the approach would meet it."""
     start = first_points(simple_plan, 3)
-    wrist = cell.frames(start.state.both)[6].point([0, 0, -95]).T[0]
-    wire = tool_in_world(cell, start.state.joints1)[0, :3, 2]
+    wrist = cell.frames(start.q)[6].point([0, 0, -95]).T[0]
+    wire = cell.tool_places(start.q[:, :6])[0, :3, 2]
     place = wrist - 130.0 * wire  # 75 of the forearm, 5 of the lamp and 20 between: 30 are left, less than the approach
     blocked = replace(cell, bench=(*cell.bench, Shape("lamp", [place], [place], [5.0])))
     schedule = schedule_plan(start, blocked)
     whole = build_run(start, blocked, schedule, refine=None)
-    assert check_path(whole.state, whole.t_s, blocked).verdict is CollisionVerdict.NOT_FREE
+    assert check_path(whole.q, whole.t_s, blocked).verdict is CollisionVerdict.NOT_FREE
     found = build_run(start, blocked, schedule)
     assert found.check.verdict is CollisionVerdict.FREE
     assert 0 < found.first < whole.first
 
 
 def test_a_weld_that_is_not_free_stays_so(cell, simple_plan):
-    place = tool_in_world(cell, simple_plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
+    place = cell.tool_places(simple_plan.q[40:41, :6])[0, :3, 3] + [0, 0, 60]
     blocked = replace(cell, bench=(*cell.bench, Shape("clamp", [place], [place], [25.0])))
     assert (
         build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked)).check.verdict is CollisionVerdict.NOT_FREE
@@ -94,12 +94,12 @@ def test_a_weld_that_is_not_free_stays_so(cell, simple_plan):
 
 def test_the_tip_between_the_points_is_that_of_a_much_finer_path(cell, simple_plan, schedule, run):
     """Forty parts per step by plain matrices, instead of ten: the largest distance and the range of speeds."""
-    joints = [np.asarray(q) for q in (simple_plan.state.joints1, simple_plan.state.joints2)]
+    joints = [np.asarray(q) for q in (simple_plan.q[:, :6], simple_plan.q[:, 6:])]
     off, speeds = 0.0, []
     for i in range(len(simple_plan) - 1):
         parts = np.linspace(0.0, 1.0, 41)[:, None]
         one, two = (q[i] + parts * (q[i + 1] - q[i]) for q in joints)
-        tip = (np.linalg.inv(part_in_world(cell, two)) @ tool_in_world(cell, one))[:, :3, 3]
+        tip = (np.linalg.inv(cell.held_places(two)) @ cell.tool_places(one))[:, :3, 3]
         chord = tip[-1] - tip[0]
         off = max(off, np.linalg.norm(np.cross(tip - tip[0], chord), axis=1).max() / np.linalg.norm(chord))
         step_s = (schedule.t_s[i + 1] - schedule.t_s[i]) / 40
@@ -115,7 +115,7 @@ def test_the_tip_between_the_points_is_that_of_a_much_finer_path(cell, simple_pl
 def test_what_cannot_be_reached_is_left_out(cell, simple_plan, schedule):
     far = build_run(simple_plan, cell, schedule, approach_mm=3000.0, refine=None)
     assert 0 < far.first < 300
-    tip = tool_in_world(cell, far.state.joints1)[:, :3, 3]
+    tip = cell.tool_places(far.q[:, :6])[:, :3, 3]
     assert np.linalg.norm(tip[0] - tip[far.first]) < 3000.0
 
 

@@ -15,7 +15,6 @@ from wpcal.controllers.program.two_robots import build_sync_program, possible_pr
 from wpcal.core.errors import InputError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
-from wpcal.planning.cell.cell import part_in_world, tool_in_world
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.plan.plan import schedule_plan
 from wpcal.planning.plan.run import build_run
@@ -36,7 +35,7 @@ def run(cell, simple_plan):
 
 
 def tip_in_part(cell, joints1, joints2):
-    return (np.linalg.inv(part_in_world(cell, joints2)) @ tool_in_world(cell, joints1))[:, :3, 3]
+    return (np.linalg.inv(cell.held_places(joints2)) @ cell.tool_places(joints1))[:, :3, 3]
 
 
 def test_the_table_says_what_the_record_says(cell, run):
@@ -68,7 +67,7 @@ def test_the_record_puts_the_wire_on_the_seam(cell, run, simple_plan):
     record = json.loads(to_json(run_record(run, cell)))
     weld = [point for point in record["points"] if point["s_mm"] is not None]
     joints = (np.radians([point[f"robot{robot}_deg"] for point in weld]) for robot in (1, 2))
-    expected = tip_in_part(cell, simple_plan.state.joints1, simple_plan.state.joints2)
+    expected = tip_in_part(cell, simple_plan.q[:, :6], simple_plan.q[:, 6:])
     np.testing.assert_allclose(tip_in_part(cell, *joints), expected, rtol=0, atol=CLOSED_CHAIN_MM)
     times = np.array([point["t_s"] for point in weld])
     np.testing.assert_allclose(
@@ -83,7 +82,7 @@ def test_the_rapid_program_puts_the_wire_on_the_seam(cell, run, simple_plan):
         rows = re.findall(r"jointtarget \w+:=\[\[([^\]]*)\]", programs[f"WPCAL_W1_R{robot}.mod"])
         joints.append(np.radians([[float(v) for v in row.split(",")] for row in rows]))
     tip = tip_in_part(cell, *joints)[run.first : run.last + 1]
-    expected = tip_in_part(cell, simple_plan.state.joints1, simple_plan.state.joints2)
+    expected = tip_in_part(cell, simple_plan.q[:, :6], simple_plan.q[:, 6:])
     np.testing.assert_allclose(tip, expected, rtol=0, atol=CHAIN_MM)
 
 
@@ -103,7 +102,7 @@ def test_unchecked_is_said_and_never_free(cell, run, simple_plan):
 
 
 def test_a_path_that_is_not_free_becomes_no_program(cell, run, simple_plan):
-    place = tool_in_world(cell, simple_plan.state.joints1[40:41])[0, :3, 3] + [0, 0, 60]
+    place = cell.tool_places(simple_plan.q[40:41, :6])[0, :3, 3] + [0, 0, 60]
     blocked = replace(cell, bench=(*cell.bench, Shape("clamp", [place], [place], [25.0])))
     hit = build_run(simple_plan, blocked, schedule_plan(simple_plan, blocked))
     record = run_record(hit, blocked)

@@ -8,7 +8,6 @@ import pytest
 
 from tests.saddle import changed
 from wpcal.core.errors import InputError
-from wpcal.planning.cell.cell import CellState, part_in_world, tool_in_world
 from wpcal.planning.plan.plan import schedule_plan
 
 ROUND_OFF = 1e-9
@@ -21,7 +20,7 @@ of the seam adds."""
 @pytest.mark.parametrize("asked", [6.0, 0.5, 60.0])
 def test_the_wire_goes_along_the_seam_at_the_asked_speed(cell, simple_plan, asked):
     schedule = schedule_plan(simple_plan, cell, speed_mm_s=asked)
-    tip = np.linalg.inv(part_in_world(cell, simple_plan.state.joints2)) @ tool_in_world(cell, simple_plan.state.joints1)
+    tip = np.linalg.inv(cell.part_places(simple_plan.q)) @ cell.tool_places(simple_plan.q[:, :6])
     speeds = np.linalg.norm(np.diff(tip[:, :3, 3], axis=0), axis=1) / np.diff(schedule.t_s)
     np.testing.assert_allclose(speeds, asked, rtol=CHORD, atol=0)
     assert schedule.t_s[0] == 0.0
@@ -34,7 +33,7 @@ def test_the_seam_is_slowed_as_a_whole_until_every_joint_can_follow(cell, simple
     np.testing.assert_allclose(
         np.diff(simple_plan.s_mm) / np.diff(schedule.t_s), schedule.speed_mm_s, rtol=ROUND_OFF, atol=0
     )
-    rates = np.abs(np.diff(simple_plan.state.both, axis=0)) / np.diff(schedule.t_s)[:, None]
+    rates = np.abs(np.diff(simple_plan.q, axis=0)) / np.diff(schedule.t_s)[:, None]
     use = rates / cell.speeds
     np.testing.assert_allclose(use.max(), 1.0, rtol=ROUND_OFF, atol=0)
     row, column = np.unravel_index(np.argmax(use), use.shape)
@@ -80,5 +79,5 @@ def test_points_on_one_place_are_refused(cell, simple_plan):
 
 
 def test_a_robot_at_rest_has_no_limit_of_its_own(cell, simple_plan):
-    still = CellState(simple_plan.state.joints1, np.repeat(simple_plan.state.joints2[:1], len(simple_plan), axis=0))
-    assert schedule_plan(replace(simple_plan, state=still), cell).limit.robot == 1
+    still = np.concatenate([simple_plan.q[:, :6], np.repeat(simple_plan.q[:1, 6:], len(simple_plan), axis=0)], axis=1)
+    assert schedule_plan(replace(simple_plan, q=still), cell).limit.robot == 1

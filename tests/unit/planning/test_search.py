@@ -10,7 +10,6 @@ from tests.saddle import COARSE, coarse_search, saddle_problem
 from wpcal.core.errors import ConvergenceError
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
-from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.closed_chain import torch_on_seam
 from wpcal.planning.search.nsga2 import Nsga2Options, PathEncoding, evolve_paths, first_population
 from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
@@ -89,7 +88,7 @@ def assert_record_holds_the_plans(result):
     motions = [plan["objectives"]["motion_deg_per_mm"] for plan in record["plans"]]
     assert chosen["objectives"]["motion_deg_per_mm"] == min(motions)
     np.testing.assert_allclose(
-        np.radians(chosen["robot2_deg"]), result.front.plans[record["chosen"] - 1].state.joints2, rtol=0, atol=1e-12
+        np.radians(chosen["robot2_deg"]), result.front.plans[record["chosen"] - 1].q[:, 6:], rtol=0, atol=1e-12
     )
     validator.validate(json.loads(to_json(failed_record(result.problem, "no feasible plan"))))
 
@@ -148,7 +147,7 @@ def test_decoded_paths_close_the_chain_and_are_judged_like_any(thin):
     assert len(reached) >= 30
     for row in reached[:30]:
         path = decoded.path(int(row))
-        state = CellState(path.joints[:, :6], path.joints[:, 6:])
+        state = np.concatenate([path.joints[:, :6], path.joints[:, 6:]], axis=1)
         off_mm, off_rad = chain_error(thin.cell, thin.path, state, torch_on_seam(path.coordinates))
         assert off_mm.max() <= 1e-6
         assert off_rad.max() <= 1e-9

@@ -11,6 +11,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.rays import START_MM
 from wpcal.controllers.run.trace import Motion
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import poses
 from wpcal.robot.moves import sweep
 from wpcal.robot.moves.interpolation import Moves, turns_between
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
@@ -105,6 +106,4 @@ def poses_along(motion: Motion, step_mm: float, step_rad: float) -> FloatArray:
     parts = max(length / step_mm, float(np.linalg.norm(turn)) / step_rad, 1.0)
     share = np.linspace(0.0, 1.0, int(np.ceil(parts)) + 1)
     at = moves.select(np.zeros(len(share), dtype=np.int64))
-    T = np.tile(np.eye(4), (len(share), 1, 1))
-    T[:, :3, 3], T[:, :3, :3] = at.positions(share), at.rotations(share)
-    return T
+    return poses(at.rotations(share), at.positions(share))

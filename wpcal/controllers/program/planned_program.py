@@ -18,6 +18,7 @@ from wpcal.controllers.program.describe import UNCHECKED
 from wpcal.controllers.program.planned import ALONE, JointMoves, PlannedMoves
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import InputError
+from wpcal.core.same_bits import poses
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
@@ -188,8 +189,7 @@ def _path(plan: KeptPlan, piece: KeptPiece, of: PlannedSeam, output: PlanOutput,
         T, joints = T_tool[rows], q[rows]
     else:
         near = np.stack([np.interp(moves.s_mm, task.s_mm, column) for column in q.T], axis=1)
-        T = np.zeros((len(moves.p), 4, 4))
-        T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = moves.R, moves.p, 1.0
+        T = poses(moves.R, moves.p)
         T_base = np.linalg.inv(cell.base_places(near)) @ frame.places(near)
         joints = _joints_at(cell, piece.branch, T_base @ T, near)
     ends = piece.states[[0, -1]]

@@ -19,6 +19,7 @@ from wpcal.controllers.program.few_moves import AXIS, spin_from_travel, with_mov
 from wpcal.controllers.program.spin import START_COST, STEP_RAD, possible_offsets, spun, swing_and_twist
 from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
+from wpcal.core.same_bits import poses
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, TURN, solve_inverse, turn_into_limits
@@ -51,9 +52,7 @@ class ArmAtTool:
 
     def branches(self, p: FloatArray, R: FloatArray) -> FloatArray:
         """Return the angles of all branches for tools at p (..., 3), mm, with axes R (..., 3, 3); shape (..., 8, 6)."""
-        T = np.zeros((*R.shape[:-2], 4, 4))
-        T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, p, 1.0
-        flange = T.reshape(-1, 4, 4) @ self.T_flange_tool.inverse().matrix
+        flange = poses(R, p).reshape(-1, 4, 4) @ self.T_flange_tool.inverse().matrix
         joints = solve_inverse(self.arm, flange).joints
         return joints.reshape(*R.shape[:-2], *joints.shape[1:])
 

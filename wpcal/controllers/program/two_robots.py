@@ -15,6 +15,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.version import __version__
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.coordinated import CoordinatedRun, HolderMove, coordinate_run
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.run import CellRun
@@ -41,7 +42,7 @@ def build_sync_program(run: CellRun, cell: Cell, *, controller: ControllerSettin
     return SyncProgram(
         seam=run.plan.seam,
         arms=(cell.arm, cell.arm2),
-        joints=(run.state.joints1, run.state.joints2),
+        joints=(run.q[:, :JOINTS], run.q[:, JOINTS:]),
         seconds=np.diff(run.t_s),
         arc_on=run.first,
         arc_off=run.last,

@@ -1,4 +1,4 @@
-"""`Cell`: a robot with a torch, what carries the part, and the bodies around them; `CellState`: joints of two robots.
+"""`Cell`: a robot with a torch, what carries the part, and the bodies around them.
 
 The part is fixed in `world`, or its carrier is a positioner with one or two axes, or a second robot. All axes of a cell
 are one row of numbers: six joints of the robot with the torch, then its rail, then the axes of the carrier. Angles are
@@ -238,6 +238,10 @@ class Cell:
         """Return ``T_world_part`` for axes of shape (n, k); shape (n, 4, 4), mm."""
         return product(self.carrier_places(q), self.T_part.matrix)
 
+    def held_places(self, joints2: FloatArray) -> FloatArray:
+        """Return ``T_world_part`` for joints of robot 2 of shape (n, 6), rad; shape (n, 4, 4), mm."""
+        return self.part_places(np.pad(joints2, ((0, 0), (self.first_turning, 0))))
+
     def tool_places(self, q: FloatArray) -> FloatArray:
         """Return ``T_world_tool`` for axes of shape (n, k); shape (n, 4, 4), mm."""
         return product(product(self.base_places(q), self.arm.forward(q[:, :JOINTS])), self.T_flange_tool.matrix)
@@ -287,40 +291,3 @@ class Cell:
 def joint_speeds(arm: Arm) -> FloatArray:
     """Return the largest speed of every joint, shape (n,), rad/s; infinite where the arm's file does not state it."""
     return np.array([math.inf if joint.speed_rad_s is None else joint.speed_rad_s for joint in arm.joints])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CellState:
-    """Joints of two robots at n points of a path.
-
-    Raises `InputError` when a shape is wrong.
-    """
-
-    #: `joints1`, `joints2`: shape (n, 6). Shown angles, rad, unwrapped: neighbours differ by the actual move.
-    joints1: FloatArray
-    joints2: FloatArray
-
-    def __post_init__(self) -> None:
-        joints1, joints2 = frozen(self.joints1), frozen(self.joints2)
-        if joints1.shape != joints2.shape or joints1.ndim != 2 or joints1.shape[1] != JOINTS:
-            raise InputError(f"expected joints of shape (n, {JOINTS}) twice, got {joints1.shape} and {joints2.shape}")
-        object.__setattr__(self, "joints1", joints1)
-        object.__setattr__(self, "joints2", joints2)
-
-    def __len__(self) -> int:
-        return len(self.joints1)
-
-    @property
-    def both(self) -> FloatArray:
-        """Joints of robot 1, then of robot 2, shape (n, 12), rad."""
-        return np.concatenate([self.joints1, self.joints2], axis=1)
-
-
-def tool_in_world(cell: Cell, joints1: FloatArray) -> FloatArray:
-    """Return ``T_world_tool`` for joints of robot 1 of shape (n, 6), rad; shape (n, 4, 4), mm."""
-    return product(product(cell.T_world_base.matrix, cell.arm.forward(joints1)), cell.T_flange_tool.matrix)
-
-
-def part_in_world(cell: Cell, joints2: FloatArray) -> FloatArray:
-    """Return ``T_world_part`` for joints of robot 2 of shape (n, 6), rad; shape (n, 4, 4), mm."""
-    return product(product(cell.T_world_base2.matrix, cell.arm2.forward(joints2)), cell.T_part.matrix)

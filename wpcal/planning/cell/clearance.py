@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.same_bits import length
 from wpcal.planning.cell.bodies import BodyPairs, body_pairs
-from wpcal.planning.cell.cell import Cell, CellState
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.segments import Segments, segment_distances
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.forward import Frames
@@ -44,12 +44,12 @@ class Clearance:
     pairs: BodyPairs
 
     @classmethod
-    def of_states(cls, cell: Cell, state: CellState, pairs: BodyPairs, measure: LeastMargins) -> Clearance:
-        """Measure n states in batches."""
-        margin, row = np.full(len(state), np.inf), np.full(len(state), -1, dtype=np.int64)
-        for start in range(0, len(state) if len(pairs) else 0, STATES):
+    def of_states(cls, cell: Cell, q: FloatArray, pairs: BodyPairs, measure: LeastMargins) -> Clearance:
+        """Measure states, `q` of shape (n, 12), in batches."""
+        margin, row = np.full(len(q), np.inf), np.full(len(q), -1, dtype=np.int64)
+        for start in range(0, len(q) if len(pairs) else 0, STATES):
             some = slice(start, start + STATES)
-            margin[some], row[some] = measure(cell.frames(state.both[some]))
+            margin[some], row[some] = measure(cell.frames(q[some]))
         return cls(margin, margin + np.append(pairs.safety_mm, 0.0)[row], row, pairs)
 
     @property
@@ -65,8 +65,8 @@ class Clearance:
         return self.pairs.names(int(self.pair[row]))
 
 
-def capsule_clearance(cell: Cell, state: CellState) -> Clearance:
-    """Measure n states by capsules.
+def capsule_clearance(cell: Cell, q: FloatArray) -> Clearance:
+    """Measure n states by capsules; `q`: shape (n, 12). All axes, rad.
 
     Notes
     -----
@@ -74,8 +74,7 @@ def capsule_clearance(cell: Cell, state: CellState) -> Clearance:
     One call with many states is far cheaper than many calls with one state.
     """
     pairs = body_pairs(cell)
-    table = _CapsuleTable.of_pairs(pairs)
-    return Clearance.of_states(cell, state, pairs, lambda frames: _least_margins(table.axes(frames), table))
+    return Clearance.of_states(cell, q, pairs, partial(_least_margins, pairs))
 
 
 def require_bases_apart(cell: Cell) -> None:
@@ -86,7 +85,7 @@ def require_bases_apart(cell: Cell) -> None:
     links = tuple(shape for shape in cell.links if shape.link == 0)
     carrier = cell.carrier and replace(cell.carrier, links=tuple(s for s in cell.carrier.links if s.link == 0))
     fixed = replace(cell, links=links, carrier=carrier, torch=(), part=())
-    clear = capsule_clearance(fixed, CellState(np.zeros((1, JOINTS)), np.zeros((1, JOINTS))))
+    clear = capsule_clearance(fixed, np.zeros((1, 2 * JOINTS)))
     if not clear.is_clear[0]:
         one, two = clear.nearest(0)
         apart = length(cell.T_base1_base2.t_mm)
@@ -96,20 +95,11 @@ def require_bases_apart(cell: Cell) -> None:
         )
 
 
-def _least_margins(axes: Segments, table: _CapsuleTable) -> tuple[FloatArray, IntArray]:
-    """Return the least margin of every state and the row of its pair of bodies."""
-    n = axes.p.shape[2]
-    least, row = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
-    step = max(1, BLOCK // n)
-    for start in range(0, len(table.pair), step):
-        some = slice(start, start + step)
-        distance = segment_distances(_rows(axes, table.first[some]), _rows(axes, table.second[some]))
-        margin = distance - table.needed_mm[some, None]
-        best = np.argmin(margin, axis=0)
-        found = margin[best, np.arange(n)]
-        row = np.where(found < least, table.pair[some][best], row)
-        least = np.minimum(least, found)
-    return least, row
+def _least_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> tuple[FloatArray, IntArray]:
+    """Return the least margin of every state and its pair of bodies."""
+    margins = pair_margins(pairs, frames)
+    row = np.argmin(margins, axis=0)
+    return margins[row, np.arange(len(row))], row
 
 
 def pair_margins(pairs: BodyPairs, frames: tuple[Frames, ...]) -> FloatArray:

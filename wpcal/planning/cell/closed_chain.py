@@ -25,7 +25,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
-from wpcal.core.same_bits import product, sine_cosine, solve
+from wpcal.core.same_bits import poses, product, sine_cosine, solve
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm import Arm
@@ -87,20 +87,14 @@ def flange_poses(cell: Cell, path: SeamPath, coordinates: FloatArray) -> tuple[F
     R_middle_seam = seam_in_middle(coordinates)
     R_middle_part = product(R_middle_seam, np.swapaxes(path.R, 1, 2))
     origin = coordinates[:, PLACE] - np.einsum("nij,nj->ni", R_middle_part, path.p)
-    T_middle_part = _poses(R_middle_part, origin)
-    T_middle_tool = _poses(product(R_middle_seam, torch_on_seam(coordinates)), coordinates[:, PLACE])
+    T_middle_part = poses(R_middle_part, origin)
+    T_middle_tool = poses(product(R_middle_seam, torch_on_seam(coordinates)), coordinates[:, PLACE])
     T_base1_middle, T_base2_middle = (
         T.inverse() @ cell.T_world_middle for T in (cell.T_world_base, cell.T_world_base2)
     )
     flange1 = product(product(T_base1_middle.matrix, T_middle_tool), cell.T_flange_tool.inverse().matrix)
     flange2 = product(product(T_base2_middle.matrix, T_middle_part), cell.T_part.inverse().matrix)
     return flange1, flange2
-
-
-def _poses(R: FloatArray, p: FloatArray) -> FloatArray:
-    T = np.zeros((len(p), 4, 4))
-    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1.0
-    return T
 
 
 def all_joints(cell: Cell, path: SeamPath, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:

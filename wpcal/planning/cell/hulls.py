@@ -21,7 +21,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import length, product
 from wpcal.planning.cell.bodies import Body, BodyPairs, body_pairs
-from wpcal.planning.cell.cell import Cell, CellState
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.clearance import Clearance, pair_margins, stacked
 from wpcal.planning.cell.segments import dot
 from wpcal.planning.cell.shape import Shape
@@ -32,14 +32,14 @@ FCL_MM = 1e-4
 """Subtracted from every distance by FCL: ten times the largest error of its iteration seen for capsules (1e-5 mm)."""
 
 
-def hull_clearance(cell: Cell, state: CellState) -> Clearance:
-    """Measure n states by the hulls of bodies (capsules where a body has no hull).
+def hull_clearance(cell: Cell, q: FloatArray) -> Clearance:
+    """Measure n states by the hulls of bodies (capsules where a body has no hull); `q`: shape (n, 12), rad.
 
     Raises `GeometryError` when the corners of a hull are in one plane.
     Raises `InputError` when a body has a hull and `python-fcl` is not installed.
     """
     pairs = body_pairs(cell)
-    return Clearance.of_states(cell, state, pairs, HullMeasure.of_pairs(pairs).least_margins)
+    return Clearance.of_states(cell, q, pairs, HullMeasure.of_pairs(pairs).least_margins)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

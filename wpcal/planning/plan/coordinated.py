@@ -21,10 +21,11 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.core.same_bits import inverse_pose, product
+from wpcal.core.same_bits import inverse_pose, poses, product
 from wpcal.core.tangent import exp_rotation, log_rotation
-from wpcal.planning.cell.cell import Cell, CellState, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.planning.plan.recheck import PathCheck, check_path
 from wpcal.planning.plan.run import CellRun, away_along_wire
@@ -78,7 +79,7 @@ class HolderPath:
         even = np.asarray(ends[0] + share[:, None] * (ends[1] - ends[0]), dtype=np.float64)
         if self.kind is HolderMove.JOINTS:
             return even
-        start, end = np.split(part_in_world(self.cell, ends), 2)
+        start, end = np.split(self.cell.held_places(ends), 2)
         T = _on_line(start, end, share)
         flange = product(product(self.cell.T_world_base2.inverse().matrix, T), self.cell.T_part.inverse().matrix)
         return nearest_joints(self.cell.arm2, flange, even)
@@ -108,8 +109,8 @@ class HolderPath:
             moved = np.einsum("kij,kj->ki", J[at], q0 + share[:, None] * (q1 - q0) - self.joints[at])
             turned, off = moved[:, :3], moved[:, 3:]
         else:
-            T = _on_line(part_in_world(self.cell, q0), part_in_world(self.cell, q1), share)
-            turned, off = differences(T, part_in_world(self.cell, self.joints)[at], self.p_part[at])
+            T = _on_line(self.cell.held_places(q0), self.cell.held_places(q1), share)
+            turned, off = differences(T, self.cell.held_places(self.joints)[at], self.p_part[at])
         return np.asarray(
             np.maximum(
                 np.linalg.norm(turned, axis=1) / self.tolerance.rad, np.linalg.norm(off, axis=1) / self.tolerance.mm
@@ -131,12 +132,9 @@ def differences(T: FloatArray, T_planned: FloatArray, p_part: FloatArray) -> tup
 
 def _on_line(T0: FloatArray, T1: FloatArray, share: FloatArray) -> FloatArray:
     """Return poses on the way from T0 to T1, both of shape (m, 4, 4) or (1, 4, 4): a line, and one axis."""
-    T = np.zeros((len(share), 4, 4))
     turn = turns_between(T0[:, :3, :3], T1[:, :3, :3])
-    T[:, :3, :3] = product(exp_rotation(share[:, None] * turn), T0[:, :3, :3])
-    T[:, :3, 3] = T0[:, :3, 3] + share[:, None] * (T1[:, :3, 3] - T0[:, :3, 3])
-    T[:, 3, 3] = 1.0
-    return T
+    R = product(exp_rotation(share[:, None] * turn), T0[:, :3, :3])
+    return poses(R, T0[:, :3, 3] + share[:, None] * (T1[:, :3, 3] - T0[:, :3, 3]))
 
 
 STEP_MM = 1.0
@@ -162,7 +160,7 @@ class CoordinatedRun:
     #: ends; robot 2 does not move there. None: the run begins or ends on the seam.
     approach: FloatArray | None
     retract: FloatArray | None
-    state: CellState  #: N states with small steps, from the approach to the retract.
+    q: FloatArray  #: shape (N, 12). All axes at states with small steps, from the approach to the retract.
     check: PathCheck  #: Of these states.
     #: `part_turned_rad`, `part_off_mm`: Largest difference of the part from its planned path: its attitude, and the
     #: place of the weld point.
@@ -223,8 +221,8 @@ def _coordinated(
     arcs: bool,
 ) -> CoordinatedRun:
     plan = run.plan
-    part = HolderPath(cell, plan.s_mm, plan.state.joints2, path.p, holder, attempt.holder)
-    T = product(inverse_pose(part_in_world(cell, plan.state.joints2)), tool_in_world(cell, plan.state.joints1))
+    part = HolderPath(cell, plan.s_mm, plan.q[:, JOINTS:], path.p, holder, attempt.holder)
+    T = product(inverse_pose(cell.part_places(plan.q)), cell.tool_places(plan.q))
     moves = fit_moves(
         T[:, :3, 3],
         T[:, :3, :3],
@@ -237,19 +235,19 @@ def _coordinated(
     )
     places = _Places.along(moves, part)
     joints2 = places.holder_joints(moves, part)
-    joints1 = places.torch_joints(moves, cell, joints2, plan.state.joints1[0])
+    joints1 = places.torch_joints(moves, cell, joints2, plan.q[0, :JOINTS])
     _require_speeds(run, cell, np.concatenate([joints1, joints2], axis=1), places.s_mm)
-    T_planned = part_in_world(cell, part.joints_at(places.s_mm))
+    T_planned = cell.held_places(part.joints_at(places.s_mm))
     p_part = np.stack([np.interp(places.s_mm, plan.s_mm, column) for column in path.p.T], axis=1)
-    turned, off = differences(part_in_world(cell, joints2), T_planned, p_part)
-    before = away_along_wire(cell, joints1[0], joints2[0])[::-1]
-    after = away_along_wire(cell, joints1[-1], joints2[-1])
+    turned, off = differences(cell.held_places(joints2), T_planned, p_part)
+    before = away_along_wire(cell, np.concatenate([joints1[0], joints2[0]]))[::-1]
+    after = away_along_wire(cell, np.concatenate([joints1[-1], joints2[-1]]))
     rows = np.clip(np.arange(len(before) + len(joints1) + len(after)) - len(before), 0, len(joints1) - 1)
     turns = [
         _whole_turns(arm, q) for arm, q in ((cell.arm, np.concatenate([before, joints1, after])), (cell.arm2, joints2))
     ]
     joints1, joints2, before, after = joints1 + turns[0], joints2 + turns[1], before + turns[0], after + turns[0]
-    state = CellState(np.concatenate([before, joints1, after]), joints2[rows])
+    q = np.concatenate([np.concatenate([before, joints1, after]), joints2[rows]], axis=1)
     return CoordinatedRun(
         run=run,
         cell=cell,
@@ -259,8 +257,8 @@ def _coordinated(
         joints2=frozen(joints2[places.stated]),
         approach=before[0] if len(before) else None,
         retract=after[-1] if len(after) else None,
-        state=state,
-        check=check_path(state, places.s_mm[rows], cell, refine=REFINE),
+        q=q,
+        check=check_path(q, places.s_mm[rows], cell, refine=REFINE),
         part_turned_rad=float(np.linalg.norm(turned, axis=1).max()),
         part_off_mm=float(np.linalg.norm(off, axis=1).max()),
     )
@@ -313,9 +311,8 @@ class _Places:
         Raises `GeometryError` when the arm does not reach a state, or changes its branch.
         """
         at = moves.arrays.select(self.move)
-        T = np.zeros((len(self.move), 4, 4))
-        T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = at.rotations(self.share), at.positions(self.share), 1.0
-        tool = product(cell.T_world_base.inverse().matrix, product(part_in_world(cell, joints2), T))
+        T = poses(at.rotations(self.share), at.positions(self.share))
+        tool = product(cell.T_world_base.inverse().matrix, product(cell.held_places(joints2), T))
         joints1 = follow_path(cell.arm, product(tool, cell.T_flange_tool.inverse().matrix), near)
         steps = np.abs(np.diff(joints1, axis=0))
         if steps.max(initial=0.0) > LARGEST_STEP_RAD:

@@ -18,7 +18,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.motion import WELD_SPEED_MM_S
-from wpcal.planning.cell.cell import Cell, CellState
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
 
 
@@ -39,7 +39,7 @@ class Plan:
 
     seam: str  #: Name of the seam in ``seams.json``.
     s_mm: FloatArray  #: shape (n,). Arc length at the points, increasing, mm.
-    state: CellState  #: n points.
+    q: FloatArray  #: shape (n, 12). All axes at the points, rad, unwrapped: neighbours differ by the actual move.
     #: `slope_rad`, `rotation_rad`: shape (n,). Weld position relative to gravity (DESIGN §3); the rotation is NaN in
     #: vertical travel.
     slope_rad: FloatArray
@@ -60,8 +60,8 @@ class Plan:
             if values is None:
                 continue
             values = frozen(values)
-            if values.shape != (len(self.state),):
-                raise InputError(f"plan: {name} has shape {values.shape}, the path has {len(self.state)} points")
+            if values.shape != (len(self.q),):
+                raise InputError(f"plan: {name} has shape {values.shape}, the path has {len(self.q)} points")
             object.__setattr__(self, name, values)
 
     def __len__(self) -> int:
@@ -126,7 +126,7 @@ def schedule_plan(plan: Plan, cell: Cell, *, speed_mm_s: float = WELD_SPEED_MM_S
 
 def _first_limit(plan: Plan, cell: Cell, step_mm: FloatArray) -> SpeedLimit | None:
     """Return the joint and the step that allow the least speed along the seam."""
-    moves = np.abs(np.diff(plan.state.both, axis=0))
+    moves = np.abs(np.diff(plan.q, axis=0))
     most = cell.speeds
     allowed = np.divide(most * step_mm[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0)
     if not np.isfinite(allowed).any():

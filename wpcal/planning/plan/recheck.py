@@ -16,7 +16,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import inverse_pose, product
-from wpcal.planning.cell.cell import Cell, CellState, part_in_world, tool_in_world
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.shape import Shape
@@ -117,15 +117,16 @@ def recheck_clearance(plan: Plan, cell: Cell, *, refine: int = REFINE) -> PathCh
 
     Raises `InputError` when `refine` is less than 1, or hulls need a package that is not installed.
     """
-    return check_path(plan.state, plan.s_mm, cell, refine=refine)
+    return check_path(plan.q, plan.s_mm, cell, refine=refine)
 
 
-def check_path(planned: CellState, s_mm: FloatArray, cell: Cell, *, refine: int = REFINE) -> PathCheck:
+def check_path(planned: FloatArray, s_mm: FloatArray, cell: Cell, *, refine: int = REFINE) -> PathCheck:
     """Measure any path by hulls at finer steps.
 
     If all states are clear, but bodies move farther between two states than the distance between them, the steps are
     halved and measured again, at most `HALVINGS` times.
 
+    `planned`: shape (n, 12). All axes at the states, rad.
     `s_mm`: shape (n,). Arc length along the seam at the states, mm.
     Raises `InputError` as in `recheck_clearance`.
     """
@@ -137,34 +138,33 @@ def check_path(planned: CellState, s_mm: FloatArray, cell: Cell, *, refine: int 
     return found
 
 
-def _measure(planned: CellState, s_mm: FloatArray, cell: Cell, refine: int) -> PathCheck:
-    state = finer_states(planned, refine=refine)
-    s_fine = np.interp(np.arange(len(state)) / refine, np.arange(len(planned)), s_mm)
-    clearance = hull_clearance(cell, state)
-    motion = _largest_motion(clearance, cell, state)
-    return PathCheck(refine, frozen(s_fine), clearance, motion, _tip_error(cell, state, refine))
+def _measure(planned: FloatArray, s_mm: FloatArray, cell: Cell, refine: int) -> PathCheck:
+    q = finer_states(planned, refine=refine)
+    s_fine = np.interp(np.arange(len(q)) / refine, np.arange(len(planned)), s_mm)
+    clearance = hull_clearance(cell, q)
+    tip_mm = float(_off_chords(tip_in_part(cell, q), refine).max())
+    return PathCheck(refine, frozen(s_fine), clearance, _largest_motion(clearance, cell, q), tip_mm)
 
 
-def finer_states(state: CellState, *, refine: int) -> CellState:
-    """Return a path with each step divided into `refine` equal parts in the joints.
+def finer_states(q: FloatArray, *, refine: int) -> FloatArray:
+    """Return a path, `q` of shape (n, 12), with each step divided into `refine` equal parts in the joints.
 
     Raises `InputError` when `refine` is less than 1 or there are no states.
     """
-    if refine < 1 or len(state) < 1:
-        raise InputError(f"expected at least one state and at least one part per step, got {len(state)} and {refine}")
-    at = np.arange((len(state) - 1) * refine + 1)
+    if refine < 1 or len(q) < 1:
+        raise InputError(f"expected at least one state and at least one part per step, got {len(q)} and {refine}")
+    at = np.arange((len(q) - 1) * refine + 1)
     row, part = at // refine, (at % refine / refine)[:, None]
-    after = np.minimum(row + 1, len(state) - 1)
-    joints = (q[row] + part * (q[after] - q[row]) for q in (state.joints1, state.joints2))
-    return CellState(*joints)
+    after = np.minimum(row + 1, len(q) - 1)
+    return np.asarray(q[row] + part * (q[after] - q[row]), dtype=np.float64)
 
 
-def _largest_motion(clearance: Clearance, cell: Cell, state: CellState) -> float:
+def _largest_motion(clearance: Clearance, cell: Cell, q: FloatArray) -> float:
     """Return the largest motion of a corner of the box around any body between neighbouring states, mm.
 
     The motion of the points of a rigid body is largest at a corner of any box around it.
     """
-    frames = cell.frames(state.both)
+    frames = cell.frames(q)
     largest = 0.0
     for body in clearance.pairs.bodies:
         frame = Frames(*(axis[:, None] for axis in frames[body.carrier]))
@@ -182,15 +182,9 @@ def _box_corners(shape: Shape) -> FloatArray:
     return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
-def _tip_error(cell: Cell, state: CellState, refine: int) -> float:
-    """Return the largest distance of the tip from the chords between planned points, in the part, mm."""
-    return float(_off_chords(tip_in_part(cell, state), refine).max())
-
-
-def tip_in_part(cell: Cell, state: CellState) -> FloatArray:
+def tip_in_part(cell: Cell, q: FloatArray) -> FloatArray:
     """Return the tip of the wire in the frame of the part, shape (m, 3), mm, the same on every processor."""
-    T_part_world = inverse_pose(part_in_world(cell, state.joints2))
-    return np.asarray(product(T_part_world, tool_in_world(cell, state.joints1))[:, :3, 3], dtype=np.float64)
+    return np.asarray(product(inverse_pose(cell.part_places(q)), cell.tool_places(q))[:, :3, 3], dtype=np.float64)
 
 
 def _off_chords(tip: FloatArray, refine: int) -> FloatArray:
@@ -201,7 +195,7 @@ def _off_chords(tip: FloatArray, refine: int) -> FloatArray:
     return np.asarray(np.linalg.norm(tip - start - along[:, None] * chord, axis=1), dtype=np.float64)
 
 
-def measure_tip(planned: CellState, s_mm: FloatArray, t_s: FloatArray, cell: Cell) -> TipMotion:
+def measure_tip(planned: FloatArray, s_mm: FloatArray, t_s: FloatArray, cell: Cell) -> TipMotion:
     """Measure how the tip of the wire moves in the part between the points of a weld.
 
     `s_mm`: shape (n,). Arc length along the seam at the states, mm.

@@ -16,8 +16,9 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.motion import APPROACH_MM
-from wpcal.planning.cell.cell import Cell, CellState, joint_speeds
+from wpcal.planning.cell.cell import Cell, joint_speeds
 from wpcal.planning.cell.hulls import hull_clearance
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import back_along_wire
 from wpcal.planning.plan.plan import CollisionVerdict, Plan, Schedule
 from wpcal.planning.plan.recheck import REFINE, PathCheck, TipMotion, check_path, finer_states, measure_tip
@@ -39,7 +40,7 @@ class CellRun:
 
     plan: Plan
     schedule: Schedule
-    state: CellState  #: N states; rows `first` to `last` are the plan.
+    q: FloatArray  #: shape (N, 12). All axes at the states, rad; rows `first` to `last` are the plan.
     t_s: FloatArray  #: shape (N,). s; 0 at the first state.
     #: `first`, `last`: Rows of the first and the last point of the weld.
     first: int
@@ -87,49 +88,41 @@ def build_run(
     """
     if not (0.0 <= approach_mm < math.inf and 0.0 < air_speed_mm_s < math.inf):
         raise InputError(f"approach {approach_mm:g} mm at {air_speed_mm_s:g} mm/s: expected positive numbers")
-    ends = (
-        away_along_wire(cell, plan.state.joints1[row], plan.state.joints2[row], approach_mm, refine=refine)
-        for row in (0, -1)
-    )
+    ends = (away_along_wire(cell, plan.q[row], approach_mm, refine=refine) for row in (0, -1))
     before, after = next(ends)[::-1], next(ends)
-    joints1 = np.concatenate([before, plan.state.joints1, after])
+    joints1 = np.concatenate([before, plan.q[:, :JOINTS], after])
     rows = np.clip(np.arange(len(joints1)) - len(before), 0, len(plan) - 1)
-    state = CellState(joints1, plan.state.joints2[rows])
+    q = np.concatenate([joints1, plan.q[rows, JOINTS:]], axis=1)
     first, last = len(before), len(before) + len(plan) - 1
-    steps = _air_seconds(cell, state, air_speed_mm_s)
+    steps = _air_seconds(cell, joints1, air_speed_mm_s)
     steps[first:last] = np.diff(schedule.t_s)
     t_s = frozen(np.concatenate([[0.0], np.cumsum(steps)]))
-    check = None if refine is None else check_path(state, plan.s_mm[rows], cell, refine=refine)
-    tip = measure_tip(plan.state, plan.s_mm, schedule.t_s, cell)
-    return CellRun(plan, schedule, state, t_s, first, last, tip, check)
+    check = None if refine is None else check_path(q, plan.s_mm[rows], cell, refine=refine)
+    tip = measure_tip(plan.q, plan.s_mm, schedule.t_s, cell)
+    return CellRun(plan, schedule, q, t_s, first, last, tip, check)
 
 
 def away_along_wire(
-    cell: Cell,
-    joints1: FloatArray,
-    joints2: FloatArray,
-    distance_mm: float = APPROACH_MM,
-    *,
-    refine: int | None = REFINE,
+    cell: Cell, q: FloatArray, distance_mm: float = APPROACH_MM, *, refine: int | None = REFINE
 ) -> FloatArray:
     """Return joints of robot 1 at steps away from a pose, against the wire, while robot 2 does not move.
 
-    `joints1`, `joints2`: shape (6,). At the pose, rad.
+    `q`: shape (12,). All axes at the pose, rad.
     Returns ndarray, shape (k, 6). As far as the steps can be reached and, if checked, are clear.
     """
-    every = back_along_wire(cell, joints1[None], distance_mm)[0]
+    every = back_along_wire(cell, q[None, :JOINTS], distance_mm)[0]
     away: FloatArray = every[np.isfinite(every[:, 0])]
     if refine is None or not len(away):
         return away
-    steps = np.concatenate([joints1[None], away])
-    fine = finer_states(CellState(steps, np.repeat(joints2[None], len(steps), axis=0)), refine=refine)
+    steps = np.concatenate([q[None, :JOINTS], away])
+    fine = finer_states(np.concatenate([steps, np.repeat(q[None, JOINTS:], len(steps), axis=0)], axis=1), refine=refine)
     blocked = ~hull_clearance(cell, fine).is_clear[1:]  # the check of the weld covers the pose itself
     return away if not blocked.any() else away[: int(np.argmax(blocked)) // refine]
 
 
-def _air_seconds(cell: Cell, state: CellState, speed_mm_s: float) -> FloatArray:
+def _air_seconds(cell: Cell, joints1: FloatArray, speed_mm_s: float) -> FloatArray:
     """Return the time of every step, s: at the given speed of the flange, or longer if a joint needs longer."""
-    flange = cell.arm.forward(state.joints1)[:, :3, 3]
+    flange = cell.arm.forward(joints1)[:, :3, 3]
     distance = np.linalg.norm(np.diff(flange, axis=0), axis=1)
-    slowest = (np.abs(np.diff(state.joints1, axis=0)) / joint_speeds(cell.arm)).max(axis=1, initial=0.0)
+    slowest = (np.abs(np.diff(joints1, axis=0)) / joint_speeds(cell.arm)).max(axis=1, initial=0.0)
     return np.asarray(np.maximum(distance / speed_mm_s, slowest), dtype=np.float64)

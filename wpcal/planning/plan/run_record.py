@@ -122,7 +122,7 @@ def _points(run: CellRun) -> list[dict[str, Any]]:
         "travel_deg": np.degrees(run.along(plan.travel_rad)),
         "clearance_mm": clearance_at_states(run),
     }
-    one, two = np.degrees(run.state.joints1).tolist(), np.degrees(run.state.joints2).tolist()
+    one, two = (np.degrees(q).tolist() for q in np.split(run.q, 2, axis=1))
     return [
         {
             "mark": row + 1,

@@ -19,7 +19,6 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import ConvergenceError
-from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, TRAVEL, WORK, YAW, all_joints, flange_poses
 from wpcal.planning.cell.shape import JOINTS
@@ -153,7 +152,7 @@ def obstacle_at(
     if not regular.any():
         return _singular(values, s_mm)
     both, leaning, coordinates = both[regular], leaning[regular], coordinates[regular]
-    clear = capsule_clearance(problem.cell, CellState(both[:, :JOINTS], both[:, JOINTS:]))
+    clear = capsule_clearance(problem.cell, both)
     return _not_clear(problem, clear, leaning, coordinates, s_mm)
 
 

@@ -19,6 +19,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import first_least
 from wpcal.planning.cell.cell_check import check_cell
+from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.plan import Plan
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.plan.run_record import run_verdict, tip_record
@@ -234,8 +235,8 @@ def _plan(row: int, plan: Plan, run: CellRun | None) -> dict[str, Any]:
         "least_clearance_mm": None if clearance is None else float(clearance.min()),
         **({} if run is None else {"between_points": tip_record(run.tip)}),
         "s_mm": plan.s_mm,
-        "robot1_deg": np.degrees(plan.state.joints1),
-        "robot2_deg": np.degrees(plan.state.joints2),
+        "robot1_deg": np.degrees(plan.q[:, :JOINTS]),
+        "robot2_deg": np.degrees(plan.q[:, JOINTS:]),
         "slope_deg": np.degrees(plan.slope_rad),
         "rotation_deg": np.degrees(plan.rotation_rad),
         "work_deg": np.degrees(plan.work_rad),

@@ -121,7 +121,7 @@ def _speed(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
 
 
 def _clearance(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
-    clear = capsule_clearance(problem.cell, path.state)
+    clear = capsule_clearance(problem.cell, path.joints)
     row = int(np.argmin(clear.margin_mm))
     attained = obstacle_at(problem, path.coordinates[row, PLACE], path.branches, row)
     if attained is not None and attained.constraint is Constraint.CLEARANCE:

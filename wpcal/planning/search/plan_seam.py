@@ -22,6 +22,7 @@ from wpcal.planning.search.diagnosis import Constraint, NoFeasiblePlanError, Obs
 from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
 from wpcal.planning.search.objectives import (
+    ATTITUDE,
     MOTION,
     OBJECTIVE_NAMES,
     OBJECTIVES,
@@ -145,12 +146,12 @@ def best_paths(problem: PlanningProblem, paths: Sequence[CandidatePath]) -> list
 
 def make_plan(problem: PlanningProblem, path: CandidatePath, found_by: str) -> Plan:
     """Return a path as a plan with its objectives; clearances are not measured."""
-    slope, rotation, work, travel = path.attitude_rad
+    slope, rotation, work, travel = path.coordinates[:, ATTITUDE].T
     values = problem.objectives(path.coordinates, path.joints)
     return Plan(
         seam=problem.path.name,
         s_mm=problem.path.s_mm,
-        state=path.state,
+        q=path.joints,
         slope_rad=slope,
         rotation_rad=rotation,
         work_rad=work,

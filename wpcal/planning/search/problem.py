@@ -9,7 +9,7 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray
 from wpcal.core.motion import WELD_SPEED_MM_S
-from wpcal.planning.cell.cell import Cell, CellState
+from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, ROTATION, SLOPE, TRAVEL, WORK, SeamPath
 from wpcal.planning.cell.shape import JOINTS
@@ -29,16 +29,6 @@ class CandidatePath:
     coordinates: FloatArray  #: shape (n, 9). mm and rad, as in `wpcal.planning.cell.closed_chain`.
     branches: tuple[int, int]  #: Of robot 1 and robot 2.
     joints: FloatArray  #: shape (n, 12). Unwrapped, rad.
-
-    @property
-    def state(self) -> CellState:
-        """The joints of both robots at the n points."""
-        return CellState(self.joints[:, :JOINTS], self.joints[:, JOINTS:])
-
-    @property
-    def attitude_rad(self) -> FloatArray:
-        """Slope, rotation, work and travel at the points, shape (4, n), rad."""
-        return self.coordinates[:, ATTITUDE].T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +65,7 @@ class PlanningProblem:
 
         `joints`: shape (N, 12). Robot 1, then robot 2, rad.
         """
-        return capsule_clearance(self.cell, CellState(joints[:, :JOINTS], joints[:, JOINTS:])).margin_mm
+        return capsule_clearance(self.cell, joints).margin_mm
 
     def regularity(self, joints: FloatArray) -> FloatArray:
         """Return how far both arms are from singular poses, shape (N, 6). The three measures of each arm.

@@ -14,7 +14,6 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
-from wpcal.planning.cell.cell import CellState
 from wpcal.planning.cell.clearance import Clearance, capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SPIN, YAW, SeamPath, all_joints, flange_poses
 from wpcal.planning.cell.workplace import candidate_places, is_usable, least_shortage
@@ -95,7 +94,7 @@ def _places_of_scan(problem: PlanningProblem, count: int, scan: _Scan) -> list[R
             "seam",
             _limit_obstacle(problem, scan, places, pairs),
         )
-    clear = capsule_clearance(problem.cell, CellState(*np.concatenate([s.joints for s in states], axis=1)))
+    clear = capsule_clearance(problem.cell, np.concatenate(np.concatenate([s.joints for s in states], axis=1), axis=1))
     _require_clear_start(states, clear)
     best = _best(places, states, clear.is_clear, count)
     if not best:

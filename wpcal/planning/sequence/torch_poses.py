@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.same_bits import product
+from wpcal.core.same_bits import poses, product
 from wpcal.planning.cell.bodies import stick_out_mm
 from wpcal.planning.cell.cell_clearance import CellClearance, tool_capsules
 from wpcal.planning.cell.closed_chain import COORDINATES, SPIN, TRAVEL, WORK, torch_on_seam
@@ -63,9 +63,7 @@ def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArr
     coordinates = np.zeros((len(rows), COORDINATES))
     coordinates[:, [WORK, TRAVEL, SPIN]] = angles
     R = product(task.R[rows], torch_on_seam(coordinates))
-    T = np.zeros((len(rows), 4, 4))
-    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, task.p[rows] - task.more_wire_mm * R[:, :, 2], 1.0
-    return T
+    return poses(R, task.p[rows] - task.more_wire_mm * R[:, :, 2])
 
 
 def torch_poses(task: SeamTask, targets: SequenceTargets, clearance: CellClearance, *, tilted: bool) -> TorchPoses:
