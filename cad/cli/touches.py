@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cad.batch.bodies_asked import BodiesAsked
     from cad.batch.request import SeamsAsked
     from cad.workpiece.touches import DrawnTouches
+    from wpcal.core.transform import RigidTransform
     from wpcal.planning.cell.cell import Cell
     from wpcal.robot.torch.shape import TorchShape
     from wpcal.seam import SeamOptions
@@ -76,6 +77,13 @@ class ArmAsked:
     help="Place of the part in the cell's model: x,y,z,a,b,c in mm and degrees with R = Rz(c) Ry(b) Rx(a), or a JSON "
     "file with a 4×4 matrix; here in the base of the robot.  [default: that of --cell, else the base itself]",
 )
+@click.option(
+    "--after",
+    nargs=2,
+    type=click.Path(path_type=Path),
+    metavar="PLAN RESULTS",
+    help="The second of two stages: the plan of the first, and what its program stored. The part stands there.",
+)
 @takes("moving", ArmAsked)
 @takes("weldment", BODIES, without=["bending_mm"])
 @click.option("--only", metavar="W1,W5-W8", help=f"{ONLY_HELP} The error counts there.  [default: all accepted seams]")
@@ -92,6 +100,7 @@ def touches(
     part_step: Path,
     options: TouchOptions,
     nominal: str | None,
+    after: tuple[Path, Path] | None,
     moving: ArmAsked,
     weldment: BodiesAsked,
     only: str | None,
@@ -110,9 +119,13 @@ def touches(
 
     With --bodies the touches are chosen for plates that moved (`wpcal calibrate --touches --bodies`): strokes and ways
     allow for the motion of each body, and the plan says which body each touch lies on and which seam it serves.
+
+    If faces are too small for the displacement of the part, touches are made in two stages: this plan then finds the
+    large faces, and with what its program stored, `--after` plans the touches that locate the part.
     """
     from cad.batch.request import read_pose
     from cad.cli.kernel_work import run_on_part
+    from wpcal.core.errors import InputError
     from wpcal.core.records import check_writable, new_directory, to_json
     from wpcal.pages.touches import build_touches_page
     from wpcal.seam.names import split_names
@@ -122,6 +135,10 @@ def touches(
     options = replace(options, torch=finding.reach.torch)
     check_writable(output, overwrite=force)
     place = None if nominal is None else read_pose(nominal)
+    if after is not None:
+        if place is not None:
+            raise InputError("--after says where the part stands: leave --nominal away")
+        place, options = _after_first(*after, options)
     arguments: dict[str, Any] = {
         "options": options,
         "seam_options": finding,
@@ -155,6 +172,19 @@ def touches(
     return 1 if plan.predicted is not None and plan.predicted.why_not else 0
 
 
+def _after_first(file: Path, results: Path, options: TouchOptions) -> tuple[RigidTransform, TouchOptions]:
+    """Return where a first stage found the part, and options with what it left unknown."""
+    from wpcal.controllers.touch_results import read_touch_results
+    from wpcal.touch.plan.stages import found_place
+    from wpcal.touch.searches import read_touch_plan
+    from wpcal.touch.touch_results import pair_results
+
+    plan = read_touch_plan(file)
+    found = pair_results(plan, read_touch_results(results, plan, options.setup), options.setup)
+    T, left = found_place(plan, found.taught)
+    return T, replace(options, nominal=replace(options.nominal, left=left))
+
+
 def _show(plan: TouchPlan, output: Path) -> None:
     from wpcal.cli.console import plain_console
 
@@ -166,6 +196,9 @@ def _show(plan: TouchPlan, output: Path) -> None:
     for note in plan.notes:
         console.print(f"note: {note}", highlight=False)
     console.print(f"wrote {output}: touches.json, touches.csv, touches.html", highlight=False)
+    if plan.first_stage is not None:
+        then = f"wpcal touches {plan.part} --after {output} RESULTS -o second"
+        console.print(f"next: wpcal export {output} -f FORMAT, run the program, then {then}", highlight=False)
 
 
 def _predicted_lines(plan: TouchPlan, predicted: SeamPrediction) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wpcal.controllers.touch_results import read_touch_results
+from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes, sha256_of
 from wpcal.core.issue import Issue
 from wpcal.core.transform import RigidTransform
@@ -36,6 +37,10 @@ def read_touch_run(
     Raises `InputError` when a file cannot be used, or the results are not those of the plan.
     """
     plan = read_touch_plan(plan_file)
+    if plan.first_stage is not None:
+        raise InputError(
+            f"{plan_file}: the first of two stages does not hold the part: plan the second (wpcal touches --after)"
+        )
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     results = read_touch_results(results_path, plan, setup)
     paired = pair_results(plan, results, setup)

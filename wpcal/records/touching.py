@@ -171,6 +171,13 @@ class Search(Record):
     )
 
 
+class FirstStage(Record):
+    centre_mm: Vector = D("The point of the part about which it is turned.")
+    covariance: Annotated[
+        list[Annotated[list[float], Meta(min_length=6, max_length=6)]], Meta(min_length=6, max_length=6)
+    ] = D("Of its turn (rad) and of the motion of this point (mm) after the searches.")
+
+
 class Touches(Record):
     """A plan of touches: searches in the order in which the robot makes them (touches.json)"""
 
@@ -192,6 +199,9 @@ class Touches(Record):
     notes: list[str] = D("What a person should know of the plan.")
     searches: list[Search] = D(
         "In the order in which they run. All points are places of the tool centre point in the work object."
+    )
+    first_stage: Maybe[FirstStage] = D(
+        "What is known of the place after these searches, which do not hold the part: wpcal touches --after plans more."
     )
     bodies: Maybe[list[Body]] = D(
         "The bodies that may move, with the assumed tack tolerances; empty if the part is one."

@@ -52,9 +52,8 @@ class DisplacedPart:
     @classmethod
     def of(cls, material: Material, centre: FloatArray, nominal: NominalError) -> DisplacedPart:
         """Draw the displacements about a centre, shape (3,), in `part`, mm."""
-        drawn = _drawn(np.random.default_rng(0), PLACES, 6)
-        R = exp_rotation(drawn[:, :3] * nominal.sigma_rad)
-        return cls((DisplacedBody(material, R, drawn[:, 3:] * nominal.sigma_mm),), centre)
+        drawn = _drawn(np.random.default_rng(0), PLACES, 6) @ nominal.root.T
+        return cls((DisplacedBody(material, exp_rotation(drawn[:, :3]), drawn[:, 3:]),), centre)
 
     @classmethod
     def of_bodies(
@@ -67,7 +66,7 @@ class DisplacedPart:
             arm = bodies.centroid_part[b] - place.centre
             whole = np.eye(6)
             whole[3:] = point_jacobian(arm[None])[0]  # its turn about the middle of the part moves the centroid
-            known = whole @ np.diag(np.repeat([nominal.sigma_rad, nominal.sigma_mm], 3) ** 2) @ whole.T
+            known = whole @ nominal.covariance @ whole.T
             both = _drawn(rng, places, 6) @ np.linalg.cholesky(known + np.diag(bodies.scales[b] ** 2)).T
             R = exp_rotation(both[:, :3])
             t = arm + both[:, 3:] - R @ arm

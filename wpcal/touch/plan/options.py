@@ -54,6 +54,8 @@ class NominalError:
         "--uncertainty-mm",
     )
     sigma_rad: float = opt_deg(0.3, "Standard deviation per axis of how the part is turned.", "--uncertainty-deg")
+    #: shape (6, 6). What a first stage left: covariance of the turn (rad) and of the motion (mm) of the part's middle.
+    left: FloatArray | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.sigma_mm < math.inf and 0.0 <= self.sigma_rad <= math.pi):
@@ -69,8 +71,20 @@ class NominalError:
         `centre`: shape (3,). Middle of the part.
         """
         J = point_jacobian(points - centre)
-        variances = np.repeat([self.sigma_rad**2, self.sigma_mm**2], 3)
-        return np.asarray(np.einsum("nij,j,nkj->nik", J, variances, J), dtype=np.float64)
+        return np.asarray(np.einsum("nij,jl,nkl->nik", J, self.covariance, J), dtype=np.float64)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the turn (rad) and of the motion (mm) of the middle of the part, shape (6, 6)."""
+        return np.diag(np.repeat([self.sigma_rad**2, self.sigma_mm**2], 3)) if self.left is None else self.left
+
+    @property
+    def root(self) -> FloatArray:
+        """A matrix that times its transpose is the covariance, shape (6, 6)."""
+        if self.left is None:
+            return np.diag(np.repeat([self.sigma_rad, self.sigma_mm], 3))
+        values, ways = np.linalg.eigh(self.left)
+        return np.asarray(ways * np.sqrt(np.maximum(values, 0.0)))
 
 
 def displacement_mm(covariances: FloatArray, directions: FloatArray) -> FloatArray:

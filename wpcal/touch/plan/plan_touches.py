@@ -28,7 +28,8 @@ from wpcal.touch.plan.order import Air, order_searches
 from wpcal.touch.plan.part import PartPlace, TouchPart
 from wpcal.touch.plan.patterns import choose_touches
 from wpcal.touch.plan.searches_of import post_search, search_of, stick_out_sigma_mm
-from wpcal.touch.searches import PlannedBody, SeamPrediction, Search, TouchPlan
+from wpcal.touch.plan.stages import first_stage
+from wpcal.touch.searches import FirstStage, PlannedBody, SeamPrediction, Search, TouchPlan
 
 
 class SearchingArm(Protocol):
@@ -77,9 +78,17 @@ def plan_touches(
         strokes, notes = reach.turned(strokes)
     strokes = thinned(strokes, place)
     design = design_of(part, strokes, place, options)
-    _require_held(part.graph, design, found, place, options)
     progress(f"choosing touches from {len(strokes)}")
-    rows, predicted = _chosen(part, strokes, design, place, options)
+    first = None
+    if why := _why_free(part.graph, design, found, place, options):
+        rows, first = first_stage(part.graph, strokes, place, options.nominal)
+        is_second = part.tacked is not None or options.nominal.left is not None
+        predicted = None if is_second else _second_stage(part, options, first, T_base_part, bodies, reach)
+        if predicted is None:
+            raise GeometryError(why)
+        notes = (*notes, "the first of two stages: it does not hold the part; predicted errors are of the second")
+    else:
+        rows, predicted = _chosen(part, strokes, design, place, options)
     progress("ordering the searches and finding the ways between them")
     strokes = strokes.select(rows)
     clear = float(strokes.contacts.normal_mm.max())
@@ -92,7 +101,7 @@ def plan_touches(
     tacked: tuple[PlannedBody, ...] = ()
     if isinstance(predicted, MovedAdvice):
         searches, tacked = _for_bodies(searches, predicted, [row for row, _ in order])
-    if options.post_base is not None:
+    if options.post_base is not None and first is None:
         searches = (post_search(options, T, up, found.safe_mm), *searches)
     plan = TouchPlan(
         part.name,
@@ -103,6 +112,7 @@ def plan_touches(
         predicted=predicted,
         notes=(*notes, *_notes(part.graph, found, T_base_part is None)),
         bodies=tacked,
+        first_stage=first,
     )
     return plan if reach is None else reach.with_joints(plan, air)
 
@@ -121,12 +131,27 @@ def design_of(part: TouchPart, strokes: Strokes, place: PartPlace, options: Touc
     return replace(design, robot=options.robot)
 
 
-def _require_held(
-    graph: BrepGraph, design: TouchDesign, found: Candidates, place: PartPlace, options: TouchOptions
-) -> None:
+def _second_stage(
+    part: TouchPart,
+    options: TouchOptions,
+    first: FirstStage,
+    T_base_part: RigidTransform | None,
+    bodies: Sequence[Material],
+    reach: SearchingArm | None,
+) -> SeamPrediction | None:
+    """Return what searches promise that are planned after a first stage; None if none hold the part then either."""
+    left = replace(options, nominal=replace(options.nominal, left=first.covariance))
+    try:
+        return plan_touches(part, options=left, T_base_part=T_base_part, bodies=bodies, reach=reach).predicted
+    except GeometryError:
+        return None
+
+
+def _why_free(graph: BrepGraph, design: TouchDesign, found: Candidates, place: PartPlace, options: TouchOptions) -> str:
+    """Say which motion of the part no search sees, and what would help; empty if all are seen."""
     free, count = design.free_motions(), options.count(1 if place.tacked is None else len(place.tacked.bodies))
     if len(free) == 0 and len(design) >= count:
-        return
+        return ""
     if len(free) == 0:
         raise GeometryError(
             f"only {len(design)} searches are possible, and {count} are asked for; ask for fewer with "
@@ -144,7 +169,7 @@ def _require_held(
         if holds.max() > 0.1:
             rows = np.flatnonzero(holds > 0.5 * holds.max())
             help_ = too_small_words(graph, small.select(rows), options)
-    raise GeometryError(f"the touches that are possible leave the part free: it {words}; {help_}")
+    return f"the touches that are possible leave the part free: it {words}; {help_}"
 
 
 def _displaced(part: TouchPart, material: Material, place: PartPlace, options: TouchOptions) -> DisplacedPart:

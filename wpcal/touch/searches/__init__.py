@@ -1,6 +1,15 @@
 """Touch sensing: searches of the torch towards the part, the plan of them, and what a controller stored."""
 
-from wpcal.touch.searches.plan import Contact, PlannedBody, SeamPrediction, Search, SearchKind, Served, TouchPlan
+from wpcal.touch.searches.plan import (
+    Contact,
+    FirstStage,
+    PlannedBody,
+    SeamPrediction,
+    Search,
+    SearchKind,
+    Served,
+    TouchPlan,
+)
 from wpcal.touch.searches.record import plan_from_record, read_touch_plan, touches_csv, touches_record
 from wpcal.touch.searches.results import (
     STORED_NUMBERS,
@@ -17,6 +26,7 @@ from wpcal.touch.searches.setup import TouchSetup, read_touch_setup, setup_templ
 __all__ = [
     "STORED_NUMBERS",
     "Contact",
+    "FirstStage",
     "Outcome",
     "PlannedBody",
     "ResultsFile",

@@ -140,6 +140,16 @@ class SeamPrediction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class FirstStage:
+    """What is known of the place of the part after the searches of a first stage, beside the place of the plan."""
+
+    centre_part: FloatArray  #: shape (3,). About which the part is turned, mm.
+    covariance: (
+        FloatArray  #: shape (6, 6). Of its turn (rad) and of the motion of the centre (mm), along axes of `part`.
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class TouchPlan:
     """Searches for one part in one cell.
 
@@ -160,6 +170,8 @@ class TouchPlan:
     predicted: SeamPrediction | None = None
     notes: tuple[str, ...] = ()  #: What a person should know of the plan.
     bodies: tuple[PlannedBody, ...] = ()  #: The bodies that may move; empty if the part is one.
+    #: Of searches that do not hold the part, after which others can be planned; `predicted` is then what these promise.
+    first_stage: FirstStage | None = None
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(search.name.upper() for search in self.searches).items() if n > 1]

@@ -15,7 +15,16 @@ from wpcal.core.record_check import check_record
 from wpcal.core.records import read_json
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm_file import arm_from_record, arm_record
-from wpcal.touch.searches.plan import Contact, PlannedBody, SeamPrediction, Search, SearchKind, Served, TouchPlan
+from wpcal.touch.searches.plan import (
+    Contact,
+    FirstStage,
+    PlannedBody,
+    SeamPrediction,
+    Search,
+    SearchKind,
+    Served,
+    TouchPlan,
+)
 
 TOUCHES_SCHEMA = "wpcal/touches/1"
 TOUCHES_FILE = "touches.json"
@@ -25,6 +34,7 @@ _POINTS = ("approach", "start", "end", "retract")
 
 def touches_record(plan: TouchPlan) -> dict[str, Any]:
     """Return the record of ``touches.json``: lengths in mm, joints in degrees."""
+    known, rows = plan.first_stage, plan.first_stage and plan.first_stage.covariance.tolist()
     return {
         "schema": TOUCHES_SCHEMA,
         "units": {"length": "mm", "angle": "deg"},
@@ -39,6 +49,7 @@ def touches_record(plan: TouchPlan) -> dict[str, Any]:
         "predicted": None if plan.predicted is None else _prediction_record(plan.predicted),
         "notes": list(plan.notes),
         "bodies": [{"name": b.name, "tack_mm": b.tack_mm, "tack_mrad": b.tack_mrad} for b in plan.bodies],
+        **({} if known is None else {"first_stage": {"centre_mm": known.centre_part.tolist(), "covariance": rows}}),
         "searches": [_search_record(search) for search in plan.searches],
     }
 
@@ -99,6 +110,7 @@ def plan_from_record(record: Mapping[str, Any], *, path: str = "") -> TouchPlan:
             predicted=_prediction(record.get("predicted")),
             notes=tuple(record.get("notes", ())),
             bodies=tuple(PlannedBody(**each) for each in record.get("bodies", ())),
+            first_stage=_first_stage(record.get("first_stage")),
         )
     except KeyError as error:
         raise FormatError(f"lacks the field {error.args[0]}", path=path) from None
@@ -160,6 +172,10 @@ def _search(record: Mapping[str, Any]) -> Search:
         serves=None if record.get("serves") is None else Served(**record["serves"]),
         axis=None if record.get("axis") is None else _array(record["axis"]),
     )
+
+
+def _first_stage(record: Mapping[str, Any] | None) -> FirstStage | None:
+    return None if record is None else FirstStage(_array(record["centre_mm"]), _array(record["covariance"]))
 
 
 def _prediction(record: Mapping[str, Any] | None) -> SeamPrediction | None:
