@@ -9,7 +9,8 @@ tesseract_robotics: StateWaypoint, MoveInstruction, CompositeInstruction.
 from __future__ import annotations
 
 from wpcal.core.version import __version__
-from wpcal.planning.sequence.timeline import SequencePhase, Timeline
+from wpcal.planning.plan.run import Phase
+from wpcal.planning.sequence.timeline import Timeline
 from wpcal.planning.sequence.weld_sequence import WeldSequence
 
 DECIMALS = 9  #: 1e-9 rad moves a point at 2 m by 2e-6 mm; 1e-9 m is 1e-6 mm.
@@ -56,7 +57,7 @@ def tesseract_states(sequence: WeldSequence, line: Timeline) -> str:
     """
     names, rows = _states(sequence, line)
     states = [
-        f"    ({t:.{DECIMALS}f}, ({', '.join(f'{value:.{DECIMALS}f}' for value in q)}), {phase is SequencePhase.WELD}),"
+        f"    ({t:.{DECIMALS}f}, ({', '.join(f'{value:.{DECIMALS}f}' for value in q)}), {phase is Phase.WELD}),"
         for (q, t), phase in zip(rows, line.phase, strict=True)
     ]
     head = [f"# written by wpcal {__version__}: time s, axes in rad (a rail in m), whether the arc burns"]

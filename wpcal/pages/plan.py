@@ -19,7 +19,6 @@ from wpcal.pages.html import build_page, json_blob
 from wpcal.planning.cell.bodies import body_pairs
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.plan.recheck import tip_in_part
 from wpcal.planning.plan.run import CellRun
 from wpcal.planning.plan.run_record import path_check_record, tip_record
 from wpcal.planning.search.objectives import Objective
@@ -107,7 +106,7 @@ def _curves(run: CellRun, cell: Cell) -> dict[str, Any]:
             name: _column(np.degrees(run.along(getattr(plan, f"{name}_rad"))), ANGLE_DIGITS)
             for name in ("slope", "rotation", "work", "travel")
         },
-        "seam": np.round(tip_in_part(cell, run.q[rows]), PLACE_DIGITS).tolist(),
+        "seam": np.round(cell.tool_in_part(run.q[rows])[:, :3, 3], PLACE_DIGITS).tolist(),
         "checked": _checked(run),
     }
 

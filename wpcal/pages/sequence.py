@@ -7,6 +7,7 @@ over time. ``plan.json`` holds the same numbers; here they are rounded to what a
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from wpcal.pages.cell import BODY, cell_record, frames_at
 from wpcal.pages.html import build_page, json_blob
 from wpcal.pages.plan import ANGLE_DIGITS, PLACE_DIGITS, TIME_DIGITS
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
-from wpcal.planning.sequence.timeline import Timeline, position_name, values_record
+from wpcal.planning.sequence.timeline import Timeline, position_name
 
 
 def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: bytes | None = None) -> str:
@@ -30,7 +31,7 @@ def build_sequence_page(choice: SequenceChoice, line: Timeline, *, part_glb: byt
         "axes": list(cell.axis_names),
         "tolerance": round(math.degrees(sequence.targets.position_tol_rad), 1),
         "plans": [
-            {"name": preference.value, "chosen": preference is choice.chosen, **values_record(values)}
+            {"name": preference.value, "chosen": preference is choice.chosen, **asdict(values)}
             for preference, values in choice.values.items()
         ],
         "seams": [_seam(choice, row, line) for row in range(len(sequence.pieces))],

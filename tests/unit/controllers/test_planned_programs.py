@@ -23,11 +23,12 @@ from wpcal.core.errors import FormatError, InputError
 from wpcal.formats.trajectory import joint_trajectory, tesseract_states
 from wpcal.planning.cell.cell import Rail
 from wpcal.planning.cell.cell_file import read_one_robot
+from wpcal.planning.plan.run import Phase
 from wpcal.planning.sequence.kept_plan import KeptPlan
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
-from wpcal.planning.sequence.timeline import SequencePhase, build_timeline
+from wpcal.planning.sequence.timeline import build_timeline
 from wpcal.robot.kinematics.arm import Coupling
 from wpcal.weld.find import find_welds
 from wpcal.weld.record import StatedWeld
@@ -344,7 +345,7 @@ def test_the_trajectory_has_every_state_with_its_time(sequence):
     states = names["STATES"]
     assert np.allclose([axes for _, axes, _ in states], line.q, rtol=0, atol=1e-9)
     assert np.allclose([t for t, _, _ in states], line.t_s, rtol=0, atol=1e-8)
-    assert [burns for _, _, burns in states] == [phase is SequencePhase.WELD for phase in line.phase]
+    assert [burns for _, _, burns in states] == [phase is Phase.WELD for phase in line.phase]
     assert callable(names["build"])
 
 

@@ -87,16 +87,6 @@ def test_which_bodies_are_compared(cell):
     assert (Owner.BENCH, Owner.BENCH) not in owners
 
 
-def test_arms_that_reach_for_each_other_overlap_and_do_not_when_folded_away(cell):
-    towards, away = np.zeros((1, 6)), np.array([[0.0, -1.2, 1.2, 0, 0.3, 0]])
-    met = capsule_clearance(cell, np.concatenate([towards, towards], axis=1))
-    assert not met.is_clear[0]
-    assert met.distance_mm[0] < 0
-    apart = capsule_clearance(cell, np.concatenate([away, away], axis=1))
-    assert apart.is_clear[0]
-    assert apart.distance_mm[0] > cell.d1_mm
-
-
 def test_a_cell_without_bodies_has_nothing_to_meet(cell):
     bare = changed(cell, links=(), links2=(), torch=(), part=(), bench=())
     found = capsule_clearance(bare, random_state(3))

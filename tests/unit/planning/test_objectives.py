@@ -17,12 +17,10 @@ from wpcal.planning.search.objectives import (
     joint_motion,
     joint_step_weight,
     objective_values,
-    position_deviation,
     printed_position,
     printed_smoothness,
     printed_torch,
     printed_values,
-    torch_deviation,
 )
 
 ROUND_OFF = 1e-12
@@ -54,12 +52,12 @@ def along(cell):
 
 def test_position_and_torch_deviations_are_root_mean_squares_in_degrees(along):
     targets = WeldTargets(slope_rad=10 * DEG, travel_rad=-5 * DEG)
-    position = position_deviation(along(coordinates(slope=13, rotation=-4), targets))
+    position = POSITION.value(along(coordinates(slope=13, rotation=-4), targets))
     assert position == pytest.approx(5.0, rel=0, abs=ROUND_OFF)
-    torch = torch_deviation(along(coordinates(work=-12, travel=0), targets))
+    torch = TORCH.value(along(coordinates(work=-12, travel=0), targets))
     assert torch == pytest.approx(13.0, rel=0, abs=ROUND_OFF)
     half = np.concatenate([coordinates(slope=13, rotation=4, count=3), coordinates(slope=10, count=3)])
-    assert position_deviation(along(half, targets)) == pytest.approx(5.0 / 2**0.5, rel=0, abs=ROUND_OFF)
+    assert POSITION.value(along(half, targets)) == pytest.approx(5.0 / 2**0.5, rel=0, abs=ROUND_OFF)
 
 
 def test_motion_of_one_joint_is_its_rate_with_its_weight(cell, along):

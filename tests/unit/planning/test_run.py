@@ -119,11 +119,6 @@ def test_what_cannot_be_reached_is_left_out(cell, simple_plan, schedule):
     assert np.linalg.norm(tip[0] - tip[far.first]) < 3000.0
 
 
-def test_no_approach_is_no_approach(cell, simple_plan, schedule):
-    bare = build_run(simple_plan, cell, schedule, approach_mm=0.0, refine=None)
-    assert (bare.first, bare.last, len(bare)) == (0, len(simple_plan) - 1, len(simple_plan))
-
-
 @pytest.mark.parametrize(("approach_mm", "air_speed_mm_s"), [(-1.0, 50.0), (50.0, 0.0), (np.nan, 50.0)])
 def test_numbers_that_make_no_sense_are_refused(cell, simple_plan, schedule, approach_mm, air_speed_mm_s):
     with pytest.raises(InputError, match="expected positive"):

@@ -17,6 +17,7 @@ from wpcal.planning.cell.bodies import with_wire
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
+from wpcal.planning.plan.run import Phase
 from wpcal.planning.sequence.kept_plan import kept_plan_of, with_digest
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places
@@ -24,7 +25,7 @@ from wpcal.planning.sequence.plan_sequence import SequencePreference, _Work, pla
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
-from wpcal.planning.sequence.timeline import SequencePhase, build_timeline, sequence_csv, sequence_record
+from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, sequence_record
 from wpcal.weld.runs import RunChoice
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
@@ -134,7 +135,7 @@ def test_the_sequence_starts_and_ends_at_home_and_welds_at_the_speed(fixed):
     assert np.array_equal(line.q[0], sequence.cell.home)
     assert np.allclose(line.q[-1], sequence.cell.home, rtol=0, atol=1e-12)
     assert (np.diff(line.t_s) > 0).all()
-    rows = [i for i, phase in enumerate(line.phase) if phase is SequencePhase.WELD and line.piece[i] == 0]
+    rows = [i for i, phase in enumerate(line.phase) if phase is Phase.WELD and line.piece[i] == 0]
     inside = [i for i in rows[1:] if not np.isnan(line.s_mm[i - 1])]
     speed = [abs(line.s_mm[i] - line.s_mm[i - 1]) / (line.t_s[i] - line.t_s[i - 1]) for i in inside]
     assert np.allclose(speed, sequence.pieces[0].speed_mm_s, rtol=0, atol=1e-9)

@@ -246,6 +246,20 @@ class Cell:
         """Return ``T_world_tool`` for axes of shape (n, k); shape (n, 4, 4), mm."""
         return product(product(self.base_places(q), self.arm.forward(q[:, :JOINTS])), self.T_flange_tool.matrix)
 
+    def tool_in_part(self, q: FloatArray) -> FloatArray:
+        """Return ``T_part_tool`` for axes of shape (n, k); shape (n, 4, 4), mm."""
+        return product(inverse_pose(self.part_places(q)), self.tool_places(q))
+
+    def allowed_mm_s(self, q: FloatArray, s_mm: FloatArray) -> FloatArray:
+        """Return the largest speed that each axis allows on each step along a seam, shape (n - 1, k), mm/s.
+
+        `q`: shape (n, k). All axes at the arc lengths `s_mm`, shape (n,).
+        """
+        moves = np.abs(np.diff(q, axis=0))
+        allowed = self.speeds * np.diff(s_mm)[:, None]
+        found: FloatArray = np.divide(allowed, moves, out=np.full(moves.shape, math.inf), where=moves > 0)
+        return found
+
     def frames(self, q: FloatArray) -> tuple[Frames, ...]:
         """Return the frames that carry bodies for axes of shape (n, k), in `world`, mm.
 

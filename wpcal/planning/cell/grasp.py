@@ -49,12 +49,10 @@ def read_holding(path: Path, joints_deg: str) -> Holding:
     Raises `InputError` when there are not six numbers or a joint is beyond its limits.
     Raises `FormatError` when the file breaks its format.
     """
-    record = copy.deepcopy(read_json(path, schema=CELL_SCHEMA))
+    record = read_json(path, schema=CELL_SCHEMA)
     if not isinstance(record.get("holder_robot"), dict):
         raise FormatError("the field 'holder_robot' is missing", path=str(path))
-    if record["holder_robot"].get("T_flange_part") is None:
-        record["holder_robot"]["T_flange_part"] = NO_GRASP
-    cell = cell_from_record(record, path=path)
+    cell = _read_without_grasp(record, path)
     return Holding(path, record, cell, _joints(joints_deg, cell))
 
 

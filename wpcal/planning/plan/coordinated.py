@@ -21,7 +21,7 @@ import numpy as np
 
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from wpcal.core.errors import GeometryError, InputError
-from wpcal.core.same_bits import inverse_pose, poses, product
+from wpcal.core.same_bits import poses, product
 from wpcal.core.tangent import exp_rotation, log_rotation
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.closed_chain import SeamPath
@@ -222,7 +222,7 @@ def _coordinated(
 ) -> CoordinatedRun:
     plan = run.plan
     part = HolderPath(cell, plan.s_mm, plan.q[:, JOINTS:], path.p, holder, attempt.holder)
-    T = product(inverse_pose(cell.part_places(plan.q)), cell.tool_places(plan.q))
+    T = cell.tool_in_part(plan.q)
     moves = fit_moves(
         T[:, :3, 3],
         T[:, :3, :3],

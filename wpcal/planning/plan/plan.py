@@ -119,16 +119,14 @@ def schedule_plan(plan: Plan, cell: Cell, *, speed_mm_s: float = WELD_SPEED_MM_S
     if not (step > 0).all():
         row = int(np.argmin(step > 0))
         raise InputError(f"seam {plan.seam}: points {row + 1} and {row + 2} have arc lengths that do not increase")
-    limit = _first_limit(plan, cell, step)
+    limit = _first_limit(plan, cell)
     speed = speed_mm_s if limit is None else min(speed_mm_s, limit.fastest_mm_s)
     return Schedule(frozen((plan.s_mm - plan.s_mm[0]) / speed), speed, speed_mm_s, limit)
 
 
-def _first_limit(plan: Plan, cell: Cell, step_mm: FloatArray) -> SpeedLimit | None:
+def _first_limit(plan: Plan, cell: Cell) -> SpeedLimit | None:
     """Return the joint and the step that allow the least speed along the seam."""
-    moves = np.abs(np.diff(plan.q, axis=0))
-    most = cell.speeds
-    allowed = np.divide(most * step_mm[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0)
+    allowed = cell.allowed_mm_s(plan.q, plan.s_mm)
     if not np.isfinite(allowed).any():
         return None
     row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)

@@ -15,7 +15,6 @@ import numpy as np
 
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
-from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
@@ -142,7 +141,7 @@ def _measure(planned: FloatArray, s_mm: FloatArray, cell: Cell, refine: int) -> 
     q = finer_states(planned, refine=refine)
     s_fine = np.interp(np.arange(len(q)) / refine, np.arange(len(planned)), s_mm)
     clearance = hull_clearance(cell, q)
-    tip_mm = float(_off_chords(tip_in_part(cell, q), refine).max())
+    tip_mm = float(_off_chords(cell.tool_in_part(q)[:, :3, 3], refine).max())
     return PathCheck(refine, frozen(s_fine), clearance, _largest_motion(clearance, cell, q), tip_mm)
 
 
@@ -182,11 +181,6 @@ def _box_corners(shape: Shape) -> FloatArray:
     return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
-def tip_in_part(cell: Cell, q: FloatArray) -> FloatArray:
-    """Return the tip of the wire in the frame of the part, shape (m, 3), mm, the same on every processor."""
-    return np.asarray(product(inverse_pose(cell.part_places(q)), cell.tool_places(q))[:, :3, 3], dtype=np.float64)
-
-
 def _off_chords(tip: FloatArray, refine: int) -> FloatArray:
     """Return the distance of each of m places from the chord of its step, shape (m,), mm."""
     row = np.minimum(np.arange(len(tip)) // refine, max(len(tip) // refine - 1, 0)) * refine
@@ -201,7 +195,7 @@ def measure_tip(planned: FloatArray, s_mm: FloatArray, t_s: FloatArray, cell: Ce
     `s_mm`: shape (n,). Arc length along the seam at the states, mm.
     `t_s`: shape (n,). Their times, s; between them joints move evenly.
     """
-    tip = tip_in_part(cell, finer_states(planned, refine=REFINE))
+    tip = cell.tool_in_part(finer_states(planned, refine=REFINE))[:, :3, 3]
     off, at = _off_chords(tip, REFINE), np.arange(len(tip)) / REFINE
     speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / np.diff(np.interp(at, np.arange(len(t_s)), t_s))
     worst = int(np.argmax(off))

@@ -27,8 +27,9 @@ AIR_SPEED_MM_S = 50.0  #: Near a part: half of the speed that `wpcal export` use
 
 
 class Phase(Enum):
-    """The part of the run that leads to a state."""
+    """What leads to a state."""
 
+    AIR = "air"
     APPROACH = "approach"
     WELD = "weld"
     RETRACT = "retract"

@@ -145,12 +145,13 @@ def obstacle_at(
     excess = limit_excess(problem, both)
     within = excess.max(axis=1) <= 0
     if not within.any():
-        return _beyond_limit(problem, excess, s_mm)
+        least = excess[int(np.argmin(excess.max(axis=1)))]
+        return joint_limit_obstacle(problem, int(np.argmax(least)), float(least.max()), s_mm)
     both, leaning, coordinates = both[within], leaning[within], coordinates[within]
     values = problem.regularity(both)
     regular = values.min(axis=1) >= LEAST_REGULARITY
     if not regular.any():
-        return _singular(values, s_mm)
+        return singular_obstacle(values[int(np.argmax(values.min(axis=1)))], s_mm)
     both, leaning, coordinates = both[regular], leaning[regular], coordinates[regular]
     clear = capsule_clearance(problem.cell, both)
     return _not_clear(problem, clear, leaning, coordinates, s_mm)
@@ -250,11 +251,6 @@ def _out_of_reach(problem: PlanningProblem, flanges: tuple[FloatArray, FloatArra
     )
 
 
-def _beyond_limit(problem: PlanningProblem, excess: FloatArray, s_mm: float) -> Obstacle:
-    row = int(np.argmin(excess.max(axis=1)))
-    return joint_limit_obstacle(problem, int(np.argmax(excess[row])), float(excess[row].max()), s_mm)
-
-
 def joint_limit_obstacle(problem: PlanningProblem, column: int, excess_rad: float, s_mm: float) -> Obstacle:
     """Return the obstacle of one of the twelve joints that is beyond its limit."""
     robot, joint = divmod(column, JOINTS)
@@ -271,11 +267,6 @@ def joint_limit_obstacle(problem: PlanningProblem, column: int, excess_rad: floa
         asked=0.0,
         unit="deg",
     )
-
-
-def _singular(values: FloatArray, s_mm: float) -> Obstacle:
-    row = int(np.argmax(values.min(axis=1)))
-    return singular_obstacle(values[row], s_mm)
 
 
 def singular_obstacle(values: FloatArray, s_mm: float) -> Obstacle:

@@ -21,6 +21,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 
 import numpy as np
 
@@ -142,7 +143,7 @@ class Objective:
 
 
 def root_mean_square_deviation(path: PathValues, columns: tuple[int, ...]) -> FloatArray:
-    r"""Return the root mean square deviation of some coordinates from their targets, deg, shape (...).
+    r"""Return the root mean square deviation of some coordinates from their targets (eqs 1 and 2), deg, shape (...).
 
     .. math::
         \sqrt{\tfrac1n \sum_i \sum_k (x_{ik} - x_{0k})^2}
@@ -150,16 +151,6 @@ def root_mean_square_deviation(path: PathValues, columns: tuple[int, ...]) -> Fl
     rows = [ATTITUDE.index(column) for column in columns]
     off = path.coordinates[..., list(columns)] - path.targets.attitude_rad[rows]
     return np.asarray(np.degrees(np.sqrt((off**2).sum(axis=-1).mean(axis=-1))), dtype=np.float64)
-
-
-def position_deviation(path: PathValues) -> FloatArray:
-    """Return the root mean square deviation from the target weld position (in place of eq. 1), deg, shape (...)."""
-    return root_mean_square_deviation(path, (SLOPE, ROTATION))
-
-
-def torch_deviation(path: PathValues) -> FloatArray:
-    """Return the root mean square deviation from the target torch angles (in place of eq. 2), deg, shape (...)."""
-    return root_mean_square_deviation(path, (WORK, TRAVEL))
 
 
 def joint_motion(path: PathValues) -> FloatArray:
@@ -241,7 +232,7 @@ POSITION = Objective(
     name="position_deg",
     label="position",
     unit="deg",
-    value=position_deviation,
+    value=partial(root_mean_square_deviation, columns=(SLOPE, ROTATION)),
     residuals=Residuals.TARGET_DEVIATIONS,
     coordinates=(SLOPE, ROTATION),
     symbol="f1_1",
@@ -251,7 +242,7 @@ TORCH = Objective(
     name="torch_deg",
     label="torch",
     unit="deg",
-    value=torch_deviation,
+    value=partial(root_mean_square_deviation, columns=(WORK, TRAVEL)),
     residuals=Residuals.TARGET_DEVIATIONS,
     coordinates=(WORK, TRAVEL),
     symbol="f1_2",

@@ -100,8 +100,7 @@ def _between(problem: PlanningProblem, refused: Sequence[PathCheck]) -> Obstacle
 
 
 def _speed(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
-    rates = np.abs(np.diff(path.joints, axis=0)) / np.diff(problem.path.s_mm)[:, None]
-    allowed = problem.cell.speeds / np.maximum(rates, 1e-12)
+    allowed = problem.cell.allowed_mm_s(path.joints, problem.path.s_mm)
     row, column = (int(i) for i in np.unravel_index(int(np.argmin(allowed)), allowed.shape))
     robot, joint = divmod(column, JOINTS)
     name = (problem.cell.arm, problem.cell.arm2)[robot].joints[joint].name

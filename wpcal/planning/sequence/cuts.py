@@ -244,7 +244,7 @@ def _ways(search: SeamSearch, task: SeamTask) -> list[_Way]:
     rungs = task.rungs().tolist()
     while start < n - 1:
         climb = search.longest(task.part_of(start, n - 1))
-        if climb.candidate is not None and climb.last > 0:
+        if climb.candidate is not None:
             found.append(_Way(Span(start, start + climb.last), climb.candidate))
         is_long = bool(found) and task.s_mm[found[-1].span.last] - task.s_mm[start] >= LEAST_PIECE_MM
         if is_long and found[-1].span.first == start:

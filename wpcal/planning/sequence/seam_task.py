@@ -169,10 +169,7 @@ def speed_along(cell: Cell, q: FloatArray, s_mm: FloatArray, asked_mm_s: float) 
 
     `q`: shape (n, k). All axes, rad and mm, at the arc lengths `s_mm`, shape (n,).
     """
-    moves = np.abs(np.diff(q, axis=0))
-    allowed = np.divide(
-        cell.speeds * np.diff(s_mm)[:, None], moves, out=np.full(moves.shape, math.inf), where=moves > 0
-    )
+    allowed = cell.allowed_mm_s(q, s_mm)
     row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
     if allowed[row, column] >= asked_mm_s:
         return asked_mm_s, None

@@ -14,7 +14,6 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -26,12 +25,13 @@ from wpcal.core.input_file import sha256_of
 from wpcal.core.same_bits import inverse_pose, product, solve
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
-from wpcal.planning.sequence.cuts import Unwelded
+from wpcal.planning.plan.run import Phase
+from wpcal.planning.plan.run_record import CSV_DIGITS
 from wpcal.planning.sequence.kept_plan import PLAN_SCHEMA, KeptPlan, shown_units
 from wpcal.planning.sequence.order import axis_seconds
 from wpcal.planning.sequence.plan_sequence import SequenceChoice
 from wpcal.planning.sequence.sequence_input import PART_FILE
-from wpcal.planning.sequence.weld_sequence import SequenceValues, WeldPiece, WeldSequence, air_seconds
+from wpcal.planning.sequence.weld_sequence import WeldPiece, WeldSequence, air_seconds
 from wpcal.seam.path.position import weld_rotation, weld_slope
 from wpcal.weld.runs import RunChoice
 
@@ -48,8 +48,8 @@ def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     find within the limits is on the straight move in the axes.
     Returns `at`: ndarray, shape (m,). Their places, in steps from the first.
     """
-    tool = _in_part(cell, q)
-    middle = _in_part(cell, (q[:-1] + q[1:]) / 2)[:, :3, 3]
+    tool = cell.tool_in_part(q)
+    middle = cell.tool_in_part((q[:-1] + q[1:]) / 2)[:, :3, 3]
     off = np.linalg.norm(middle - (tool[:-1, :3, 3] + tool[1:, :3, 3]) / 2, axis=1)
     parts = np.maximum(np.ceil(np.sqrt(off / ON_LINE_MM)), 1.0).astype(int)  # the distance shrinks with the square
     row = np.repeat(np.arange(len(parts)), parts)
@@ -63,10 +63,6 @@ def states_on_lines(cell: Cell, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         by = (turn.inv() * Rotation.from_matrix(tool[one + 1, :3, :3])).as_rotvec()
         found[between] = _solved(cell, found[between], p, turn * Rotation.from_rotvec(t[:, None] * by))
     return np.concatenate([found, q[-1:]]), np.append(row + share, float(len(parts)))
-
-
-def _in_part(cell: Cell, q: FloatArray) -> FloatArray:
-    return product(inverse_pose(cell.part_places(q)), cell.tool_places(q))
 
 
 def _solved(cell: Cell, start: FloatArray, p_part: FloatArray, R_part: Rotation) -> FloatArray:
@@ -88,22 +84,13 @@ def _solved(cell: Cell, start: FloatArray, p_part: FloatArray, R_part: Rotation)
     return np.where(good[:, None], q, start)
 
 
-class SequencePhase(Enum):
-    """What leads to a state."""
-
-    AIR = "air"
-    APPROACH = "approach"
-    WELD = "weld"
-    RETRACT = "retract"
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Timeline:
     """All states of a sequence."""
 
     q: FloatArray  #: shape (N, k). All axes, rad and mm.
     t_s: FloatArray  #: shape (N,). Increasing, 0 at home.
-    phase: tuple[SequencePhase, ...]
+    phase: tuple[Phase, ...]
     piece: IntArray  #: shape (N,). Row of the piece, -1 in the air.
     s_mm: FloatArray  #: shape (N,). Arc length along the seam of the file; NaN off the weld.
     margin_mm: FloatArray  #: shape (N,). Lower bounds of the least distance less the safety distance.
@@ -133,13 +120,13 @@ def build_timeline(sequence: WeldSequence) -> Timeline:
     )
 
 
-Block = tuple[list[FloatArray], list[float], list[SequencePhase], list[int], list[float], list[float]]
+Block = tuple[list[FloatArray], list[float], list[Phase], list[int], list[float], list[float]]
 
 
 def _air(sequence: WeldSequence, q: FloatArray, first: int, margin: FloatArray) -> Block:
     seconds = np.concatenate([[0.0], air_seconds(sequence.cell, q)])[first:]
     n = len(q) - first
-    return list(q[first:]), seconds.tolist(), [SequencePhase.AIR] * n, [-1] * n, [np.nan] * n, margin[first:].tolist()
+    return list(q[first:]), seconds.tolist(), [Phase.AIR] * n, [-1] * n, [np.nan] * n, margin[first:].tolist()
 
 
 def _weld(sequence: WeldSequence, piece: WeldPiece, row: int) -> Block:
@@ -154,7 +141,7 @@ def _weld(sequence: WeldSequence, piece: WeldPiece, row: int) -> Block:
     along = (task.s_mm[0] + task.s_mm[-1] - task.s_mm) if piece.candidate.is_reversed else task.s_mm
     is_weld = (at >= a) & (at <= a + n - 1)
     phase = [
-        SequencePhase.WELD if weld else SequencePhase.APPROACH if place < a else SequencePhase.RETRACT
+        Phase.WELD if weld else Phase.APPROACH if place < a else Phase.RETRACT
         for place, weld in zip(at.tolist(), is_weld.tolist(), strict=True)
     ]
     s = np.where(is_weld, np.interp(at - a, np.arange(n), along), np.nan)
@@ -176,9 +163,6 @@ def _at_states(at: FloatArray, margin: FloatArray, count: int) -> FloatArray:
     least = np.full(count, np.inf)
     np.minimum.at(least, rows, margin)
     return least
-
-
-CSV_DIGITS = 10  #: Significant digits of the table: 1e-8 degrees.
 
 
 def sequence_record(
@@ -205,10 +189,13 @@ def sequence_record(
         "position": sequence.targets.position.value,
         "position_tol_deg": math.degrees(sequence.targets.position_tol_rad),
         "chosen": choice.chosen.value,
-        "plans": {preference.value: values_record(values) for preference, values in choice.values.items()},
+        "plans": {preference.value: asdict(values) for preference, values in choice.values.items()},
         "T_carrier_part": cell.T_part.to_record(),
         "seams": [_piece(cell, piece, sequence) for piece in sequence.pieces],
-        "unwelded": [_unwelded(each) for each in sequence.unwelded],
+        "unwelded": [
+            {**asdict(gap), "help": [{**asdict(each), "move_mm": list(each.move_mm)} for each in gap.help]}
+            for gap in sequence.unwelded
+        ],
         "no_program": {},
         "made_from": {name: sha256_of(data) for name, data in inputs.items()},
         "planned": list(planned),
@@ -216,11 +203,6 @@ def sequence_record(
         "kept": KeptPlan.of(sequence).record(),
         "points": _points(sequence, line),
     }
-
-
-def values_record(values: SequenceValues) -> dict[str, float]:
-    """Return what plans are compared by as plain values."""
-    return asdict(values)
 
 
 def position_name(cell: Cell, piece: WeldPiece) -> tuple[float, float]:
@@ -233,7 +215,7 @@ def position_name(cell: Cell, piece: WeldPiece) -> tuple[float, float]:
 def _piece(cell: Cell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, Any]:
     candidate = piece.candidate
     slope, rotation = position_name(cell, piece)
-    s = candidate.task.s_mm
+    s, external = candidate.task.s_mm, (candidate.q * shown_units(cell))[:, JOINTS:]
     off = math.degrees(candidate.off_position_rad)
     return {
         "name": piece.name,
@@ -241,8 +223,8 @@ def _piece(cell: Cell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, An
         "from_mm": float(s[0]),
         "to_mm": float(s[-1]),
         "is_reversed": candidate.is_reversed,
-        "external": _degrees(cell, candidate.q[:1])[0][6:],
-        "external_end": _degrees(cell, candidate.q[-1:])[0][6:],
+        "external": external[0].tolist(),
+        "external_end": external[-1].tolist(),
         "branch": candidate.branch,
         "slope_deg": slope,
         "rotation_deg": None if math.isnan(rotation) else rotation,
@@ -255,18 +237,8 @@ def _piece(cell: Cell, piece: WeldPiece, sequence: WeldSequence) -> dict[str, An
     }
 
 
-def _unwelded(gap: Unwelded) -> dict[str, Any]:
-    return {**asdict(gap), "help": [{**asdict(each), "move_mm": list(each.move_mm)} for each in gap.help]}
-
-
-def _degrees(cell: Cell, q: np.ndarray[Any, Any]) -> list[list[float]]:
-    """Return axes as files show them: degrees, and a rail in mm."""
-    found: list[list[float]] = (q * shown_units(cell)).tolist()
-    return found
-
-
 def _points(sequence: WeldSequence, line: Timeline) -> list[dict[str, Any]]:
-    axes = _degrees(sequence.cell, line.q)
+    axes = (line.q * shown_units(sequence.cell)).tolist()
     return [
         {
             "t_s": float(line.t_s[row]),
