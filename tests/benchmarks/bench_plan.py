@@ -15,7 +15,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.closed_chain import torch_on_seam
 from wpcal.planning.plan.plan import CollisionVerdict
-from wpcal.planning.plan.recheck import recheck_clearance
+from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
 from wpcal.planning.search.objectives import OBJECTIVES, Weights, WeldTargets
@@ -64,7 +64,8 @@ def front_table(problem: PlanningProblem, seconds: float, result: PlanningResult
         for plan in plans
     ]
     share = (np.array(rates) / problem.cell.speeds).max()
-    held = sum(recheck_clearance(plan, problem.cell, refine=FINER).verdict is CollisionVerdict.FREE for plan in plans)
+    checks = [check_path(plan.q, plan.s_mm, problem.cell, refine=FINER) for plan in plans]
+    held = sum(check.verdict is CollisionVerdict.FREE for check in checks)
     table = Table(title=f"The saddle, {len(problem.path)} points, two MH6")
     for heading in ("", "asked", "measured"):
         table.add_column(heading, justify="right" if heading else "left")

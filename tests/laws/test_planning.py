@@ -11,7 +11,7 @@ from wpcal.core.rotations import rotation_from_zyx
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.closed_chain import SeamPath
 from wpcal.planning.plan.plan import CollisionVerdict
-from wpcal.planning.plan.recheck import recheck_clearance
+from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.search.pareto import Preference, is_nondominated
 from wpcal.seam.path.position import weld_rotation, weld_slope
 
@@ -113,7 +113,7 @@ def test_limits_speeds_and_steps_hold(cell, path, result):
 def test_every_plan_is_free_at_steps_finer_than_it_was_checked(cell, result):
     for plan in result.front.plans:
         assert plan.verdict is CollisionVerdict.FREE
-        assert recheck_clearance(plan, cell, refine=25).verdict is CollisionVerdict.FREE
+        assert check_path(plan.q, plan.s_mm, cell, refine=25).verdict is CollisionVerdict.FREE
 
 
 def test_preferences_take_the_ends_and_the_middle(result):

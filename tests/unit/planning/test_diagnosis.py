@@ -10,6 +10,7 @@ import pytest
 from tests.saddle import COARSE, changed, saddle_problem, scan_coarsely
 from wpcal.core.records import to_json
 from wpcal.core.schemas import schema_text
+from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, TRAVEL, WORK
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.cell.workplace import LEAST_REGULARITY
@@ -132,7 +133,7 @@ def test_a_torch_that_must_lean_at_one_place_leans_there_only(coarse, way):
     ladder = build_ladder(blocked, ReachablePlace(*way, 0), leaning=True)
     assert shortest_path(blocked, ladder, FIRST) is not None
     for rung, attitude, joints in zip(ladder.rungs, ladder.attitude, ladder.joints, strict=True):
-        assert blocked.margins(joints).min() > 0
+        assert capsule_clearance(blocked.cell, joints).is_clear.all()
         lean = np.abs(ladder.coordinates[attitude][:, [WORK, TRAVEL]]).max()
         assert lean <= blocked.targets.torch_range_rad + 1e-12
         assert (lean > 0) == (rung == BLOCKED)

@@ -7,7 +7,7 @@ import pytest
 from tests.saddle import changed, scan_coarsely
 from wpcal.core.errors import ConvergenceError, GeometryError
 from wpcal.core.transform import RigidTransform
-from wpcal.planning.cell.clearance import require_bases_apart
+from wpcal.planning.cell.clearance import capsule_clearance, require_bases_apart
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, candidate_places, weld_zone
 from wpcal.planning.search.ladder import Ladder, build_ladder, shortest_path
@@ -34,7 +34,7 @@ def test_a_ladder_holds_only_allowed_states_with_every_turn_of_the_last_axis(pro
     for attitude, joints in zip(ladder.attitude, ladder.joints, strict=True):
         assert len(attitude) == len(joints) > 0
         assert ((joints >= low) & (joints <= high)).all()
-        assert problem.margins(joints).min() > 0
+        assert capsule_clearance(problem.cell, joints).is_clear.all()
         assert problem.regularity(joints).min() >= LEAST_REGULARITY
         assert joints[:, 11].max() - joints[:, 11].min() > 2 * np.pi
 

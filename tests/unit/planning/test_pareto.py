@@ -37,14 +37,6 @@ def test_a_dominated_row_adds_nothing_and_another_one_does():
     assert hypervolume(np.vstack([values, values.min(axis=0)]), np.ones(3)) > before
 
 
-def test_hypervolume_agrees_with_pymoo():
-    indicator = pytest.importorskip("pymoo.indicators.hv", reason="pymoo is not installed").HV
-    values = np.random.default_rng(2).uniform(0.0, 1.1, (30, 3))
-    assert hypervolume(values, np.ones(3)) == pytest.approx(
-        indicator(ref_point=np.ones(3))(values), rel=0, abs=ROUND_OFF
-    )
-
-
 def test_a_thinned_front_holds_the_ends_and_leaves_no_gap():
     x = np.linspace(0.0, 1.0, 101)
     rows = thin_front(np.stack([x, 100.0 * (1.0 - x)], axis=1), 5)

@@ -12,8 +12,8 @@ from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.plan.plan import CollisionVerdict, Plan
-from wpcal.planning.plan.recheck import finer_states, recheck_clearance
+from wpcal.planning.plan.plan import CollisionVerdict
+from wpcal.planning.plan.recheck import check_path, finer_states
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
@@ -33,9 +33,8 @@ def turned(angle):
     return AWAY + angle * np.eye(6)[0]
 
 
-def plan_of(state):
-    zeros = np.zeros(len(state))
-    return Plan("W1", np.arange(float(len(state))), state, zeros, zeros, zeros, zeros, {}, {})
+def rechecked(state, cell, **more):
+    return check_path(state, np.arange(float(len(state))), cell, **more)
 
 
 def sweep(first, last, n=2):
@@ -49,8 +48,8 @@ def test_a_post_between_two_points_is_found(cell):
     post = Shape("post", [[*tip[:2], 0]], [[*tip[:2], 2000]], [20])
     blocked = replace(cell, bench=(*cell.bench, post))
     assert capsule_clearance(blocked, state).is_clear.all()  # at its points nothing is wrong
-    assert recheck_clearance(plan_of(state), cell).verdict is CollisionVerdict.FREE
-    found = recheck_clearance(plan_of(state), blocked)
+    assert rechecked(state, cell).verdict is CollisionVerdict.FREE
+    found = rechecked(state, blocked)
     assert found.verdict is CollisionVerdict.NOT_FREE
     assert "post" in found.clearance.nearest(found.worst)
     assert "post" in found.describe()
@@ -65,7 +64,7 @@ def test_what_is_called_free_touches_nothing_at_finer_steps_still(cell, seed):
         start = AWAY + rng.uniform(-0.7, 0.7, (2, 6))
         end = start + rng.uniform(-0.3, 0.3, (2, 6))
         state = np.concatenate([np.linspace(start[0], end[0], 4), np.linspace(start[1], end[1], 4)], axis=1)
-        found = recheck_clearance(plan_of(state), cell)
+        found = rechecked(state, cell)
         verdicts.append(found.verdict)
         closely = hull_clearance(cell, finer_states(state, refine=73)).distance_mm.min()
         if found.verdict is CollisionVerdict.FREE:
@@ -82,18 +81,18 @@ def test_a_needle_between_two_states_is_not_stepped_over(cell):
     state = sweep(turned(-0.05), turned(0.05))
     tip = cell.tool_places(turned(0.00333)[None])[0, :3, 3]
     needle = Shape("needle", [[*tip[:2], 0]], [[*tip[:2], 3000]], [0.5])
-    coarse = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=1)
+    coarse = rechecked(state, replace(bare, bench=(needle,)), refine=1)
     assert coarse.refine == 8  # halved as often as it may be
     assert coarse.clearance.is_clear.all()
     assert coarse.verdict is CollisionVerdict.NOT_FREE
     assert "between" in coarse.describe()
-    fine = recheck_clearance(plan_of(state), replace(bare, bench=(needle,)), refine=50)
+    fine = rechecked(state, replace(bare, bench=(needle,)), refine=50)
     assert not fine.clearance.is_clear.all()
 
 
 def test_steps_are_halved_until_nothing_fits_between(cell):
     state = sweep(turned(-0.2), turned(0.2))
-    found = recheck_clearance(plan_of(state), cell, refine=10)
+    found = rechecked(state, cell, refine=10)
     assert found.refine in (20, 40, 80)
     assert found.least_gap_mm > found.motion_mm
     assert found.verdict is CollisionVerdict.FREE
@@ -115,24 +114,24 @@ def test_the_tip_leaves_the_line_by_the_rise_of_an_arc(cell):
     state = sweep(AWAY, turned(angle))
     tip = cell.tool_places(AWAY[None])[0, :3, 3] - cell.T_world_base.t_mm
     rise = np.hypot(*tip[:2]) * (1 - np.cos(angle / 2))
-    found = recheck_clearance(plan_of(state), cell)
+    found = rechecked(state, cell)
     np.testing.assert_allclose(found.tip_error_mm, rise, rtol=0, atol=ROUND_OFF_MM)
 
 
 def test_the_motion_between_states_is_that_of_the_farthest_body(cell):
     state = sweep(AWAY, turned(0.1))
-    found = recheck_clearance(plan_of(state), cell)
+    found = rechecked(state, cell)
     arm = np.linalg.norm(cell.tool_places(AWAY[None])[0, :2, 3])
     assert 0.7 * arm * 0.01 < found.motion_mm < 1.5 * arm * 0.01
     still = np.concatenate([np.repeat(AWAY[None], 3, axis=0), np.repeat(AWAY[None], 3, axis=0)], axis=1)
-    assert recheck_clearance(plan_of(still), cell).motion_mm == 0.0
-    assert recheck_clearance(plan_of(still), cell).tip_error_mm < ROUND_OFF_MM
+    assert rechecked(still, cell).motion_mm == 0.0
+    assert rechecked(still, cell).tip_error_mm < ROUND_OFF_MM
 
 
 def test_the_tip_is_seen_from_the_part(cell):
     """Moving robot 2 alone moves it too."""
     state = np.concatenate([np.repeat(AWAY[None], 2, axis=0), np.stack([AWAY, turned(0.1)])], axis=1)
-    found = recheck_clearance(plan_of(state), cell)
+    found = rechecked(state, cell)
     T = np.linalg.inv(cell.part_places(state)) @ cell.tool_places(state[:, :6])
     assert np.linalg.norm(T[1, :3, 3] - T[0, :3, 3]) > 50
     assert found.tip_error_mm > 0.5
@@ -141,4 +140,4 @@ def test_the_tip_is_seen_from_the_part(cell):
 @pytest.mark.parametrize("refine", [0, -3])
 def test_a_step_cannot_be_cut_into_less_than_one_part(cell, refine):
     with pytest.raises(InputError, match="at least one part"):
-        recheck_clearance(plan_of(sweep(AWAY, AWAY)), cell, refine=refine)
+        rechecked(sweep(AWAY, AWAY), cell, refine=refine)

@@ -15,7 +15,6 @@ from wpcal.planning.search.nsga2 import Nsga2Options, PathEncoding, evolve_paths
 from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
 from wpcal.planning.search.pareto import Preference, failed_record, pareto_record
 from wpcal.planning.search.plan_seam import SWEEP, best_paths, judge_paths, plan_seam
-from wpcal.planning.search.problem import PlanningProblem
 
 SAME = 1e-9
 """Round-off of millimetres and angles that were added to nothing."""
@@ -180,9 +179,3 @@ def test_evolution_is_repeatable_and_can_be_interrupted(thin, swept):
 
     _, interrupted = evolve_paths(thin, seeds, options, stop)
     assert interrupted
-
-
-def test_a_cell_states_all_limits_of_both_arms(cell, path):
-    problem = PlanningProblem(cell, path)
-    assert problem.cell.limits[0].shape == problem.cell.speeds.shape == (12,)
-    assert np.degrees(problem.cell.speeds[5]) == pytest.approx(610.0, rel=0, abs=1e-9)

@@ -22,7 +22,6 @@ from wpcal.planning.sequence.kept_plan import kept_plan_of, with_digest
 from wpcal.planning.sequence.order import Stop, find_order
 from wpcal.planning.sequence.place import Moved, map_places
 from wpcal.planning.sequence.plan_sequence import SequencePreference, _Work, plan_sequence
-from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldOrder, WeldPosition
 from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, sequence_record
@@ -198,16 +197,6 @@ def test_a_home_in_collision_and_unknown_seams_are_one_line(given):
     inside = dataclasses.replace(cell, d1_mm=400.0)
     with pytest.raises(InputError, match=r"home is in collision: .*write another home_deg"):
         plan_sequence(inside, given.part, given.seams[:1], SequenceTargets())
-
-
-def test_points_are_added_where_frames_are_far_apart(given):
-    for seam in (each.seam for each in given.seams):
-        task = seam_task(seam)
-        assert np.diff(task.s_mm).max() <= 5.0 + 1e-9
-        assert task.is_source.sum() == len(seam.frames)
-        back = task.backwards()
-        assert np.allclose(back.p, task.p[::-1], rtol=0, atol=0)
-        assert np.allclose(np.linalg.det(back.R), 1.0, rtol=0, atol=1e-9)
 
 
 def test_the_best_order_of_few_stops_is_found():

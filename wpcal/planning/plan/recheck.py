@@ -19,7 +19,7 @@ from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
 from wpcal.planning.cell.shape import Shape
-from wpcal.planning.plan.plan import CollisionVerdict, Plan
+from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.robot.kinematics.forward import Frames
 
 REFINE = 10
@@ -111,23 +111,15 @@ class TipMotion:
         return f"{text}; sample the seam with smaller steps (--max-step-mm of wpcal calibrate or wpcal seams)"
 
 
-def recheck_clearance(plan: Plan, cell: Cell, *, refine: int = REFINE) -> PathCheck:
-    """Measure a plan by hulls at finer steps.
-
-    Raises `InputError` when `refine` is less than 1, or hulls need a package that is not installed.
-    """
-    return check_path(plan.q, plan.s_mm, cell, refine=refine)
-
-
 def check_path(planned: FloatArray, s_mm: FloatArray, cell: Cell, *, refine: int = REFINE) -> PathCheck:
-    """Measure any path by hulls at finer steps.
+    """Measure a path by hulls at finer steps.
 
     If all states are clear, but bodies move farther between two states than the distance between them, the steps are
     halved and measured again, at most `HALVINGS` times.
 
     `planned`: shape (n, 12). All axes at the states, rad.
     `s_mm`: shape (n,). Arc length along the seam at the states, mm.
-    Raises `InputError` as in `recheck_clearance`.
+    Raises `InputError` when `refine` is less than 1, or hulls need a package that is not installed.
     """
     found = _measure(planned, s_mm, cell, refine)
     for _ in range(HALVINGS):

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.core.arrays import FloatArray
 from wpcal.core.csv_text import csv_text
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_check import check_cell
@@ -105,22 +104,18 @@ def path_check_record(check: PathCheck) -> dict[str, Any]:
     }
 
 
-def clearance_at_states(run: CellRun) -> FloatArray:
-    """Return the distance of the pair with the least margin at every state, shape (N,), mm; NaN if unchecked."""
-    if run.check is None or not len(run.check.clearance.pairs):
-        return np.full(len(run), np.nan)
-    return run.check.clearance.distance_mm[:: run.check.refine]
-
-
 def _points(run: CellRun) -> list[dict[str, Any]]:
-    plan = run.plan
+    plan, check = run.plan, run.check
+    nearest = np.full(len(run), np.nan)
+    if check is not None and len(check.clearance.pairs):
+        nearest = check.clearance.distance_mm[:: check.refine]
     columns = {
         "s_mm": run.along(plan.s_mm),
         "slope_deg": np.degrees(run.along(plan.slope_rad)),
         "rotation_deg": np.degrees(run.along(plan.rotation_rad)),
         "work_deg": np.degrees(run.along(plan.work_rad)),
         "travel_deg": np.degrees(run.along(plan.travel_rad)),
-        "clearance_mm": clearance_at_states(run),
+        "clearance_mm": nearest,
     }
     one, two = (np.degrees(q).tolist() for q in np.split(run.q, 2, axis=1))
     return [

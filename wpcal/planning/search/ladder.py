@@ -16,6 +16,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.same_bits import product
 from wpcal.optim.ladder import cheapest_way
+from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import SPIN, TRAVEL, WORK, YAW, joints_along
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.search.diagnosis import LEANS, Obstacle, attitudes_at, farthest_from_a_plan, left_reach, obstacle_at
@@ -72,7 +73,7 @@ def _states_at(
     one, two = reachable.branches
     keep = np.flatnonzero(usable[0, :, one] & usable[1, :, two])
     both = np.concatenate([joints[0, keep, one], joints[1, keep, two]], axis=1)
-    clear = problem.margins(both) > 0
+    clear = capsule_clearance(problem.cell, both).is_clear
     keep, both = keep[clear], both[clear]
     state, turned = _with_turns(problem, both)
     rung, attitude = np.divmod(keep[state], len(attitudes))

@@ -26,6 +26,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
 from wpcal.core.same_bits import product, sine
+from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, SPIN, YAW, all_joints, flange_poses
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, reach_shortage
@@ -160,7 +161,7 @@ def _turned_into_limits(problem: PlanningProblem, joints: FloatArray) -> FloatAr
 def _violations(problem: PlanningProblem, joints: FloatArray, missing: BoolArray, short: FloatArray) -> FloatArray:
     low, high = problem.cell.limits
     flat, there = joints.reshape(-1, 2 * JOINTS), ~missing
-    margin = np.where(there, problem.margins(flat).reshape(missing.shape), np.inf)
+    margin = np.where(there, capsule_clearance(problem.cell, flat).margin_mm.reshape(missing.shape), np.inf)
     regular = np.where(there, problem.regularity(flat).min(axis=1).reshape(missing.shape), np.inf)
     beyond = np.where(there, np.maximum(joints - high, low - joints).max(axis=2), -np.inf)
     rates = np.abs(np.diff(joints, axis=1)) / np.diff(problem.path.s_mm)[:, None] * problem.speed_mm_s

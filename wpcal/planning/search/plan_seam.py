@@ -17,7 +17,7 @@ from wpcal.core.arrays import frozen
 from wpcal.core.same_bits import first_least
 from wpcal.planning.cell.clearance import require_bases_apart
 from wpcal.planning.plan.plan import CollisionVerdict, Plan
-from wpcal.planning.plan.recheck import PathCheck, recheck_clearance
+from wpcal.planning.plan.recheck import PathCheck, check_path
 from wpcal.planning.search.diagnosis import Constraint, NoFeasiblePlanError, Obstacle, nearest_to_a_plan
 from wpcal.planning.search.ladder import build_ladder, ladder_obstacle, shortest_path
 from wpcal.planning.search.nsga2 import Nsga2Options, evolve_paths
@@ -202,7 +202,7 @@ def _free_plans(
     plans, refused = [], []
     for path in paths:
         plan = make_plan(problem, path, found_by)
-        check = recheck_clearance(plan, problem.cell)
+        check = check_path(plan.q, plan.s_mm, problem.cell)
         if check.verdict is CollisionVerdict.FREE:
             clearance_mm = check.clearance.distance_mm[:: check.refine]
             plans.append(replace(plan, clearance_mm=clearance_mm, verdict=check.verdict))

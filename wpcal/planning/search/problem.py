@@ -60,13 +60,6 @@ class PlanningProblem:
         """
         return objective_values(self.path_values(coordinates, joints))
 
-    def margins(self, joints: FloatArray) -> FloatArray:
-        """Return the least capsule clearance beyond the safety distances, shape (N,), mm.
-
-        `joints`: shape (N, 12). Robot 1, then robot 2, rad.
-        """
-        return capsule_clearance(self.cell, joints).margin_mm
-
     def regularity(self, joints: FloatArray) -> FloatArray:
         """Return how far both arms are from singular poses, shape (N, 6). The three measures of each arm.
 
@@ -103,6 +96,6 @@ class PlanningProblem:
             "weld position": outside[[SLOPE, ROTATION]].max(),
             "torch angles": outside[[WORK, TRAVEL]].max(),
             "weld zone": outside[PLACE].max(),
-            "clearance": -self.margins(joints).min(),
+            "clearance": -capsule_clearance(self.cell, joints).margin_mm.min(),
         }
         return {name: max(float(value), 0.0) for name, value in found.items()}

@@ -17,6 +17,7 @@ import numpy as np
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import product
 from wpcal.optim.banded import LinearModel, descend
+from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import COORDINATES, PLACE, joint_slopes, joints_along
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
@@ -102,12 +103,12 @@ def _clearance_limits(
     problem: PlanningProblem, path: CandidatePath, slopes: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Missing clearance; (n, 1), (n, 1, 9). Its derivative is a difference quotient over joints, where it is small."""
-    margin = problem.margins(path.joints)
+    margin = capsule_clearance(problem.cell, path.joints).margin_mm
     derivative = np.zeros((len(margin), 1, COORDINATES))
     rows = np.flatnonzero(margin < LOOK_AHEAD_MM)
     if len(rows):
         nudged = path.joints[rows, None] + GRADIENT_STEP_RAD * np.eye(2 * JOINTS)
-        near = problem.margins(nudged.reshape(-1, 2 * JOINTS)).reshape(len(rows), 2 * JOINTS)
+        near = capsule_clearance(problem.cell, nudged.reshape(-1, 2 * JOINTS)).margin_mm.reshape(len(rows), -1)
         slope = (near - margin[rows, None]) / GRADIENT_STEP_RAD
         derivative[rows, 0] = -CLEARANCE_STIFFNESS * np.einsum("nj,njk->nk", slope, np.radians(slopes[rows]))
     missing = np.where(np.isfinite(margin), KEEP_CLEAR_MM - margin, -LOOK_AHEAD_MM)

@@ -196,6 +196,7 @@ class _Grid:
         )  # poses at the point that has the fewest
         ways = np.argsort(-counts, axis=1, kind="stable")[:, :MOST_WAYS]
         found = np.zeros(len(moves), dtype=np.bool_)
+        frames = slice(CARRIER, None) if self.moved is Moved.PART else slice(TOOL + 1)
         for way in ways.T:
             rows = np.flatnonzero(~found & (counts[np.arange(len(way)), way] > 0))
             value, branch = np.divmod(way[rows], usable.shape[4])
@@ -212,11 +213,6 @@ class _Grid:
                 pose = np.argmax(np.cumsum(own[at, rung], axis=1) > rank[:, None], axis=1)
                 q = joints[rows[at], value[at], rung, pose, branch[at]]
                 q = np.concatenate([q, outer[value[at], rung, pose]], axis=1)
-                clear[at, rung] = self.clearance.margins(q, moved=(self._frames, moves[rows[at]])).is_clear
+                clear[at, rung] = self.clearance.margins(q, moved=(frames, moves[rows[at]])).is_clear
             found[rows] = clear.all(axis=1)
         return found
-
-    @property
-    def _frames(self) -> slice:
-        """The frames of `Cell.frames` that are moved."""
-        return slice(CARRIER, None) if self.moved is Moved.PART else slice(TOOL + 1)
