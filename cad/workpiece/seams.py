@@ -21,6 +21,7 @@ from wpcal.draw.seam import explained_svg
 from wpcal.seam import ConcaveEdges, Seam, SeamOptions
 from wpcal.seam.edit import PlacedEdit, apply_edits
 from wpcal.seam.explain import explain_seam
+from wpcal.seam.find.bead_bodies import without_beads
 from wpcal.seam.find.covered import covered_issues
 from wpcal.seam.find.marked import MarkedEdges
 from wpcal.seam.find.play import with_play
@@ -72,7 +73,7 @@ def find_seams(
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
     graph = found.graph or workpiece.graph
-    trimmed = workpiece.trimmed.with_graph(graph)
+    trimmed = without_beads(graph, workpiece.trimmed).with_graph(graph)
     workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
     measured = replace(options, play=found.notes.play)
     return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece

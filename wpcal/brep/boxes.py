@@ -13,6 +13,7 @@ FAN = 8  #: Boxes in one node: with eight, 500 boxes make a tree of three levels
 MORTON_BITS = 10
 """Bits per coordinate for the order along the curve: 1024 cells per side, finer than the distance of neighbours."""
 CHUNK = 5_000  #: Queries that go down the tree together: their data fits the processor's cache.
+FAR_MM = 1e9  #: An empty box begins here, and ends here on the other side.
 
 Meets = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
 """Whether queries (numbers, shape (m,)) meet boxes (least and greatest corners, shape (3, m), a coordinate per row)."""
@@ -49,7 +50,7 @@ class BoxTree:
         """Return the tree with some boxes empty (mask over all boxes, shape (n,)), so that no query meets them."""
         gone = left_out[self.order]
         low, high = self.levels[0]
-        lowest = np.where(gone, np.inf, low), np.where(gone, -np.inf, high)
+        lowest = np.where(gone, FAR_MM, low), np.where(gone, -FAR_MM, high)
         return BoxTree(self.order, (lowest, *self.levels[1:]))
 
     def search(self, count: int, meets: Meets) -> tuple[IntArray, IntArray]:

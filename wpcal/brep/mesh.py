@@ -39,11 +39,6 @@ class PartMesh:
     angle_rad: float  #: Largest change of a face's normal along one triangle, rad.
     sha256: str | None = None  #: Hash of the STEP file.
 
-    @property
-    def triangle_count(self) -> int:
-        """Number of triangles of all solids."""
-        return sum(len(solid.triangles) for solid in self.solids)
-
 
 def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return unit normals of points: the direction of the sum of their triangles' area vectors.

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from wpcal.brep.boxes import BoxTree
+from wpcal.brep.boxes import FAR_MM, BoxTree
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.nurbs import NurbsSurface
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -50,7 +50,7 @@ class PatchBoxes:
     def without(self, left_out: BoolArray) -> PatchBoxes:
         """Return the boxes with those of some faces empty (mask over all faces, shape (F,))."""
         gone = left_out[self.face]
-        low, high = np.where(gone[:, None], np.inf, self.low), np.where(gone[:, None], -np.inf, self.high)
+        low, high = np.where(gone[:, None], FAR_MM, self.low), np.where(gone[:, None], -FAR_MM, self.high)
         return PatchBoxes(self.face, low, high, self.tree.without(gone))
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.brep.boundaries import sample_boundaries
-from wpcal.brep.boxes import BoxTree
+from wpcal.brep.boxes import FAR_MM, BoxTree
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.patch_boxes import PatchBoxes, patch_corners
 from wpcal.brep.strips import Strips
@@ -61,15 +61,19 @@ class TrimmedFaces:
         vars(other).update({name: value for name, value in vars(self).items() if name not in _FIELDS})
         return other
 
-    def without(self, solid: int) -> TrimmedFaces:
-        """Return the faces as if a solid were not there: its faces have empty boxes, so nothing meets them."""
-        hidden = self.graph.face_solid == solid
+    def without(self, solids: IntArray | int) -> TrimmedFaces:
+        """Return the faces as if some solids, shape (k,), were not there: with empty boxes, so nothing meets them."""
+        hidden = np.isin(self.graph.face_solid, solids)
         low, high = self.face_box
-        boxes = np.where(hidden[:, None], np.inf, low), np.where(hidden[:, None], -np.inf, high)
+        boxes = np.where(hidden[:, None], FAR_MM, low), np.where(hidden[:, None], -FAR_MM, high)
         tree, patches = self.box_tree.without(hidden), self.patch_boxes.without(hidden)
         other = self.with_graph(self.graph)
         vars(other).update(face_box=boxes, box_tree=tree, patch_boxes=patches)
         return other
+
+    def heights(self, face: int, way: FloatArray) -> FloatArray:
+        """Return how far along a direction, shape (3,), the boundary of a face goes, shape (k,), mm."""
+        return np.asarray(self.p0[self.start[face] : self.start[face + 1]] @ way)
 
     @cached_property
     def face_box(self) -> tuple[FloatArray, FloatArray]:

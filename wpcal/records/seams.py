@@ -168,6 +168,9 @@ class Seam(Record):
         "The most usual shipped torch that reaches all of this stretch, which the torch of this file does not reach, "
         "and the wire that it needs. Missing: none does, or the stretch is reached."
     )
+    bead_mm: Maybe[Annotated[float, Meta(gt=0, le=100)]] = D(
+        "Throat of the bead or round that is drawn in the corner, in the middle of the seam, mm."
+    )
     groove: Maybe[Groove] = D(
         "Cross-section of a flare groove in the middle of its seam: from the root to the mouth, the width of the "
         "mouth, and from the root to the seam."

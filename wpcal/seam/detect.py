@@ -12,6 +12,7 @@ from wpcal.core.arrays import BoolArray
 from wpcal.seam.chain import rounded_place
 from wpcal.seam.copies import CopiedSeams
 from wpcal.seam.edit import candidates_of
+from wpcal.seam.find.bead_bodies import as_drawn
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.contact import candidate_pairs, find_edge_contacts
 from wpcal.seam.find.covered import count_solids
@@ -24,6 +25,7 @@ from wpcal.seam.find.marked import MarkedEdges, in_words, take_marked
 from wpcal.seam.find.mitres import find_mitres
 from wpcal.seam.find.play import with_play
 from wpcal.seam.find.root_gaps import find_root_gaps
+from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
@@ -82,6 +84,7 @@ def find_seam_candidates(
     Parameters and order of the searches as in `detect_seams`.
     """
     gap_mm = options.gap_for(graph)
+    drawn = drawn_beads(graph, find_strips(graph, trimmed, min_length_mm=options.min_edge_mm))
     edge, face = candidate_pairs(graph, trimmed, gap_mm)
     is_search = marked is None or marked.is_added
     if is_search:
@@ -104,7 +107,7 @@ def find_seam_candidates(
         flush = find_flush_sides(graph, trimmed, sections, gap_mm=gap_mm)
         found += build_seams(graph, flush, options, SeamSource.SECTION)
     if options.concave is not ConcaveEdges.NEVER:
-        concave, mitres = _inside_solids(graph, trimmed, marked, options)
+        concave, mitres = _inside_solids(graph, trimmed, marked, options, drawn)
         concave = with_inner_joints(graph, trimmed, concave)
         found += build_seams(graph, concave, options, SeamSource.CONCAVE)
         found += build_seams(graph, mitres, options, SeamSource.MITRE)
@@ -117,7 +120,8 @@ def find_seam_candidates(
     if is_search and options.gap_mm is None:
         found = _with_wide_gaps(graph, trimmed, joined, found, options)
     found = [s for s in found if s.source.is_chosen or _count(graph, trimmed, s.pieces).all()]
-    return cut_at_material(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], options)
+    found = as_drawn(graph, trimmed, [face_free_space(graph, trimmed, seam) for seam in found], drawn)
+    return cut_at_material(graph, trimmed, found, options)
 
 
 def _count(graph: BrepGraph, trimmed: TrimmedFaces, pieces: SeamPieces) -> BoolArray:
@@ -206,10 +210,13 @@ def _marked_seams(
 
 
 def _inside_solids(
-    graph: BrepGraph, trimmed: TrimmedFaces, marked: MarkedEdges | None, options: SeamOptions
+    graph: BrepGraph, trimmed: TrimmedFaces, marked: MarkedEdges | None, options: SeamOptions, drawn: BoolArray
 ) -> tuple[JoinedPieces, JoinedPieces]:
-    """Return the concave edges inside solids that are candidates by themselves, and the mitres of tubes."""
-    concave = find_concave_edges(graph, min_length_mm=options.min_edge_mm)
+    """Return the concave edges inside solids that are candidates by themselves, and the mitres of tubes.
+
+    `drawn`: shape (F,). The faces of modelled beads, whose edges are none.
+    """
+    concave = find_concave_edges(graph, but=drawn, min_length_mm=options.min_edge_mm)
     wall, base, gap_mm = concave.pieces.wall, concave.pieces.base, options.gap_for(graph)
     solids, own = np.unique(graph.face_solid[wall]), np.ones(len(wall), dtype=bool)
     if options.concave is ConcaveEdges.AUTO:

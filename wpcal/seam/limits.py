@@ -34,10 +34,6 @@ class Level(Enum):
     solid that has the shape of a fastener or is known not to be metal."""
 
 
-THICKEST_MM = 60.0
-"""Concave edges: if both members are thicker, the part is a casting or a building. Plates welded by robots are rarely
-thicker than 40 mm."""
-
 MOST_BRIDGE_MM = 5.0
 """Contacts in one line are welded in one run across interruptions of at most this length: the slit beside a tab, a
 relief hole."""

@@ -87,6 +87,7 @@ def _seam_record(seam: Seam) -> dict[str, Any]:
         **({} if seam.wrap_of is None else {"wrap_of": seam.wrap_of}),
         **({"more_wire_mm": seam.more_wire_mm} if seam.more_wire_mm else {}),
         **({} if seam.other_torch is None else {"other_torch": asdict(seam.other_torch)}),
+        **({} if seam.bead_mm is None else {"bead_mm": seam.bead_mm}),
         **({} if seam.groove is None else {"groove": asdict(seam.groove)}),
         **({} if seam.candidate is None else {"candidate": _candidate_record(seam.candidate)}),
         **({} if seam.edit is None else {"edit": _edit_record(seam.edit)}),
@@ -205,6 +206,7 @@ def _seam_from_record(seam: dict[str, Any], frame: str) -> Seam:
         more_wire_mm=float(seam.get("more_wire_mm", 0.0)),
         other_torch=None if other is None else OtherTorch(**other),
         groove=FlareGroove(**seam["groove"]) if "groove" in seam else None,
+        bead_mm=seam.get("bead_mm"),
         wrap_of=seam.get("wrap_of"),
     )
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from wpcal.seam.limits import THICKEST_MM
 from wpcal.seam.seam import Finding, SeamSource
 
 PRIOR = {
@@ -19,6 +18,7 @@ PRIOR = {
     SeamSource.CONCAVE: 0.95,
     SeamSource.MITRE: 0.95,
     SeamSource.BEAD: 0.7,
+    SeamSource.DRAWN: 0.95,
     SeamSource.FLARE: 0.95,
     SeamSource.MARKED: 1.0,
     SeamSource.ADDED: 1.0,
@@ -101,22 +101,10 @@ class Rule(Enum):
         "Metals that are welded are denser. 1000 is what programs write if nobody chose a material.",
         "density of the product in the file",
     )
-    CUT_OUT = RuleRow(
-        0.2,
-        "Concave edge: it is the corner of an opening in one member.",
-        "A cut has corners, too.",
-        "shape: material deeper than the edge is long",
-    )
-    MASSIVE = RuleRow(
-        0.2,
-        f"Concave edge: both members are thicker than {THICKEST_MM:g} mm.",
-        "The part is a casting or a building. A box that was drawn solid does not count.",
-        "shape: depth behind both faces",
-    )
     ROLLED = RuleRow(
         0.2,
-        "Concave edge or bead: it is a corner inside one member, as of a rolled profile.",
-        "The root of a rolled profile is not a weld.",
+        "Concave edge or round: it is a corner inside one member: of a rolled profile, or of the outline of a plate.",
+        "The root of a rolled profile is not a weld, nor is the corner of a cut.",
         "shape: the members into which the solid is taken apart",
     )
     SMALLER_THAN_NOZZLE = RuleRow(
@@ -243,18 +231,6 @@ class Rule(Enum):
         "Members of a weldment are cut from plate, bar and tube. Such a solid is rather bolted or clamped; a milled "
         "clevis is welded now and then, so `--generous` takes it, also between two of them.",
         "shape: the members into which the solid is taken apart",
-    )
-    ONE_LINED_UP = RuleRow(
-        0.75,
-        "One hole of both members lines up where they touch.",
-        "One hole may be for locating, or for a pipe.",
-        "shape, as above",
-    )
-    PIN_IN_HOLE = RuleRow(
-        0.8,
-        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
-        "It may be pressed in, or turn there.",
-        "shape",
     )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,

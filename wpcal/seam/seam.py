@@ -47,6 +47,7 @@ class SeamSource(Enum):
     CONCAVE = "concave edge inside one solid"
     MITRE = "mitre of tubes inside one solid"
     BEAD = "modelled bead or round inside one solid"
+    DRAWN = "corner that a modelled bead fills"
     FLARE = "groove between a radius and another solid"
     MARKED = "marked or picked edge"
     ADDED = "edge added to those that are found"
@@ -55,6 +56,11 @@ class SeamSource(Enum):
     def is_chosen(self) -> bool:
         """Whether a person chose the edge: then it is a seam, whatever the findings."""
         return self in (SeamSource.MARKED, SeamSource.ADDED)
+
+    @property
+    def is_filled(self) -> bool:
+        """Whether material that stands for the weld is in front of the seam."""
+        return self in (SeamSource.BEAD, SeamSource.DRAWN)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -245,6 +251,7 @@ class Seam:
     hiding: tuple[Hiding, ...] = ()
     other_torch: OtherTorch | None = None  #: A torch that reaches the seam, if the stated one does not.
     groove: FlareGroove | None = None  #: The cross-section of a flare groove; None for another weld.
+    bead_mm: float | None = None  #: The throat of the bead or round that is drawn in it.
     #: The name of the seam of which this is a wrap: it goes across the end of a plate, beside that seam. None for any
     #: other seam.
     wrap_of: str | None = None

@@ -17,6 +17,7 @@ from wpcal.core.issue import Issue
 from wpcal.seam.copies import CopiedSeams, renumbered
 from wpcal.seam.detect import find_seam_candidates, judge_candidates
 from wpcal.seam.find.bead import add_beads
+from wpcal.seam.find.bead_bodies import without_beads
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
@@ -80,6 +81,7 @@ def find_part_seams(
 ) -> PartSeams:
     """Find the seams of a part."""
     once = _once_per_group(graph, trimmed, options, cross) if mark is None else None
+    trimmed = without_beads(graph, trimmed)
     if once is not None:
         wide, found = once
         return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed.with_graph(wide)), ())
@@ -111,7 +113,7 @@ def _once_per_group(
         wall, base = (np.searchsorted(firsts.faces, faces) for faces in (own.wall, own.base))
         return wider, replace(own, wall=wall, base=base), issues
 
-    own = TrimmedFaces.of(firsts.graph)
+    own = without_beads(firsts.graph, TrimmedFaces.of(firsts.graph))
     added = _add(firsts.graph, own, options, cross_firsts)
     found = added.find(own.with_graph(added.graph), options)
     if added.issues or any(text.startswith(OPPOSED_REASON) for seam in found for text in seam.reasons):
@@ -133,6 +135,6 @@ def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: C
         graph, sections, issues = cross(graph, pairs)
         trimmed = trimmed.with_graph(graph)
     may = partial(are_welded_corners, graph, trimmed, gap_mm=options.gap_for(graph))
-    graph, beads = add_beads(graph, options, may)
+    graph, beads = add_beads(graph, trimmed, options, may)
     graph, flares = add_grooves(graph, trimmed, options)
     return _Added(graph, sections, beads, flares, issues)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.core.errors import InputError
-from wpcal.seam.seam import JointType, Seam, WeldType
+from wpcal.seam.seam import JointType, Seam, SeamSource, WeldType
 from wpcal.weld.groove import Groove
 from wpcal.weld.passes import Bead, place_beads
 from wpcal.weld.place import SeamPlace
@@ -111,6 +111,8 @@ def weld_for(
             draft.put(name, value, Source.FILE, file)
     for name, value in ({} if groove is None else groove.values()).items():
         draft.put(name, value, Source.MODEL, MODEL_FILE)
+    if seam.bead_mm is not None and seam.source is SeamSource.DRAWN and not _is_other_size("throat_mm", draft):
+        draft.put("throat_mm", seam.bead_mm, Source.MODEL, MODEL_FILE)
     case = Case(seam.joint, seam.weld, draft.given.get("thickness_mm"), draft.given.get("position"))
     speed_row = _take_rules(draft, rules.values_for(case))
     _take_depth(draft, seam)

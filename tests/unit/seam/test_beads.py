@@ -27,7 +27,9 @@ FRAME_RAD = 1e-6
 def seams_of(name: str, concave: ConcaveEdges = ConcaveEdges.AUTO) -> tuple[BrepGraph, list[Seam]]:
     graph, options = saved_graph(name), SeamOptions(concave=concave)
     trimmed = TrimmedFaces.of(graph)
-    wider, beads = add_beads(graph, options, partial(are_welded_corners, graph, trimmed, gap_mm=options.gap_for(graph)))
+    wider, beads = add_beads(
+        graph, trimmed, options, partial(are_welded_corners, graph, trimmed, gap_mm=options.gap_for(graph))
+    )
     found = detect_seams(wider, options, trimmed=replace(trimmed, graph=wider), beads=beads)
     return wider, [seam for seam in found if seam.source is SeamSource.BEAD]
 
@@ -78,7 +80,8 @@ def bisector_on_leaning_pipe(p: FloatArray, tilt: float) -> FloatArray:
 
 
 def test_rounds_on_outer_edges_and_bends_are_no_beads() -> None:
-    assert find_strips(saved_graph("bent-block")) == []
+    graph = saved_graph("bent-block")
+    assert find_strips(graph, TrimmedFaces.of(graph)) == []
 
 
 def test_beads_are_asked_for_as_concave_edges_are() -> None:

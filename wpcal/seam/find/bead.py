@@ -1,6 +1,6 @@
 """Modelled beads and rounds inside one solid: the seam is where the two faces beside the strip would meet.
 
-A strip is a concave face that runs smoothly into two other faces along its sides. The curve in which their surfaces
+The strip fills the corner between two faces. The curve in which their surfaces
 meet is a line for two planes, and a circle for a plane across a cylinder. Otherwise it is computed point by point, in
 planes across the side of the strip (`brep.meeting`). A cubic spline through the points is the curve.
 """
@@ -16,6 +16,7 @@ from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.extend import FreeEdge, add_edges, interpolated, line
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.meeting import meet_surfaces
+from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.strips import WIDEST_MM, Strip, find_strips
@@ -29,7 +30,7 @@ ACROSS_SIN = 1e-6  #: A plane is across a cylinder if the sine between its norma
 
 
 def add_beads(
-    graph: BrepGraph, options: SeamOptions, may: Callable[[IntArray, IntArray], BoolArray]
+    graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, may: Callable[[IntArray, IntArray], BoolArray]
 ) -> tuple[BrepGraph, JoinedPieces]:
     """Add the curves in which the faces beside beads and rounds meet, as edges without faces of their own.
 
@@ -39,7 +40,7 @@ def add_beads(
     """
     strips: list[Strip] = []
     if options.concave is not ConcaveEdges.NEVER:
-        strips = find_strips(graph, min_length_mm=options.min_edge_mm)
+        strips = find_strips(graph, trimmed, min_length_mm=options.min_edge_mm)
     if options.concave is ConcaveEdges.AUTO:
         sides = np.array([strip.sides for strip in strips], dtype=np.int64).reshape(-1, 2)
         strips = [strips[row] for row in np.flatnonzero(may(sides[:, 0], sides[:, 1])).tolist()]

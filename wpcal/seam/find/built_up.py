@@ -125,7 +125,9 @@ class _Lines:
     @classmethod
     def known(cls, trimmed: TrimmedFaces, solid: int) -> _Lines:
         """Return the lines through a solid that were sent before, or new ones."""
-        lines: _Lines = trimmed.known.setdefault(("lines", solid), cls.through(trimmed, solid))
+        if ("lines", solid) not in trimmed.known:
+            trimmed.known["lines", solid] = cls.through(trimmed, solid)
+        lines: _Lines = trimmed.known["lines", solid]
         return lines
 
     @classmethod

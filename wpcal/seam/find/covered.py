@@ -16,6 +16,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.given_names import is_given_name
 from wpcal.core.issue import Issue
+from wpcal.seam.find.bead_bodies import bead_bodies
 from wpcal.seam.find.same_room import find_same_rooms
 
 LOOKS = ((8, 0.75), (200, 0.98))
@@ -120,8 +121,10 @@ def _chosen(graph: BrepGraph, pairs: set[tuple[int, int]]) -> IntArray:
 
 
 def count_solids(graph: BrepGraph, trimmed: TrimmedFaces, solids: IntArray) -> BoolArray:
-    """Tell which of some solids count; numbers below zero do.
+    """Tell which of some solids count; numbers below zero do, beads that were drawn do not.
 
     Returns ndarray of bool, same shape.
     """
-    return np.asarray((solids < 0) | (covered_by(graph, trimmed)[np.maximum(solids, 0)] < 0), dtype=bool)
+    counts = covered_by(graph, trimmed) < 0
+    counts[bead_bodies(graph, trimmed)] = False
+    return np.asarray((solids < 0) | counts[np.maximum(solids, 0)], dtype=bool)

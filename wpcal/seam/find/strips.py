@@ -1,26 +1,41 @@
-"""Strips of solids: hollow faces that run smoothly into two other faces at an angle, as beads and rounds do."""
+"""Strips of solids: faces that fill the hollow corner between two others, as beads and rounds do.
+
+A round, and a bead that was drawn hollow, runs smoothly into the faces beside it. A bead that was drawn flat or bulging
+meets them at corners, which are no welds by themselves.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wpcal.brep.concavity import LEAST_TURN_SIN
 from wpcal.brep.curves import edge_lengths, evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
+from wpcal.brep.hits import find_hits
+from wpcal.brep.meeting import meet_surfaces
 from wpcal.brep.surfaces import project_to_faces
-from wpcal.core.arrays import BoolArray
+from wpcal.brep.trim import TrimmedFaces
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.limits import LEAST_SEAM_MM
 
 WIDEST_MM = 30.0  #: Largest width of the face of a bead: a fillet with 20 mm legs, laid in many runs, is 28 mm wide.
 LEAST_CORNER_COS = 0.87
 """Faces beside a strip at an angle of less than 30 degrees are one bent sheet, not two members."""
 STRIPS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS, SurfaceKind.CONE, SurfaceKind.NURBS)
-BENDS = (SurfaceKind.CYLINDER, SurfaceKind.TORUS)
-SAME_AXIS_MM = 1e-3  #: The inside and the outside of a bend are about one axis within this.
 ACROSS_POINTS = 513  #: Points along the other side of a strip, of which the nearest one is taken.
-SAME_AXIS_SIN = 1e-6  #: Two bends are about one axis if the sine between their axes is below this.
+LEAST_RISE, MOST_RISE = 0.25, 0.97
+"""Sines between the chord across a bead and its sides: 15 and 75 degrees. The floor of a channel has 90."""
+MOST_UNEVEN, SLENDER = 3.0, 2.0  #: Ratio of the legs of a bead at most, and of its length to its width at least.
+MOST_BULGE, MOST_HOLLOW = 0.5, 0.6
+"""A bead bulges, or is hollow, by less than these shares of its throat: a quarter round bulges by 0.41, and a rod in a
+corner by 2.4."""
+MOST_END = 1.5  #: The faces at the end of a bead are no longer than this many of its widths.
+WALL, WALL_COS, AS_FAR = 4.0, 0.98, 0.9
+"""A strip of which the far side is parallel, within this many throats, is a wall of a folded sheet; a bead has material
+for this share of the way to its root."""
+SKIN_MM = 1e-3  #: Rays into the material start this far below the surface.
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +44,18 @@ class Strip:
 
     face: int
     sides: tuple[int, int]  #: The faces beside it.
-    edges: tuple[tuple[int, ...], tuple[int, ...]]  #: The edges between the strip and each of these faces.
+    edges: tuple[tuple[int, ...], tuple[int, ...]]  #: The edges between the strip and each of these, the shorter first.
+    is_bead: bool  #: Whether it meets both at corners, as only a bead that was drawn does.
+    width_mm: float = 0.0  #: From side to side.
 
 
 def find_strips(
-    graph: BrepGraph, solids: BoolArray | None = None, *, min_length_mm: float = LEAST_SEAM_MM
+    graph: BrepGraph, trimmed: TrimmedFaces, solids: BoolArray | None = None, *, min_length_mm: float = LEAST_SEAM_MM
 ) -> list[Strip]:
-    """Find the concave strips that run smoothly into two other faces of their solid at an angle. By face.
+    """Find the strips that fill a hollow corner between two other faces of their solid. By face.
+
+    A strip runs smoothly into both faces, or meets both at hollow corners and has material as far as the corner that it
+    fills.
 
     `solids`: shape (S,). Only these solids are searched; by default all.
     """
@@ -43,53 +63,117 @@ def find_strips(
     edges = edges[graph.edge_kind[edges] != CurveKind.DEGENERATE]
     if solids is not None:
         edges = edges[solids[graph.edge_solid[edges]]]
-    edges = edges[np.isin(graph.face_kind[graph.edge_faces[edges]], STRIPS).any(axis=1)]
-    p = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))[0]
+    p, slope = evaluate_edges(graph, edges, graph.edge_range[edges].mean(axis=1))
     left, right = (project_to_faces(graph, graph.edge_faces[edges, k], p).normal for k in (0, 1))
-    smooth = edges[np.linalg.norm(np.cross(left, right), axis=1) < LEAST_TURN_SIN]
+    turn = np.cross(left, right)
+    smooth = np.linalg.norm(turn, axis=1) < LEAST_TURN_SIN
+    hollow = ~smooth & (np.einsum("ki,ki->k", turn, slope) < 0.0)
+    rounds = _between_two(graph, edges[smooth], min_length_mm)
+    beads = _between_two(graph, edges[hollow], min_length_mm, is_bead=True)
+    corners = _Corners.of(graph, [*rounds, *beads])
+    kept, width = corners.are_strips() & corners.have_material(trimmed), np.linalg.norm(corners.q - corners.p, axis=1)
+    found = [replace(corners.strips[row], width_mm=float(width[row])) for row in np.flatnonzero(kept).tolist()]
+    filled = {one.face for one in found if one.is_bead}  # and not the sides of a hole with many sides
+    return sorted((one for one in found if not one.is_bead or filled.isdisjoint(one.sides)), key=lambda one: one.face)
+
+
+def drawn_beads(graph: BrepGraph, strips: list[Strip]) -> BoolArray:
+    """Tell which faces belong to beads that were drawn: strips with corners, and their ends, shape (F,)."""
+    found = np.zeros(graph.face_count, dtype=bool)
+    longest = np.zeros(graph.face_count)
+    lengths = edge_lengths(graph)
+    for side in graph.edge_faces.T:
+        np.maximum.at(longest, side[side >= 0], lengths[side >= 0])
+    for strip in strips:
+        if strip.is_bead:
+            beside = graph.edge_faces[(graph.edge_faces == strip.face).any(axis=1)].ravel()
+            found[strip.face] = True
+            found[beside[(beside >= 0) & (longest[beside] <= MOST_END * strip.width_mm)]] = True
+    return found
+
+
+def _between_two(graph: BrepGraph, edges: IntArray, min_length_mm: float, *, is_bead: bool = False) -> list[Strip]:
+    """Return the faces that have two others beside them along some edges, for at least so long."""
     lengths = edge_lengths(graph)
     beside: dict[int, dict[int, list[int]]] = {}
-    for edge in smooth.tolist():
-        for face, other in (graph.edge_faces[edge].tolist(), graph.edge_faces[edge, ::-1].tolist()):
-            if graph.face_kind[face] in STRIPS:
-                beside.setdefault(face, {}).setdefault(other, []).append(edge)
+    for edge, (one, other) in zip(edges.tolist(), graph.edge_faces[edges].tolist(), strict=True):
+        for face, next_to in ((one, other), (other, one)):
+            if graph.face_kind[face] in STRIPS or is_bead:
+                beside.setdefault(face, {}).setdefault(next_to, []).append(edge)
     found = []
     for face, others in sorted(beside.items()):
-        long = sorted(others, key=lambda other: (-float(lengths[others[other]].sum()), other))[:2]
-        if len(long) == 2 and all(lengths[others[other]].sum() >= min_length_mm for other in long):
-            found.append(Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]]))))
-    corners = zip(found, _are_concave_corners(graph, found).tolist(), strict=True)
-    return [strip for strip, is_corner in corners if is_corner and not _is_bend(graph, strip.face)]
+        mm = {other: float(lengths[rows].sum()) for other, rows in others.items()}
+        long = sorted(mm, key=lambda other: (-mm[other], other))[:2][::-1]
+        if len(long) == 2 and mm[long[0]] >= min_length_mm:
+            found.append(Strip(face, (long[0], long[1]), (tuple(others[long[0]]), tuple(others[long[1]])), is_bead))
+    return found
 
 
-def _is_bend(graph: BrepGraph, face: int) -> bool:
-    """Tell whether a strip is the inside of a bent sheet: its solid has a larger convex face about the same axis."""
-    o, z, radius = graph.face_frame[face, 0], graph.face_frame[face, 3], graph.face_param[face]
-    same = (graph.face_solid == graph.face_solid[face]) & (graph.face_kind == graph.face_kind[face])
-    outside = np.flatnonzero(same & (graph.face_outward > 0) & np.isin(graph.face_kind, BENDS))
-    arm = graph.face_frame[outside, 0] - o
-    turn = np.linalg.norm(np.cross(graph.face_frame[outside, 3], z), axis=1)
-    if graph.face_kind[face] == SurfaceKind.CYLINDER:
-        off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
-        wider = graph.face_param[outside, 0] > radius[0]
-    else:
-        off = np.linalg.norm(arm, axis=1) + np.abs(graph.face_param[outside, 0] - radius[0])
-        wider = graph.face_param[outside, 1] > radius[1]
-    return bool(((turn <= SAME_AXIS_SIN) & (off <= SAME_AXIS_MM) & wider).any())
+@dataclass(frozen=True, slots=True, eq=False)
+class _Corners:
+    """The sections of n strips, each across the middle of an edge of its first side."""
 
+    graph: BrepGraph
+    strips: list[Strip]
+    #: `p`, `q`: shape (n, 3). Where the strip meets its sides, mm.
+    p: FloatArray
+    q: FloatArray
+    #: `n1`, `n2`: shape (n, 3). Outward normals of the sides there.
+    n1: FloatArray
+    n2: FloatArray
+    foot: FloatArray  #: shape (n, 3). On the strip, next to the middle between p and q.
+    outward: FloatArray  #: shape (n, 3). Normal of the strip there.
+    root: FloatArray  #: shape (n, 3). Where the two sides would meet; not a number where they do not.
 
-def _are_concave_corners(graph: BrepGraph, strips: list[Strip]) -> BoolArray:
-    """Tell which strips are narrow, with sides at an angle, and their middles behind the chords across them."""
-    first, second = np.array([[edges[0] for edges in strip.edges] for strip in strips], dtype=np.int64).reshape(-1, 2).T
-    side = np.array([strip.sides for strip in strips], dtype=np.int64).reshape(-1, 2)
-    p = evaluate_edges(graph, first, graph.edge_range[first].mean(axis=1))[0]
-    at = np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], ACROSS_POINTS, axis=1)
-    across = evaluate_edges(graph, np.repeat(second, ACROSS_POINTS), at.ravel())[0].reshape(-1, ACROSS_POINTS, 3)
-    nearest = np.argmin(np.linalg.norm(across - p[:, None], axis=2), axis=1)
-    q = across[np.arange(len(strips)), nearest]
-    n1, n2 = project_to_faces(graph, side[:, 0], p).normal, project_to_faces(graph, side[:, 1], q).normal
-    middle, width = (p + q) / 2, np.linalg.norm(q - p, axis=1)
-    foot = project_to_faces(graph, [strip.face for strip in strips], middle)
-    behind = np.einsum("ki,ki->k", foot.p - middle, foot.normal) < 0
-    at_an_angle = np.einsum("ki,ki->k", n1, n2) < LEAST_CORNER_COS
-    return np.asarray(behind & (width > 0) & (width <= WIDEST_MM) & at_an_angle, dtype=bool)
+    @classmethod
+    def of(cls, graph: BrepGraph, strips: list[Strip]) -> _Corners:
+        first = np.array([strip.edges[0][0] for strip in strips], dtype=np.int64)
+        second = np.array([edge for strip in strips for edge in strip.edges[1]], dtype=np.int64)
+        owner = np.repeat(np.arange(len(strips)), [len(strip.edges[1]) for strip in strips])
+        side = np.array([strip.sides for strip in strips], dtype=np.int64).reshape(-1, 2)
+        p, slope = evaluate_edges(graph, first, graph.edge_range[first].mean(axis=1))
+        at = np.linspace(graph.edge_range[second, 0], graph.edge_range[second, 1], ACROSS_POINTS, axis=1)
+        across = evaluate_edges(graph, np.repeat(second, ACROSS_POINTS), at.ravel())[0]
+        off = np.linalg.norm(across - np.repeat(p[owner], ACROSS_POINTS, axis=0), axis=1)
+        nearest = np.lexsort((off, np.repeat(owner, ACROSS_POINTS)))
+        q = across[nearest[np.searchsorted(np.repeat(owner, ACROSS_POINTS), np.arange(len(strips)))]]
+        n1, n2 = project_to_faces(graph, side[:, 0], p).normal, project_to_faces(graph, side[:, 1], q).normal
+        foot = project_to_faces(graph, np.array([strip.face for strip in strips], dtype=np.int64), (p + q) / 2)
+        x = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+        root = meet_surfaces(graph, side[:, 0], side[:, 1], p, x, least_sin=LEAST_TURN_SIN)
+        return cls(graph, strips, p, q, n1, n2, foot.p, foot.normal, root)
+
+    def are_strips(self) -> BoolArray:
+        """Tell which strips are narrow, with sides at an angle, and fill a hollow corner."""
+        middle, chord = (self.p + self.q) / 2, self.q - self.p
+        width = np.linalg.norm(chord, axis=1)
+        is_bead = np.array([strip.is_bead for strip in self.strips], dtype=bool)
+        bulge = np.einsum("ki,ki->k", self.foot - middle, self.outward)
+        kept = (width > 0) & (width <= WIDEST_MM) & (np.einsum("ki,ki->k", self.n1, self.n2) < LEAST_CORNER_COS)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            unit = chord / width[:, None]
+            rise = np.stack([np.einsum("ki,ki->k", self.n1, unit), -np.einsum("ki,ki->k", self.n2, unit)])
+            legs = np.linalg.norm(np.stack([self.root - self.p, self.root - self.q]), axis=2)
+            deep = np.linalg.norm(np.cross(self.root - self.p, unit), axis=1)
+            long = np.array([edge_lengths(self.graph)[list(strip.edges[0])].sum() for strip in self.strips])
+            fills = (rise > LEAST_RISE).all(axis=0) & (rise < MOST_RISE).all(axis=0)
+            fills &= (legs.max(axis=0) <= MOST_UNEVEN * legs.min(axis=0)) & (long >= SLENDER * width)
+            fills &= (bulge <= MOST_BULGE * deep) & (bulge >= -MOST_HOLLOW * deep)
+        return np.asarray(kept & np.where(is_bead, fills, bulge < 0), dtype=bool)
+
+    def have_material(self, trimmed: TrimmedFaces) -> BoolArray:
+        """Tell which strips have material as far as the corner, and are not the inside of a bend."""
+        rows = np.flatnonzero(np.isfinite(self.root).all(axis=1))
+        way = self.root[rows] - self.foot[rows]
+        deep = np.linalg.norm(way, axis=1)
+        way /= np.where(deep > 0, deep, 1.0)[:, None]
+        hits = find_hits(self.graph, trimmed, self.foot[rows] + SKIN_MM * way, way, length_mm=WALL * deep)
+        first = np.flatnonzero(np.diff(hits.ray, prepend=-1))
+        ray, face = hits.ray[first], hits.face[first]
+        at = self.foot[rows[ray]] + (SKIN_MM + hits.at_mm[first])[:, None] * way[ray]
+        normal = project_to_faces(self.graph, face, at).normal
+        is_wall = np.abs(np.einsum("ki,ki->k", normal, way[ray])) > WALL_COS
+        found = np.zeros(len(self.strips), dtype=bool)
+        found[rows] = True
+        found[rows[ray[is_wall | (hits.at_mm[first] < AS_FAR * deep[ray])]]] = False
+        return found

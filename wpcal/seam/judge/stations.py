@@ -18,7 +18,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.path.cut import parameters_at, points_at, spans_of
-from wpcal.seam.seam import Seam, SeamFrames, SeamSource
+from wpcal.seam.seam import Seam, SeamFrames
 
 BEAD_MM = 15.0
 """Rays out of a modelled bead start this far from its root, which is below its face: 14 mm for 20 mm legs."""
@@ -39,7 +39,7 @@ HALVINGS = 50  #: Bisections of a parameter interval: to the last bit.
 
 def start_mm(seam: Seam) -> float:
     """Return how far out of the joint the wire is felt first, mm: outside the joint, its gap and a modelled bead."""
-    return BEAD_MM if seam.source is SeamSource.BEAD else START_MM
+    return BEAD_MM if seam.source.is_filled else START_MM
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -238,7 +238,7 @@ def _exact(graph: BrepGraph, seam: Seam, s_mm: float, hits: _Crossings, *, enter
     for out in (0.0, start_mm(seam)):
         at = _bisected(graph, seam, edge, faces, t, ends, out)
         found += [first + abs(arc_length(graph, edge, t0, float(value))) for value in at]
-        if found and seam.source is SeamSource.BEAD:
+        if found and seam.source.is_filled:
             break
     return (min(found) if enters else max(found)) if found else s_mm
 

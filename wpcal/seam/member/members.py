@@ -34,6 +34,7 @@ ON_MM, ON_COS = (
     0.02,
     0.999,
 )  #: A point is on a plane, or in a slab, within this; normals are parallel within 2.6 degrees.
+ON_RIM_MM = 0.5  #: The outline of a plate goes from side to side, but for broken edges.
 THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height.
 ENDS_TOGETHER = 0.2
 """The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
@@ -86,6 +87,7 @@ class Member:
     thickness_mm: float
     length_mm: float
     roots: frozenset[tuple[int, int]] = frozenset()  #: Pairs of faces at corners that are inside the member.
+    rims: frozenset[int] = frozenset()  #: Of a plate, the faces of its outline.
 
     @property
     def is_drawn_solid(self) -> bool:
@@ -162,19 +164,15 @@ class Decomposition:
         """Return the member inside which a straight corner between two faces is.
 
         `way`: shape (3,). Along the corner, a unit vector. A member holds corners along its axis, hardly longer:
-        its section is not followed to its end where others stand on it.
+        its section is not followed to its end where others stand on it. A plate holds those of its outline.
         """
         pair = (min(faces), max(faces))
-        return next(
-            (
-                one
-                for one in self.members
-                if pair in one.roots
-                and abs(one.axis @ way) > ON_COS
-                and length_mm <= (1.0 + ENDS_TOGETHER) * one.length_mm
-            ),
-            None,
-        )
+        for one in self.members:
+            is_outline = one.rims.issuperset(pair)
+            most_mm = (1.0 + ENDS_TOGETHER) * (one.thickness_mm if is_outline else one.length_mm)
+            if (is_outline or pair in one.roots) and abs(one.axis @ way) > ON_COS and length_mm <= most_mm:
+                return one
+        return None
 
 
 def members_of(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decomposition:
@@ -234,7 +232,7 @@ def _hypotheses(
     graph: BrepGraph, trimmed: TrimmedFaces, solid: int, surface: Surface
 ) -> Iterator[tuple[Member, BoolArray]]:
     """Yield every hypothesis with the points of the surface that it explains."""
-    yield from _plates(graph, solid, surface)
+    yield from _plates(graph, trimmed, solid, surface)
     stretches, convex = find_prisms(graph, trimmed, solid), _convex_faces(graph, solid)
     for stretch in stretches:
         if not stretch.contour.is_bore:
@@ -256,7 +254,9 @@ def _beside(graph: BrepGraph, faces: frozenset[int] | set[int]) -> set[int]:
     return set(graph.edge_faces[own.any(axis=1)].ravel().tolist()) - set(faces) - {-1}
 
 
-def _plates(graph: BrepGraph, solid: int, surface: Surface) -> Iterator[tuple[Member, BoolArray]]:
+def _plates(
+    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, surface: Surface
+) -> Iterator[tuple[Member, BoolArray]]:
     """Yield pairs of parallel planes with material between: much less of it than they are wide, or a box."""
     rows = np.flatnonzero(surface.flat & (graph.face_kind[surface.face] == SurfaceKind.PLANE))
     normal = surface.normal[rows]
@@ -280,14 +280,28 @@ def _plates(graph: BrepGraph, solid: int, surface: Surface) -> Iterator[tuple[Me
         wide = float(np.sqrt(flat.sum() * surface.mm2 / 2.0))
         if t > FLATTEST * wide and not DRAWN_SOLID_MM <= t <= wide:
             continue
-        rim = np.isin(surface.face, list(_beside(graph, both)))
+        beside = np.array(sorted(_beside(graph, both)), dtype=np.int64)
+        rim = np.isin(surface.face, beside)
         at_all = surface.p @ way
         rim &= (np.abs(surface.normal @ way) < 1.0 - ON_COS + 0.02) & (at_all > low[row] - ON_MM)
         rim &= at_all < high[row] + ON_MM
         kind = MemberKind.PLATE if t <= FLATTEST * wide else MemberKind.BOX
         if kind is MemberKind.BOX and not (rim.any() and np.median(surface.thick[rim]) >= DRAWN_SOLID_MM):
             continue
-        yield Member(kind, both, way, np.array([t, wide]), t, wide), flat | rim
+        ends = np.array([np.quantile(trimmed.heights(face, way), (0.0, 1.0)) for face in beside.tolist()])
+        is_rim = (np.abs(ends - [low[row], high[row]]) <= ON_RIM_MM).all(axis=1)
+        yield (
+            Member(
+                kind,
+                both,
+                way,
+                np.array([t, wide]),
+                t,
+                wide,
+                rims=frozenset(beside[is_rim & (t < DRAWN_SOLID_MM)].tolist()),
+            ),
+            flat | rim,
+        )
 
 
 def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> Member | None:
@@ -327,7 +341,8 @@ def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> 
         and _is_rolled(graph, stretch, others)
     ):
         kind = MemberKind.PROFILE
-    return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots)
+    rims = stretch.faces if kind is MemberKind.PLATE else frozenset()
+    return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots, rims)
 
 
 def _radius(graph: BrepGraph, contour: Contour) -> float | None:
@@ -457,7 +472,7 @@ def _rounds(
     cylinders = np.flatnonzero((graph.face_solid == solid) & (graph.face_kind == SurfaceKind.CYLINDER))
     for face in cylinders[graph.face_outward[cylinders] > 0].tolist():
         radius = float(graph.face_param[face, 0])
-        at = trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] @ graph.face_frame[face, 3]
+        at = trimmed.heights(face, graph.face_frame[face, 3])
         on = (surface.face == face) & (np.abs(surface.thick - 2.0 * radius) <= SAME_THICKNESS * radius)
         if len(at) and np.ptp(at) > radius and on.any():
             yield _round(graph, surface, frozenset([face]), 2.0 * radius)

@@ -13,6 +13,7 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.solid_facts import SolidFacts, facts_of
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.errors import ErrorCode, InputError
+from wpcal.seam.find.bead_bodies import bead_bodies
 from wpcal.seam.find.covered import covered_by
 from wpcal.seam.member.fasteners import Fastener, find_fasteners
 from wpcal.seam.member.names import Hit, read_material, read_name
@@ -26,6 +27,7 @@ LIGHTEST_METAL_KG_M3 = 1600.0
 NO_MATERIAL_KG_M3 = 1000.0  #: What programs write if nobody chose a material.
 NEAREST_NAMES = 3  #: Names shown for a pattern that fits no solid.
 ONE_PIECE_WORDS = "made in one piece"  #: What a solid is taken for that is cast, moulded, printed or milled.
+BEAD_WORDS = "shape: it fills the corner between members, where its seam is"
 _NUMBER = re.compile(r"#\d+$")
 
 
@@ -127,10 +129,13 @@ def take_members(graph: BrepGraph, trimmed: TrimmedFaces, judging: Judging) -> M
     labels = [_labels(name, fact) for name, fact in zip(graph.solid_names, facts, strict=True)]
     said = _said(labels, judging)
     fasteners = find_fasteners(graph, trimmed)
-    instead = covered_by(graph, trimmed)
+    instead, beads = covered_by(graph, trimmed), set(bead_bodies(graph, trimmed).tolist())
     common = set.intersection(*(set(own) for own in labels)) if len(labels) > 1 else set()
     members = []
     for solid, name in enumerate(graph.solid_names):
+        if solid in beads:
+            members.append(Member(name, "a weld bead", (), (BEAD_WORDS,)))
+            continue
         first = graph.solid_names[instead[solid]] if instead[solid] >= 0 else None
         own = _Evidence(name, facts[solid], common, fasteners.get(solid), first)
         members.append(own.member(said[solid]))

@@ -22,7 +22,7 @@ from wpcal.seam.find.built_up import LEAST_BUILT_UP, are_round, built_up_share, 
 from wpcal.seam.find.concave import find_concave_edges
 from wpcal.seam.find.covered import count_solids
 from wpcal.seam.find.crumbs import are_crumbs
-from wpcal.seam.find.strips import find_strips
+from wpcal.seam.find.strips import drawn_beads, find_strips
 from wpcal.seam.member.heavy_bars import THIN_MM
 from wpcal.seam.member.members import ON_COS, Decomposition, MemberKind, members_of
 
@@ -108,13 +108,14 @@ def why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | 
 def _why_one_piece(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> str | None:
     if is_turned(graph, solid):
         return "all its faces are round about one axis, as on a turned part"
-    strips = np.zeros(graph.face_count, dtype=bool)
-    strips[[strip.face for strip in find_strips(graph, np.arange(len(graph.solid_names)) == solid)]] = True
+    found = find_strips(graph, trimmed, np.arange(len(graph.solid_names)) == solid)
+    strips = drawn_beads(graph, found)
+    strips[[strip.face for strip in found]] = True
     share = built_up_share(graph, trimmed, solid, but=strips)
-    found = members_of(graph, trimmed, solid)
-    if share < LEAST_BUILT_UP and found.straight_share < LEAST_EXPLAINED:
+    members = members_of(graph, trimmed, solid)
+    if share < LEAST_BUILT_UP and members.straight_share < LEAST_EXPLAINED:
         return f"{share:.0%} of its surface is on plates, bars or tubes; a weldment has {LEAST_BUILT_UP:.0%} or more"
-    return _why_timber(found)
+    return _why_timber(members)
 
 
 def _why_timber(found: Decomposition) -> str | None:
@@ -160,9 +161,10 @@ def _find_slender_pairs(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> 
     if is_turned(graph, solid) or _why_timber(found) is not None:
         return frozenset()
     own = np.arange(len(graph.solid_names)) == solid
-    edges, length = find_concave_edges(graph, own).pieces, edge_lengths(graph)
+    strips, length = find_strips(graph, trimmed, own), edge_lengths(graph)
+    edges = find_concave_edges(graph, own, but=drawn_beads(graph, strips)).pieces
     corners = [*zip(edges.wall.tolist(), edges.base.tolist(), length[edges.edge].tolist(), strict=True)]
-    corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in find_strips(graph, own)]
+    corners += [(*strip.sides, float(length[list(strip.edges[0])].sum())) for strip in strips]
     pairs, between_mm, other_mm = set(), 0.0, 0.0
     for wall, base, mm in corners:
         if found.is_between(wall, base):
