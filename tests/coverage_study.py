@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from wpcal.calibrate.errors.of_points import isotropic_covariance, minimax_excess
-from wpcal.calibrate.errors.prediction import error_95
+from wpcal.calibrate.errors.of_points import isotropic_covariance, points_excess
+from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.tangent import point_jacobian
 from wpcal.study.teaching_error import fit_trials
+
+
+def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
+    """Length that the error of a point stays below with 95 %, by the covariance of ξ about the origin, shape (k,)."""
+    J = point_jacobian(as_points(points_base, name="points"))
+    return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +61,6 @@ def run_coverage_study(
     rms = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1))
     covariance = isotropic_covariance(p - centre, sigma_mm)
     if criterion is Criterion.MINIMAX:
-        covariance = covariance + sigma_mm**2 * minimax_excess((p - centre)[None], sigma_mm)[0]
+        covariance = covariance + sigma_mm**2 * points_excess(p - centre)
     predicted = float(error_95(seam, covariance)[0])
     return CoverageStudy(frozen(np.linalg.norm(moved - seam[0], axis=1)), frozen(rms), predicted)

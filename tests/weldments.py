@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +11,15 @@ from wpcal.calibrate.observe.bodies import Bodies, KeptContacts, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches, TouchTargets
 from wpcal.calibrate.plane_touches import Planes
-from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
+from wpcal.calibrate.solve.bodies import BodiesFit, begin_bodies, fit_begun
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.robot_space import RobotSpace
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
+
+
+def fit_bodies(*of: Any, **known: Any) -> BodiesFit:
+    return fit_begun(*begin_bodies(*of, **known))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 import cad
 from tests.samples.uprights import bodies, planned_touches
-from tests.weldments import Weldment
+from tests.weldments import Weldment, fit_bodies
 from wpcal.brep.graph import SurfaceKind
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
@@ -18,7 +18,7 @@ from wpcal.calibrate.errors.of_bodies import MeetingErrors, MeetingPoints, meeti
 from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.targets import GraphTargets, TargetKind
-from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
+from wpcal.calibrate.solve.bodies import BodiesFit
 from wpcal.calibrate.trust.motion_evidence import estimated_tolerances
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian

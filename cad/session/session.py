@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,8 @@ from cad.session.part import PickPart
 from cad.session.rows import Rows, read_rows
 from cad.session.touches import predict_touches, touch_on_face
 from cad.workpiece.bodies import BodyGroup, find_bodies
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
-from cad.workpiece.moved_bodies import fit_weldment
+from cad.workpiece.fit_part import fit_part
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.moving import MovingChoice
 from cad.workpiece.workpiece import Workpiece
@@ -96,21 +95,20 @@ class PickSession:
             workpiece, options = self.part.workpiece, self.options
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
             observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
-            seams = self.part.seams
-            result, u95 = run_fit(
+            choice = self.moving.to_options(self.groups)
+            weldment = None if choice is None else self._with_sections()
+            found = fit_part(
+                workpiece,
                 observed,
-                seams,
-                options=options,
+                self.part.seams,
+                replace(options, bodies=choice),
                 T_nominal_part=self.T_nominal_part,
-                suggest=partial(next_point, named.taught, workpiece, seams, teaching=options.teaching),
+                weldment=weldment,
             )
-            bodies, choice = None, self.moving.to_options(self.groups)
-            if choice is not None:
-                weldment = self._with_sections()
-                moved = fit_weldment(weldment, named.taught, observed, result, seams, options, choice)
-                result, u95, bodies = moved.result, moved.u95_mm, bodies_record(moved, weldment.graph)
+            bodies = None if found.moved is None else bodies_record(found.moved, self.part.graph)
             revision, moving = self.seams_revision, self.moving.to_record()
-        return {**_fit_record(rows, named.taught, result, u95, bodies), "seams_revision": revision, "moving": moving}
+        record = _fit_record(rows, named.taught, found.result, found.u95_mm, bodies)
+        return {**record, "seams_revision": revision, "moving": moving}
 
     def _with_sections(self) -> Workpiece:
         """Return the workpiece with the curves on which its seams lie; its trimmed faces are found once."""

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cad.workpiece.answer_cache import NO_CACHE, AnswerCache
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.fit_part import fit_part
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit
 from cad.workpiece.means import USUAL_MEANS, Means
-from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
+from cad.workpiece.moved_bodies import MovedWorkpiece
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.step_file import draw_part
 from cad.workpiece.workpiece import Workpiece, open_workpiece
@@ -184,29 +184,17 @@ def calibrate_workpiece(
     seams, workpiece = means.find_seams(workpiece, options.seams, options.choice)
     progress(f"fitting {counted(len(named.taught.names), 'point')}, {counted(len(seams), 'seam')}")
     with blamed_on(named.taught.path):
-        result, u95 = run_fit(
-            observed,
-            seams,
-            options=options,
-            T_nominal_part=T_nominal_part,
-            suggest=partial(next_point, named.taught, workpiece, seams, teaching=options.teaching),
-        )
-        moved = None
-        if options.bodies is not None:
-            progress("fitting the motions of the bodies")
-            moved = fit_weldment(workpiece, named.taught, observed, result, seams, options, options.bodies)
-            result, seams = moved.result, moved.told_seams()
-            u95 = moved.u95_mm
+        found = fit_part(workpiece, observed, seams, options, T_nominal_part=T_nominal_part)
     return WorkpieceCalibration(
         workpiece,
-        result,
-        seams,
-        u95,
+        found.result,
+        found.seams,
+        found.u95_mm,
         named.taught,
         found_names=named.found_names,
         torch=options.seams.reach.torch,
         join_mm=options.seams.most_join_mm,
-        moved=moved,
+        moved=found.moved,
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from functools import partial
 
 import numpy as np
@@ -19,6 +20,8 @@ from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion, Touches, calibrate
 from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.options import FitOptions
+from wpcal.calibrate.size import PartSize
+from wpcal.calibrate.trust.scale import STEEL_PER_K
 from wpcal.calibrate.trust.silent import SilentSearches
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import WpcalError, blamed_on
@@ -36,11 +39,31 @@ from wpcal.touch.advice import advise_set
 from wpcal.touch.touch_results import SilentRows
 
 
+class ScaleChoice(Enum):
+    """Whether the scale of the part that five observations or more tell is only reported, or applied to the seams."""
+
+    FIXED = "fixed"
+    FREE = "free"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrateOptions(FitOptions):
     """How a workpiece is calibrated."""
 
     ball_mm: float = opt(0.0, "Radius of the ball in touches on faces.")
+    scale: ScaleChoice = opt(
+        ScaleChoice.FIXED,
+        "Whether the size of the part is that of its model, or fitted (five points or more) and applied to the seams.",
+    )
+    part_celsius: float | None = opt(
+        None,
+        "Temperature of the part while it is touched and welded, °C: the seams are those of a part of 20 °C, expanded.",
+        "--part-temperature",
+        above=-273.15,
+    )
+    expansion_per_k: float = opt(
+        STEEL_PER_K, "Linear expansion of the part, 1/K (aluminium: 23e-6).", "--expansion", above=0.0, most=1e-3
+    )
     seams: SeamOptions = field(default_factory=SeamOptions)
     choice: SeamChoice = field(default_factory=SeamChoice)  #: What a person decided about the seams.
     bodies: BodiesOptions | None = None  #: Which bodies may have moved; None: the part is one body.
@@ -80,15 +103,20 @@ def name_taught(
 class Observed:
     """Taught rows with what each of them lies on: ready to be fitted."""
 
+    taught: TaughtPoints  #: The rows, with their features (`name_taught`).
     fitted: PointPairs | Touches
     check: PointPairs | Touches | None  #: Rows that are not fitted; they test the fit.
-    tcp_bias_mm: float = 0.0  #: Error of the tool centre point that the rows state, mm.
     #: shape (3,). Places that can be touched as points, in `part`, mm: a suspicious point is tried on them.
     features: dict[str, FloatArray] = field(default_factory=dict)
-    #: shape (3, 3). The axes of the tool in `base` by the names of the rows that say them.
-    postures: dict[str, FloatArray] = field(default_factory=dict)
     silent: SilentSearches | None = None  #: Searches of a touch program that found nothing.
     body_of: dict[str, str] = field(default_factory=dict)  #: The solid that each row lies on, by its name.
+
+    def of_model(self, size: PartSize) -> Observed:
+        """Return what would have been observed of a part that has the size of its model."""
+        silent = self.silent
+        if silent is not None:
+            silent = replace(silent, ends=size.of_model(silent.ends), starts=silent.starts / (1.0 + size.scale))
+        return replace(self, fitted=size.of_model(self.fitted), check=size.of_model(self.check), silent=silent)
 
 
 def prepare_fit(
@@ -109,7 +137,7 @@ def prepare_fit(
         named = zip(taught.names, taught.features, strict=True)
         bodies = {row: solids.get(feature or row, "") for row, feature in named}
         found = pair_points(taught, features)
-        return Observed(*found, taught.tcp_bias_mm, places, taught.postures, body_of=bodies)
+        return Observed(taught, *found, places, body_of=bodies)
     find = partial(touches_of, taught, workpiece.trimmed, features, T_nominal_part=T_nominal_part)
     checked = find(use="check") if "check" in taught.use else None
     fitted = replace(find(use="yes"), axes=named_axes(features))
@@ -119,7 +147,7 @@ def prepare_fit(
         unmet = SilentSearches(ends, silent.starts, silent.was_active)
     names, solid = workpiece.graph.solid_names, bodies_touched(fitted, workpiece.graph.face_solid)
     bodies = {row: names[k] for row, k in zip(fitted.names, solid.tolist(), strict=True) if k >= 0}
-    return Observed(fitted, checked, taught.tcp_bias_mm, postures=taught.postures, silent=unmet, body_of=bodies)
+    return Observed(taught, fitted, checked, silent=unmet, body_of=bodies)
 
 
 def next_point(
@@ -166,7 +194,7 @@ def run_fit(
     Returns `u95_mm`: shape (frames,) per seam.
     """
     accepted = [seam for seam in seams if seam.accepted]
-    bias_mm = max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm)
+    bias_mm = max(options.teaching.tcp_bias_mm, observed.taught.tcp_bias_mm)
     result = calibrate(
         observed.fitted,
         check=observed.check,
@@ -181,7 +209,7 @@ def run_fit(
         seam_names=[seam.name for seam in accepted for _ in range(len(seam.frames))],
         suggest=suggest,
         features=observed.features,
-        postures=observed.postures,
+        postures=observed.taught.postures,
         silent=observed.silent,
         body_of=observed.body_of,
     )

@@ -155,7 +155,6 @@ class MovedWorkpiece:
 
 def fit_weldment(
     workpiece: Workpiece,
-    taught: TaughtPoints,
     observed: Observed,
     rigid: CalibrationResult,
     seams: Sequence[Seam],
@@ -172,11 +171,11 @@ def fit_weldment(
     touches = _touches(workpiece, observed.fitted)
     checks = _touches(workpiece, observed.check)
     assert touches is not None  # of the rows that were fitted as one part
-    solid_of = _solids_of_rows(taught, workpiece)
+    solid_of = _solids_of_rows(observed.taught, workpiece)
     body = bodies_touched(touches, part.face_body, solid_of)
     shared = on_two_bodies(touches, part, solid_of)
     # a motion of bodies may pass for a wrong tool in the rigid fit: only a stated error of the tool counts here
-    stated = replace(rigid.teaching, tcp_bias_mm=max(options.teaching.tcp_bias_mm, observed.tcp_bias_mm))
+    stated = replace(rigid.teaching, tcp_bias_mm=max(options.teaching.tcp_bias_mm, observed.taught.tcp_bias_mm))
     rigid = replace(rigid, issues=(*rigid.issues, *shared), teaching=stated, tool=None)
     sigma = _sigma(rigid, touches, options)
     gap_limit_mm = options.seams.gap_for(workpiece.graph)
@@ -279,6 +278,7 @@ def _judged(
         judgement=judge_evidence(evidence),
         criteria=None,
         issues=tuple(issue for issue in rigid.issues if issue.code in STILL_TRUE),
+        scale=found.scale,
         distrusted=None,
         suspect=None,
         criterion_advice=None,

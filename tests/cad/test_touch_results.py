@@ -9,6 +9,7 @@ import pytest
 
 from cad.workpiece.fit_taught import prepare_fit
 from cad.workpiece.workpiece import Workpiece, open_workpiece
+from tests.coverage_study import error_95
 from tests.few import few
 from tests.record_checks import check_record
 from tests.robot_servers import PASSWORD, USER, Robot, fake_tls
@@ -18,7 +19,6 @@ from tests.touch_results_files import DIGITS_MM, WRITERS
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.calibrate import Criterion, TeachingError, Touches, calibrate
 from wpcal.calibrate.errors.of_touches import budget_of_touches
-from wpcal.calibrate.errors.prediction import error_95
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.solve.touches import Pose, fit_squares
 from wpcal.controllers.registry import controllers

@@ -242,7 +242,7 @@ def test_six_touches_without_a_stated_error_are_unsure_under_an_assumed_one(tee:
     assert result.verdict is VerdictKind.UNSURE
     assert "assumed" in result.judgement.sentence
     result = fit(touched(tee, PLANES, 0.0, np.full(6, SIGMA_MM)), tee, teaching=TeachingError(), solver=Solver.EXACT)
-    assert result.degrees_of_freedom == np.inf
+    assert result.sigma.degrees_of_freedom == np.inf
 
 
 def test_the_weighted_criterion_needs_stated_errors(tee: Workpiece) -> None:

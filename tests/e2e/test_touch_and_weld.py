@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.coverage_study import error_95
 from tests.running import run_here
 from tests.touch_robots.loop import T_FLANGE_TOOL, displacement, planned_frame, run_program
 from tests.touch_robots.robot import Senses, Torch, Welder
 from tests.touch_robots.solid import Solid, triangles_of
-from wpcal.calibrate.errors.prediction import error_95
 from wpcal.controllers.abb.write import NAMES
 from wpcal.controllers.run.machine import inverted
 from wpcal.results.folder import read_finished

@@ -135,14 +135,14 @@ def test_weights_carry_the_middle_where_every_turn_fits_alike():
 
 
 def test_the_bound_of_any_weights_is_below_every_fit():
-    from wpcal.calibrate import weighted_rms_bound
+    from wpcal.calibrate.solve.least_squares import centred, weighted_rms
 
     rng = np.random.default_rng(5)
     pairs, _, _ = make(rng, 6, 30.0)
     for _ in range(100):
         R, t = motion(rng)
         largest = np.linalg.norm(pairs.p_target - pairs.p_source @ R.T - t, axis=1).max()
-        assert weighted_rms_bound(pairs, rng.exponential(size=6)) <= largest
+        assert weighted_rms(centred(pairs.p_source), centred(pairs.p_target), rng.dirichlet(np.ones(6))) <= largest
 
 
 @pytest.mark.parametrize("criterion", list(Criterion))

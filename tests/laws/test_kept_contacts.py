@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.weldments import Weldment, contacts_of_uprights, uprights
+from tests.weldments import Weldment, contacts_of_uprights, fit_bodies, uprights
 from wpcal.calibrate import Sigma, SigmaSource
 from wpcal.calibrate.errors.of_bodies import MeetingPoints
 from wpcal.calibrate.moved import MovedBodies, fit_moved_bodies
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.calibrate.trust.bodies import BodiesEvidence
 from wpcal.calibrate.trust.verdict import VerdictKind, VerdictReason, judge_evidence
 from wpcal.core.issue import Issue

@@ -214,6 +214,6 @@ def test_bodies_without_touches_rest_on_their_tolerance() -> None:
     part = replace(part, p=part.p[rows], n=part.n[rows], body=part.body[rows], targets=part.targets_at(rows))
     true = part.drawn(rng)
     found = part.fitted(part.touched(true, SIGMA_MM, rng), true.T_base_part, SIGMA_MM)
-    spread = np.sqrt(np.diag(found.body_covariance(4)))
+    spread = np.sqrt(np.diag(found.covariance)[30:36])
     assert np.allclose(spread, part.bodies.scales[4], rtol=1e-9)
-    assert (np.sqrt(np.diag(found.body_covariance(1))) <= part.bodies.scales[1] + 1e-12).all()
+    assert (np.sqrt(np.diag(found.covariance)[12:18]) <= part.bodies.scales[1] + 1e-12).all()

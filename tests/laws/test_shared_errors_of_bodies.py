@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.weldments import Weldment, uprights
+from tests.weldments import Weldment, fit_bodies, uprights
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
+from wpcal.calibrate.solve.bodies import BodiesFit
 from wpcal.calibrate.trust.motion_evidence import judge_motion
 from wpcal.core.tangent import point_jacobian
 

@@ -6,7 +6,7 @@ from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.result import CalibrationResult
 from wpcal.calibrate.run import calibrate
 from wpcal.calibrate.solve.annealed import anneal_pairs
-from wpcal.calibrate.solve.least_squares import fit_least_squares, weighted_rms_bound
+from wpcal.calibrate.solve.least_squares import fit_least_squares
 from wpcal.calibrate.solve.minimax import MinimaxSolution, solve_minimax
 from wpcal.calibrate.solve.weighted import fit_weighted
 from wpcal.calibrate.solver_report import Solver, SolverReport
@@ -45,5 +45,4 @@ __all__ = [
     "fit_least_squares",
     "fit_weighted",
     "solve_minimax",
-    "weighted_rms_bound",
 ]

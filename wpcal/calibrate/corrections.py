@@ -11,9 +11,7 @@ into the explanation one by one, while the probability of all corrections togeth
 improbable; then those that are not missed are left out again. The amplitude and length of f and the size of e are
 weighed by their priors and the same probability.
 
-References
-----------
-Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, sections 2.7 and 5.4.
+References: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, sections 2.7 and 5.4.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -13,15 +13,16 @@ from scipy.special import chdtrc
 
 from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.errors.prediction import TeachingError
-from wpcal.calibrate.errors.robot_field import ResidualRows, believe
+from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.observe.bending import MODES
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.calibrate.solve.bodies import BodiesFit, fit_bodies
+from wpcal.calibrate.solve.bodies import BodiesFit, begin_bodies, fit_begun
 from wpcal.calibrate.solve.bodies_problem import Whitened
 from wpcal.calibrate.trust.contact_evidence import ContactEvidence, judge_contacts
 from wpcal.calibrate.trust.motion_evidence import SURE, MotionEvidence, estimated_tolerances, judge_motion
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
+from wpcal.calibrate.trust.scale import ScaleFit, fit_scale
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.core.wording import listed
@@ -57,6 +58,7 @@ class MovedBodies:
     far: tuple[str, ...] = ()  #: Bodies that are farther away than their tolerances explain.
     doubtful: tuple[str, ...] = ()  #: Touches on them that are wrong unless the tolerances are too small.
     contacts: ContactEvidence | None = None  #: Of kept contacts.
+    scale: ScaleFit | None = None  #: How much larger the part is than its model, wherever its bodies are.
 
     @property
     def untouched(self) -> tuple[str, ...]:
@@ -218,50 +220,42 @@ def fit_moved_bodies(
 
     `body`: shape (n,). The body that each touch lies on.
     `teaching`: What is stated of the robot and the tool. By default they are without errors, as in a simulation.
-    Raises `InputError` or `GeometryError` or `ConvergenceError` as in `fit_bodies`.
+    Raises `InputError` or `GeometryError` or `ConvergenceError` as in `begin_bodies` and `fit_begun`.
     """
-    fitted = partial(fit_bodies, touches, body, start=start, sigma_mm=sigma_mm, contacts=contacts)
-    fit = fitted(bodies)
-    modes = None if teaching is None else _modes(fit.whitened.without_contacts(), touches, teaching)
-    fit = fit if modes is None else _with_errors(fit, fitted(bodies, modes=modes))
-    evidence = judge_motion(fit.whitened.without_contacts(), seed=seed)
-    estimated = estimated_tolerances(fit.whitened.without_contacts(), bodies) if estimate else None
-    if estimated is not None:
-        fit = fitted(estimated)
-        fit = fit if modes is None else _with_errors(fit, fitted(estimated, modes=modes))
+    begin = partial(begin_bodies, touches, body, start=start, sigma_mm=sigma_mm, contacts=contacts)
+    begun, modes, scale = begin(bodies), None, None
+    if teaching is not None:
+        rows = _error_rows(begun[0].whitened(begun[1]).without_contacts(), touches)
+        modes = ErrorModes.of(touches.p_base, teaching.believe(rows, 1.0), teaching.tool_mm)
+        scale = fit_scale(rows, len(touches), 1.0, teaching.robot)
+    seen = begun[0].whitened(begun[1], modes).without_contacts()
+    evidence = judge_motion(seen, seed=seed)
+    estimated = estimated_tolerances(seen, bodies) if estimate else None
+    fit = fit_begun(*(begun if estimated is None else begin(estimated)), modes)
     source = ToleranceSource.ASSUMED if estimate else ToleranceSource.STATED
     source = source if estimated is None else ToleranceSource.ESTIMATED
     kept, judged = None, fit.whitened
     if contacts is not None and len(contacts):
         kept, judged = judge_contacts(judged, contacts, wrong_rows(judged.without_contacts()))
-    rows = wrong_rows(judged)
-    far = far_bodies(judged, body, rows)
-    wrong = [i for i in np.unique(judged.touch[rows]).tolist() if i >= 0]
+    off = wrong_rows(judged)
+    far = far_bodies(judged, body, off)
+    wrong = [i for i in np.unique(judged.touch[off]).tolist() if i >= 0]
     names, doubtful = ([touches.names[i] for i in wrong if (body[i] in far) is is_far] for is_far in (False, True))
     counts = np.bincount(body[body >= 0], minlength=len(bodies))
     return MovedBodies(
-        fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful), kept
+        fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful), kept, scale
     )
 
 
-def _with_errors(fit: BodiesFit, with_modes: BodiesFit) -> BodiesFit:
-    """Return the motions of a fit with the errors that it has where readings have errors in common.
-
-    The motions are those of the readings: what the robot reads wrong at a touch, it reads wrong at the seam beside it.
-    """
-    return replace(with_modes, motions=fit.motions, residuals_mm=fit.residuals_mm)
-
-
-def _modes(touched: Whitened, touches: Touches, teaching: TeachingError) -> ErrorModes:
-    """Return the robot's error as the touches that are not wrong show it, where motions of bodies are errors, too."""
+def _error_rows(touched: Whitened, touches: Touches) -> ResidualRows:
+    """Return what the touches that are not wrong show of the robot's error, where motions of bodies are errors, too."""
     seen = touched.select(~np.isin(np.arange(len(touched.r)), wrong_rows(touched)))
     about = touches.p_base - touches.p_base.mean(axis=0)
     Q = null_space(seen.J.T)
     L = np.linalg.cholesky(np.eye(Q.shape[1]) + (Q.T @ seen.B) @ (seen.B.T @ Q))
     rest, root, owner = np.linalg.solve(L, Q.T).T, seen.J[:, 3:6], seen.touch
     z = rest.T @ np.einsum("mi,mi->m", root, about[owner])
-    rows = ResidualRows(about, owner, root, rest, rest.T @ seen.r, z, float(np.mean(np.sum(root**2, axis=1))))
-    return ErrorModes.of(touches.p_base, believe(rows, 1.0, teaching.robot), teaching.tool_mm)
+    return ResidualRows(about, owner, root, rest, rest.T @ seen.r, z, float(np.mean(np.sum(root**2, axis=1))))
 
 
 def wrong_rows(touched: Whitened) -> IntArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +25,9 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.pendant import NOTATIONS
 from wpcal.core.transform import RigidTransform
+
+if TYPE_CHECKING:
+    from wpcal.calibrate.size import PartSize
 
 SCHEMA = "wpcal/calibration/1"
 
@@ -64,6 +67,7 @@ class CalibrationResult:
     suspect: Suspect | None = None  #: The observations that are wrong, as far as the data tell, with their probability.
     #: How far the tip is from the tool centre point of the controller, if the postures of the touches show it.
     tool: ToolOffset | None = None
+    size: PartSize | None = None  #: How large the part is against its model, where this was stated or asked for.
     scale: ScaleFit | None = None  #: How much larger the part is than its model. None of fewer than five observations.
     #: What only touches on faces and edges have; their lower bound is zero. None for points.
     touches: TouchEvidence | None = None
@@ -116,11 +120,6 @@ class CalibrationResult:
         return self.residuals.worst
 
     @property
-    def degrees_of_freedom(self) -> float:
-        """Behind the scale of the covariance; infinite if the teaching error is not estimated."""
-        return self.sigma.degrees_of_freedom
-
-    @property
     def verdict(self) -> VerdictKind:
         """``PASS``, ``UNSURE`` or ``FAIL``; `judgement` says why."""
         return self.judgement.kind
@@ -143,11 +142,10 @@ class CalibrationResult:
 
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
+        parts = {"suspect": self.suspect, "tool_offset": self.tool, "scale": self.scale, "applied_scale": self.size}
+        found = {key: each.to_record() for key, each in parts.items() if each is not None}
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
-        suspect = {} if self.suspect is None else {"suspect": self.suspect.to_record()}
-        tool = {} if self.tool is None else {"tool_offset": self.tool.to_record()}
-        scale = {} if self.scale is None else {"scale": self.scale.to_record()}
-        return {**self._record(), **suspect, **tool, **scale, **touches}
+        return {**self._record(), **found, **touches}
 
     def _record(self) -> dict[str, Any]:
         return {
@@ -175,7 +173,7 @@ class CalibrationResult:
             "covariance": {
                 "order": ["omega_x_rad", "omega_y_rad", "omega_z_rad", "v_x_mm", "v_y_mm", "v_z_mm"],
                 "about": "origin of base",
-                "degrees_of_freedom": None if np.isinf(self.degrees_of_freedom) else self.degrees_of_freedom,
+                "degrees_of_freedom": self.sigma.to_record()["degrees_of_freedom"],
                 "values": self.covariance.tolist(),
             },
             "teaching_error": {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import scipy
@@ -109,14 +110,6 @@ def calibrate(
     UnitError : When the two sides are in different units.
     FrameError : When pairs or the nominal place are in other frames than ``part``, ``base`` and ``nominal``.
     InputError : When the tolerance is not a positive length, or the weighted criterion finds no covariances.
-
-    Notes
-    -----
-    ``T_base_part = T_base_nominal @ T_nominal_part``; the paper's six-tuple is that of ``T_base_nominal``.
-
-    References
-    ----------
-    Yin, Chen, Lu (2003), eq. (1) to (9).
     """
     nominal = RigidTransform.identity(target="nominal", source="part") if T_nominal_part is None else T_nominal_part
     _require_usable(observed, nominal, tolerance_mm)
@@ -125,15 +118,15 @@ def calibrate(
     asked = FitOptions(criterion=criterion, solver=solver, seed=seed, teaching=model, certify=certify)
     known = _Known(check, T_nominal_part, nominal, schedule, given, features or {}, postures or {})
     problem, report, evidence = _problem(observed, asked, known)
-    fits = _Fits(problem)
-    fit = fits.of(criterion or (Criterion.WEIGHTED if problem.has_covariances else Criterion.LEAST_SQUARES))
+    fit_by = cache(problem.fit)
+    fit = fit_by(criterion or (Criterion.WEIGHTED if problem.has_covariances else Criterion.LEAST_SQUARES))
     points = _paired(observed, fit.T).p_source if given is None else given
-    criteria, found, distrusted = _assess(fits, fit, points, body_of or {})
+    criteria, found, distrusted = _assess(problem, fit_by, fit, points, body_of or {})
     if criterion is None and criteria is not None:
-        fit = fits.of(criteria.least)
+        fit = fit_by(criteria.least)
     pairs, check_pairs = _paired(observed, fit.T), None if check is None else _paired(check, fit.T)
     scale, found = _scale(problem, fit, found)
-    if scale is not None and scale.is_found:
+    if scale is not None and scale.is_found and model.scale_error is None:
         fit = replace(fit, budget=replace(fit.budget, scale=math.hypot(scale.scale, 0.5 * scale.error_95)))
     if silent is not None:
         found = replace(found, issues=(*found.issues, *silent_issues(silent, fit)))
@@ -150,7 +143,7 @@ def calibrate(
         tolerance_mm=tolerance_mm,
         points_part=points,
         seam_names=tuple(seam_names),
-        remedy=_other_criterion(fits, fit, criteria, points, tolerance_mm),
+        remedy=_remedy(fit_by(criteria.least), fit, points, tolerance_mm, problem.word) if criteria else "",
     )
     exceeding = verdict_issues(pairs, check_pairs, fit.T, tolerance_mm)
     return CalibrationResult(
@@ -197,21 +190,17 @@ def _scale(problem: FitProblem, fit: CriterionFit, found: Diagnosis) -> tuple[Sc
         if again.suspect is not None:
             return scale, found
         found = again
-    kept = [issue for issue in found.issues if issue.code != "poor-fit"]
-    return scale, replace(found, issues=(scale.issue, *kept))
+    return scale, replace(found, issues=(scale.issue, *found.issues))
 
 
-def _other_criterion(
-    fits: _Fits, fit: CriterionFit, criteria: CriteriaComparison | None, points: FloatArray, tolerance_mm: float
-) -> str:
-    """Say which other criterion has the seams within the tolerance, or nothing."""
-    if criteria is None or criteria.least is fit.criterion:
+def _remedy(other: CriterionFit, fit: CriterionFit, points: FloatArray, tolerance_mm: float, word: str) -> str:
+    """Say that another criterion has the seams within the tolerance, or nothing."""
+    if other.criterion is fit.criterion:
         return ""
-    other = fits.of(criteria.least)
     error = float(np.quantile(other.budget.joint_errors(other.T.apply(points)), COVERAGE))
     if error > tolerance_mm:
         return ""
-    return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(fits.problem.word)}"
+    return f"--criterion {other.criterion.value} predicts {error:.3g} mm from the same {plural(word)}"
 
 
 def _by_seam(points: FloatArray, names: Sequence[str]) -> tuple[tuple[str, FloatArray], ...]:
@@ -284,31 +273,20 @@ def _paired(observed: PointPairs | Touches, T_base_part: RigidTransform) -> Poin
     return observed.paired(T_base_part) if isinstance(observed, Touches) else observed
 
 
-class _Fits:
-    """The fits of one problem, each made once."""
-
-    def __init__(self, problem: FitProblem) -> None:
-        self.problem = problem
-        self.known: dict[Criterion, CriterionFit] = {}
-
-    def of(self, criterion: Criterion) -> CriterionFit:
-        """Return the fit by a criterion."""
-        if criterion not in self.known:
-            self.known[criterion] = self.problem.fit(criterion)
-        return self.known[criterion]
-
-
 def _assess(
-    fits: _Fits, fit: CriterionFit, seam_points: FloatArray, body_of: Mapping[str, str]
+    problem: FitProblem,
+    fit_by: Callable[[Criterion], CriterionFit],
+    fit: CriterionFit,
+    seam_points: FloatArray,
+    body_of: Mapping[str, str],
 ) -> tuple[CriteriaComparison | None, Diagnosis, Distrusted | None]:
     """Compare the criteria, find what is wrong with the observations, and fit without those that are named."""
-    problem = fits.problem
     n = len(problem.names)
     if n > COMPARED:
         message = f"{n} pairs: blunders are not looked for and the criteria not compared above {COMPARED}"
         return None, Diagnosis((Issue("not-compared", message),)), None
     found = explain_by_body(problem, problem.diagnose(fit), body_of)
-    comparison = compare_criteria(problem, fits.of, seam_points=seam_points, issues=found.issues)
+    comparison = compare_criteria(problem, fit_by, seam_points=seam_points, issues=found.issues)
     wrong = [name for issue in found.issues if issue.code == BLUNDER for name in issue.ids if name in problem.names]
     if not wrong:
         return comparison, found, None

@@ -3,9 +3,7 @@
 The solver knows no geometry. A cost function maps an array of states, shape (m, d), to costs, shape (m,); every chain
 is one row, so that one call of the cost function moves all of them.
 
-References
-----------
-Yin, Chen, Lu (2003), Transactions of the China Welding Institution 24(2), section 2.3, eq. (6) to (9).
+References: Yin, Chen, Lu (2003), Transactions of the China Welding Institution 24(2), section 2.3, eq. (6) to (9).
 Metropolis et al. (1953), J. Chem. Phys. 21, 1087 (the acceptance rule).
 Hukushima, Iba (2003), AIP Conf. Proc. 690, 200 (redrawing a population between temperatures).
 """

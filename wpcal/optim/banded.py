@@ -146,9 +146,7 @@ def solve_chain(diagonal: FloatArray, coupling: FloatArray, right: FloatArray) -
     `coupling`: shape (n - 1, k, k). Rows of a block, columns of the next.
     `right`: ndarray, shape (n, k, m).
 
-    Notes
-    -----
-    Cyclic reduction (Golub, Van Loan, Matrix Computations, 4.5.4): the depth is log2 n, and each step is a few
+    Note: Cyclic reduction (Golub, Van Loan, Matrix Computations, 4.5.4): the depth is log2 n, and each step is a few
     products of many small matrices.
     """
     n, k = diagonal.shape[:2]

@@ -9,9 +9,7 @@ problems are solved, both convex:
 The first is the minimax fit of touches near a pose. The second chooses among fits whose largest residual is the same.
 `wpcal.calibrate.solve.interior_point` solves the first for points, whose residuals it follows around full turns.
 
-References
-----------
-Mehrotra, S. (1992), SIAM J. Optim. 2(4), 575 (predictor and corrector).
+References: Mehrotra, S. (1992), SIAM J. Optim. 2(4), 575 (predictor and corrector).
 """
 
 from __future__ import annotations

@@ -10,9 +10,7 @@ and accepts the step if it does not increase :math:`r^\top W r`. Two least-squar
 solver: whole paths of planning, whose normal equations are a band, and the inverse kinematics of thousands of poses at
 once, which are square systems solved to round-off without a line search.
 
-References
-----------
-Marquardt (1963), An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11(2).
+References: Marquardt (1963), An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11(2).
 """
 
 from __future__ import annotations

@@ -3,9 +3,7 @@ r"""Damped least squares from many starts at once: each round moves every start 
 Each start takes the steps that `wpcal.optim.levenberg_marquardt.minimise_squares` takes from it alone. States are rows
 of one array, and one call of the problem evaluates all of them.
 
-References
-----------
-Marquardt (1963), An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11(2).
+References: Marquardt (1963), An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11(2).
 """
 
 from __future__ import annotations

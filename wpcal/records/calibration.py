@@ -153,6 +153,11 @@ class Scale(Record):
     is_found: bool = D("Whether the chance is below 1 %.")
 
 
+class AppliedScale(Record):
+    scale: float = D("Relative: at 5e-4 the part is 0.5 mm per metre larger than its model.")
+    source: str = D("The stated temperature, or what the touches told, in words.")
+
+
 class RobotField(Record):
     amplitude_mm: NotNegative = D("Standard deviation per axis of the robot's own error.")
     length_mm: Positive = D("Distance over which this error changes.")
@@ -448,8 +453,11 @@ class Calibration(Record):
         "What the observations say about a wrong one among them. Missing if none is contradicted."
     )
     scale: Maybe[Scale] = D(
-        "How much larger the part is than its model, fitted beside the pose, not applied. Missing for fewer than five "
-        "observations."
+        "How much larger the part is than its model, fitted beside the pose; applied only if applied_scale says so. "
+        "Missing for fewer than five observations."
+    )
+    applied_scale: Maybe[AppliedScale] = D(
+        "The size that the seams have: p_base = T_base_part (1 + scale) p_model. Missing for that of the model."
     )
     tool_offset: Maybe[ToolOffset] = D(
         "How far the tip is from the tool centre point of the controller, if the postures of the touches show it. "

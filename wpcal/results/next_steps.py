@@ -155,8 +155,8 @@ def _rival(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
 def _scale(calibration: Mapping[str, Any], _: Mapping[str, Any]) -> list[str]:
     return [
         "Measure a known length of the part with the robot and with a ruler.",
-        "If the part is warm, let it cool, or calibrate with a model of the warm part. If the lengths differ, have the "
-        "robot calibrated (wpcal identify).",
+        "If the part is warm, let it cool, or state its temperature (--part-temperature). If the lengths differ, have "
+        "the robot calibrated (wpcal identify), or take the size that the touches show (--scale free).",
     ]
 
 

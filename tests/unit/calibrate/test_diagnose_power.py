@@ -99,13 +99,6 @@ def test_two_wrong_points_are_named_as_a_pair_and_no_good_one_instead(n, sigma):
     assert other <= 1
 
 
-def test_two_points_that_are_ten_sigma_off_are_named_as_a_pair_where_sigma_is_not_stated():
-    rng = np.random.default_rng(5)
-    touches = [touched(rng, 8, 2, 10.0) for _ in range(100)]
-    named = [contradicted_points(pairs).named == bad for pairs, bad in touches]
-    assert sum(named) >= 87  # 92 of 100 in 600 sets, less two standard deviations
-
-
 def test_two_of_five_are_said_to_be_two_or_more_and_none_is_named():
     """Three points would remain: they agree with too many errors to show which two are wrong."""
     p = PART[[0, 3, 5, 6, 15]]
@@ -113,7 +106,7 @@ def test_two_of_five_are_said_to_be_two_or_more_and_none_is_named():
     q[0] += [0, 4.0, 3.0]
     q[3] += [3.0, 0, -4.0]
     found = diagnose_pairs(PointPairs(tuple("abcde"), p, q), sigma_mm=SIGMA_MM)
-    assert [issue.code for issue in found.issues] == ["blunder-not-named", "poor-fit"]
+    assert [issue.code for issue in found.issues] == ["blunder-not-named"]
     assert found.suspect.names == ()
     assert "cannot tell which" in found.suspect.sentence
 
@@ -122,5 +115,3 @@ def test_a_wrong_point_is_named_beside_an_error_that_is_stated_too_small():
     pairs, bad = touched(np.random.default_rng(4), 8, 1, 40.0)
     found = diagnose_pairs(pairs, sigma_mm=SIGMA_MM / 2.5)
     assert found.suspect.names == tuple(pairs.names[i] for i in bad)
-    poor = next(issue.message for issue in found.issues if issue.code == "poor-fit")
-    assert "no further point can be named" in poor

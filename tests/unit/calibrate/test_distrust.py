@@ -60,13 +60,6 @@ def test_nothing_is_compared_where_no_point_is_distrusted():
     assert result.to_record()["distrusted"] is None
 
 
-def test_the_record_holds_both_fits():
-    record = calibrate(touched(e=[9.0, 0, 0])).to_record()["distrusted"]
-    assert record["names"] == ["e"]
-    assert record["without"]["rms_mm"] < record["with"]["rms_mm"]
-    assert 0 < record["turn_rad"] < 0.1
-
-
 def test_the_angle_between_the_fits_is_that_of_the_turn():
     problem = PointProblem(touched(), TeachingError())
     names = ("a", "b")

@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from tests.coverage_study import error_95
 from wpcal.calibrate.errors.of_points import isotropic_covariance
-from wpcal.calibrate.errors.prediction import error_95
 from wpcal.core.progress import no_progress
 from wpcal.core.tangent import exp_rotation
 from wpcal.touch.design import Design, farthest_rows, least_swap

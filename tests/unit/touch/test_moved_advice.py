@@ -8,10 +8,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tests.weldments import Weldment, uprights
+from tests.weldments import Weldment, fit_bodies, uprights
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
 from wpcal.calibrate.observe.bodies import KeptContacts, TackTolerance
-from wpcal.calibrate.solve.bodies import fit_bodies
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved

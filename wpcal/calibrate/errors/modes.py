@@ -7,7 +7,7 @@ of its own for z, what is common to touches and seams cancels as it does in `wpc
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,15 +50,9 @@ class ErrorModes:
         own = _covariance(self.belief, points, points) - A @ A.T
         return np.asarray(own + self.belief.rest_mm**2 * np.eye(len(points)) + self.tool_mm**2)
 
-    def told_to(self, touches: Touches) -> Touches:
-        """Return touches that know these errors as shared ones; their own errors grow by the rest."""
-        if touches.covariances is None:
-            raise ValueError("the errors of the touches are stated first")
-        at = self.at(touches.p_base)
-        rest = np.diag(self.rest(touches.p_base)) - self.tool_mm**2
-        own = touches.covariances + at @ at.transpose(0, 2, 1) + np.maximum(rest, 0.0)[:, None, None] * np.eye(3)
-        shared = at if touches.shared is None else np.concatenate([touches.shared, at], axis=2)
-        return replace(touches, covariances=own, shared=shared)
+    def rest_of(self, touches: Touches) -> FloatArray:
+        """Return the variance per axis of what no unknown stands for, at each of n touches, shape (n,), mm²."""
+        return np.maximum(np.diag(self.rest(touches.p_base)) - self.tool_mm**2, 0.0)
 
 
 def _covariance(belief: Belief, a: FloatArray, b: FloatArray) -> FloatArray:

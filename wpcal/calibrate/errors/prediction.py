@@ -14,7 +14,6 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import chdtri, fdtri
 
 from wpcal.calibrate.errors.robot_field import (
@@ -30,10 +29,9 @@ from wpcal.calibrate.errors.robot_field import (
     rigid_rest,
     scale_of,
 )
-from wpcal.core.arrays import FloatArray, as_points, frozen
+from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
-from wpcal.core.tangent import point_jacobian
 
 COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
 LEAST_FREEDOM = 4
@@ -69,6 +67,7 @@ class TeachingError:
         metavar="AMPLITUDE,LENGTH|FILE",
         read=RobotField.read,
     )
+    scale_error: float | None = None  #: Standard deviation of the scale of the part, if it was fitted and is applied.
 
     def __post_init__(self) -> None:
         for name in ("sigma_mm", "bound_mm", "tcp_bias_mm"):
@@ -91,17 +90,22 @@ class TeachingError:
         `covariances`: shape (n, 3, 3). Those that the observations state themselves, mm².
         """
         if covariances is not None:
-            return believe(rows, 1.0, self.robot), Sigma.of_each(covariances)
+            return self.believe(rows, 1.0), Sigma.of_each(covariances)
         if self.per_axis_mm is not None:
             sigma = Sigma.stated(self.per_axis_mm)
-            return believe(rows, sigma.mm, self.robot), sigma
+            return self.believe(rows, sigma.mm), sigma
         seen = float(np.sqrt(np.mean(rows.y**2))) if len(rows.y) else 0.0
         is_exact = len(rows.y) >= LEAST_FREEDOM and seen < RESOLUTION_SIGMA_MM
         if len(rows.y) < LEAST_FREEDOM or is_exact:  # residuals of three points may be small by luck
             sigma = Sigma(RESOLUTION_SIGMA_MM if is_exact else max(USUAL_SIGMA_MM, seen), SigmaSource.ASSUMED)
-            return replace(believe(rows, sigma.mm, self.robot), chance=1.0), sigma
-        belief = believe(rows, None, self.robot)
+            return replace(self.believe(rows, sigma.mm), chance=1.0), sigma
+        belief = self.believe(rows, None)
         return belief, Sigma.believed(belief)
+
+    def believe(self, rows: ResidualRows, s: float | None) -> Belief:
+        """Weigh residuals, as `believe`; a scale that was applied has the error of its fit."""
+        belief = believe(rows, s, self.robot)
+        return belief if self.scale_error is None else replace(belief, scale=self.scale_error)
 
     def tested_sigma_mm(self, places: FloatArray) -> float | None:
         """Standard deviation per axis of residuals, if the teaching error is stated: with the robot's own error.
@@ -192,20 +196,6 @@ class Sigma:
         return {"used_sigma_mm": self.mm, "provenance": self.source.value, "degrees_of_freedom": freedom}
 
 
-def error_95(points_base: ArrayLike, covariance: FloatArray, *, degrees_of_freedom: float = math.inf) -> FloatArray:
-    """Length that the error of a point stays below with 95 % probability, shape (k,), mm.
-
-    The squared length of a Gaussian vector with covariance C is close to tr C · F(m, ν) with
-    m = (tr C)² / tr C² (Satterthwaite), ν the degrees of freedom behind the scale of C.
-
-    `points_base`: shape (k, 3). Base frame, mm.
-    `covariance`: shape (6, 6). Of ξ, about the base's origin.
-    `degrees_of_freedom`: Infinite if the teaching error is stated.
-    """
-    J = point_jacobian(as_points(points_base, name="points"))
-    return length_quantile(J @ covariance @ J.transpose(0, 2, 1), COVERAGE, degrees_of_freedom=degrees_of_freedom)
-
-
 def _satterthwaite(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the traces of n covariances, and the degrees of freedom m of their squared lengths, 1 to 3, shape (n,)."""
     trace = np.trace(covariances, axis1=1, axis2=2)
@@ -225,7 +215,9 @@ def _square_quantile(m: FloatArray, level: float, degrees_of_freedom: FloatArray
 def length_quantile(
     covariances: FloatArray, level: float, *, degrees_of_freedom: FloatArray | float = math.inf
 ) -> FloatArray:
-    """Length that Gaussian vectors stay below with a given probability, by Satterthwaite's approximation.
+    """Length that Gaussian vectors stay below with a given probability.
+
+    The squared length of one with covariance C is close to tr C · F(m, ν) with m = (tr C)² / tr C² (Satterthwaite).
 
     `covariances`: shape (k, 3, 3). mm².
     `degrees_of_freedom`: Behind the scale of the covariances, shape (k,) or one for all.

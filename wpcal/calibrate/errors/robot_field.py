@@ -7,9 +7,7 @@ welds, so that what is common to touches and seams cancels; the rest grows with 
 What nobody states is believed with weights: a grid of teaching errors, amplitudes and lengths, each weighed by its
 prior and by the restricted likelihood of the residuals, which does not know the pose.
 
-References
-----------
-Patterson, Thompson (1971), Recovery of inter-block information when block sizes are unequal, Biometrika 58.
+References: Patterson, Thompson (1971), Recovery of inter-block information when block sizes are unequal, Biometrika 58.
 Slamani, Nubiola, Bonev (2012), Assessment of the positioning performance of an industrial robot, Industrial Robot 39:
 an arm of 1.45 m reach, as delivered, is off by up to 0.65 mm along lines of its working space.
 """

@@ -10,9 +10,7 @@ are then the modes :math:`\varphi_j` of a beam with free ends (Karhunen-Loève),
 with :math:`\cos k_j \cosh k_j = 1` and :math:`\sum 1 / k_j^4 = 1 / 420`. The stated σ is thus the root mean square of w
 along a plate of 1 m; a plate half as long bends by 0.35 of it. Cross-sections stay plane and normal to the axis.
 
-References
-----------
-Blevins (1979), Formulas for natural frequency and mode shape, table 8-1 (free beam).
+References: Blevins (1979), Formulas for natural frequency and mode shape, table 8-1 (free beam).
 """
 
 from __future__ import annotations

@@ -162,9 +162,7 @@ def left_jacobian(omega: FloatArray) -> FloatArray:
 
     `omega`: shape (b, 3). Rotation vectors, rad.
 
-    References
-    ----------
-    Barfoot, State Estimation for Robotics, 2017, equation (7.77b), as a series where the angle is small.
+    References: Barfoot, State Estimation for Robotics, 2017, equation (7.77b), as a series where the angle is small.
     """
     angle = np.linalg.norm(omega, axis=1)[:, None, None]
     small = angle < 1e-3  # the next terms of the series are below 1e-14

@@ -11,7 +11,8 @@ import numpy as np
 
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
-from wpcal.calibrate.errors.of_points import gained_covariance, minimax_excess, point_gain, unequal_minimax_covariance
+from wpcal.calibrate.errors.of_minimax import minimax_of_stated
+from wpcal.calibrate.errors.of_points import gained_covariance, point_gain, points_excess, scaled_points
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.solve.annealed import anneal_pairs
@@ -168,10 +169,11 @@ class PointProblem(FitProblem):
         touching = gained_covariance(gain, covariances)
         belief, sigma = self.teaching.believed(_residual_rows(pairs), covariances)
         if criterion is Criterion.MINIMAX and covariances is not None:
-            touching = unequal_minimax_covariance(moved, covariances, seed=self.seed)
+            J, A, scale = scaled_points(moved)
+            nothing = np.zeros((len(J), 3, 0))
+            touching = scale[:, None] * minimax_of_stated(J, A, covariances, nothing, seed=self.seed) * scale
         elif criterion is Criterion.MINIMAX:
-            bounded = self.teaching.is_bounded
-            excess = minimax_excess(moved[None], sigma.mm, bounded=bounded, seed=self.seed)[0]
+            excess = points_excess(moved, bounded=self.teaching.is_bounded, seed=self.seed)
         return replace(
             ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess), tool_mm=self.teaching.tool_mm
         )

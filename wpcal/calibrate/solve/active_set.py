@@ -10,9 +10,7 @@ with exact second derivatives, so that the pose is exact as well. A point whose 
 set, a point that is further off than the carrying ones enters it. Motions that the conditions leave free stay as they
 are; `tie_break` decides them.
 
-References
-----------
-Nocedal, Wright (2006), Numerical Optimization, ch. 18 (local SQP) and 16.5 (active sets).
+References: Nocedal, Wright (2006), Numerical Optimization, ch. 18 (local SQP) and 16.5 (active sets).
 """
 
 from __future__ import annotations

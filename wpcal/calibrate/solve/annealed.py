@@ -4,9 +4,7 @@ Two parametrisations of one motion ``p_target = Rz(γ) Ry(β) Rx(α) p_source + 
 its own centroid, so a small angle is a small motion, however far the base is. `about_origin` is the paper's: the six
 variables are those of the operator itself, about the origin of the base.
 
-References
-----------
-Yin, Chen, Lu (2003), eq. (5) and (6).
+References: Yin, Chen, Lu (2003), eq. (5) and (6).
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ class BodiesFit:
     residuals_mm: FloatArray  #: shape (n,). Distances of the touches from the moved bodies.
     #: shape (6 + 6 b + k, 6 + 6 b + k). Of (ξ, δ_1, …, δ_b): ξ about the origin of the base as in `CalibrationResult`,
     #: δ_b = (ω, v) of body b about its centroid in `part`; then the k amplitudes of bending; rad and mm. Then, of
-    #: `modes`, the unknowns of the robot's own error as before the touches, with their covariance with the others.
+    #: `modes`, less the unknowns of the robot's own error, which correct no seam, and how they go with the others.
     covariance: FloatArray
     unseen: FloatArray  #: The part of `covariance` that comes from motions which no touch saw.
     whitened: Whitened  #: The linear model at the rigid fit, from which tolerances and evidence are judged.
@@ -85,13 +85,8 @@ class BodiesFit:
         moved = self.motions.apply(body, contact)
         return PointPairs(touches.names, moved, touches.p_base, touches.covariances, space=touches.space)
 
-    def body_covariance(self, body: int) -> FloatArray:
-        """Covariance of the motion (ω, v) of one body, shape (6, 6)."""
-        own = slice(6 + 6 * body, 12 + 6 * body)
-        return self.covariance[own, own]
 
-
-def fit_bodies(
+def begin_bodies(
     touches: Touches,
     body: IntArray,
     bodies: Bodies,
@@ -99,19 +94,12 @@ def fit_bodies(
     *,
     sigma_mm: float | None = None,
     contacts: KeptContacts | None = None,
-    modes: ErrorModes | None = None,
-) -> BodiesFit:
-    """Fit the pose of a weldment and a small motion of every body.
+) -> tuple[Problem, BodiesState]:
+    """Return the fit of the pose of a weldment and of a small motion of every body, at the rigid fit, for `fit_begun`.
 
     `body`: shape (n,). The body that each touch lies on; -1 for one that does not move within the part.
-    `modes`: Errors of readings that touches and seams have in common.
-
-    Raises
-    ------
-    InputError : When no touch carries an error and none is given, or there is no body.
-    GeometryError
-        When the touches leave a motion of the whole free, or the touches of a body and its tolerance do not hold it.
-    ConvergenceError : When the fit does not come to rest.
+    Raises `InputError` when no touch carries an error and none is given, or there is no body; `GeometryError` when the
+    touches leave a motion of the whole free.
     """
     if len(bodies) == 0:
         raise InputError("no body may move: name at least one")
@@ -119,16 +107,23 @@ def fit_bodies(
         if sigma_mm is None or not 0.0 < sigma_mm < math.inf:
             raise InputError("the bodies' motions need the error of the touches: state it (sigma_mm)")
         touches = replace(touches, covariances=np.tile(sigma_mm**2 * np.eye(3), (len(touches), 1, 1)))
-    touched = touches if modes is None else modes.told_to(touches)
-    problem = Problem.of(touched, body, bodies, contacts or KeptContacts.none(), 0 if modes is None else len(modes))
+    problem = Problem.of(touches, body, bodies, contacts or KeptContacts.none())
     first = problem.state(Motions.rigid(bodies, start), problem.first)
     _require_held(problem, first)
     problem = on_curved_faces(problem, first)
-    first = problem.state(first.motions, first.shared)
+    return problem, problem.state(first.motions, first.shared)
+
+
+def fit_begun(problem: Problem, first: BodiesState, modes: ErrorModes | None = None) -> BodiesFit:
+    """Fit a problem from its first state; `modes` are errors of readings that touches and seams have in common.
+
+    Raises `GeometryError` when touches and tolerance do not hold a body; `ConvergenceError` when it does not settle.
+    """
     found = _settled(problem, first)
-    covariance, unseen = problem.covariances(found)
-    fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, problem.whitened(first), modes)
-    _require_bodies_held(fit, body)
+    covariance, unseen = problem.covariances(found, modes)
+    judged = problem.whitened(first, modes)
+    fit = BodiesFit(found.motions, found.at.distances, covariance, unseen, judged, modes)
+    _require_bodies_held(fit, problem.body)
     return fit
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions, left_jacobian
 from wpcal.calibrate.observe.touches import Linearised, Touches
@@ -78,17 +79,16 @@ class Problem:
     scales: FloatArray  #: shape (6 b + k,). `Bodies.all_scales`.
     pivot: FloatArray
     length_mm: float
-    modes: int  #: So many of the shared errors, the last ones, are the robot's own.
 
     @classmethod
-    def of(cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: KeptContacts, modes: int) -> Problem:
+    def of(cls, touches: Touches, body: IntArray, bodies: Bodies, contacts: KeptContacts) -> Problem:
         """Build it for n touches; `body` has the shape (n,)."""
         pivot = touches.p_base.mean(axis=0)
         reach = float(np.linalg.norm(touches.p_base - pivot, axis=1).max())
         shared = np.zeros((len(touches), 3, 0)) if touches.shared is None else touches.shared
-        assert touches.covariances is not None  # of `fit_bodies`
+        assert touches.covariances is not None  # of `begin_bodies`
         own = touches.covariances - shared @ shared.transpose(0, 2, 1)
-        return cls(touches, own, shared, body, bodies, contacts, bodies.all_scales, pivot, max(reach, 1.0), modes)
+        return cls(touches, own, shared, body, bodies, contacts, bodies.all_scales, pivot, max(reach, 1.0))
 
     @property
     def first(self) -> FloatArray:
@@ -176,40 +176,52 @@ class Problem:
         by_bodies = T.R @ (state.motions.jacobian(self.body, at.contact_part) * self.scales)
         return np.concatenate([whole, by_bodies, self.shared], axis=2)
 
-    def covariances(self, state: BodiesState) -> tuple[FloatArray, FloatArray]:
-        """Return the covariance of (ξ, δ, z) and its unseen part: see `BodiesFit`."""
+    def covariances(self, state: BodiesState, modes: ErrorModes | None) -> tuple[FloatArray, FloatArray]:
+        """Return the covariance of (ξ, δ, -z) and its unseen part: see `BodiesFit`.
+
+        Readings that are off by F z + r move the unknowns by G (F z + r) with the gain G of this fit.
+        """
         _, H = self.normal_equations(state)
-        known = self.of_bodies.stop
-        kept = np.concatenate([np.arange(known), np.arange(len(H) - self.modes, len(H))])
-        inverse = np.linalg.inv(H)[np.ix_(kept, kept)]
-        bodies_part = inverse[:, 6:known]
-        unseen = bodies_part @ bodies_part.T
-        inverse[known:, known:] = np.eye(self.modes)  # what touches tell of the robot's error corrects no seam
-        S = np.eye(len(kept))
+        known, q = self.of_bodies.stop, 0 if modes is None else len(modes)
+        inverse = np.linalg.inv(H)[:known]
+        bodies_part, own = inverse[:, 6:known], inverse[:, :known]
+        S, found, unseen = np.eye(known + q), np.eye(known + q), np.zeros((known + q, known + q))
+        unseen[:known, :known] = bodies_part @ bodies_part.T
+        if modes is not None:
+            gain = -np.einsum("kl,nil,nij->knj", inverse, self.jacobian(state), state.weights)
+            moved = gain.reshape(known, -1) @ modes.at(self.touches.p_base).reshape(-1, q)
+            rest = np.einsum("kni,lni,n->kl", gain, gain, modes.rest_of(self.touches))
+            own = own + moved @ moved.T + rest
+            found[:known, known:], found[known:, :known] = -moved, -moved.T
+        found[:known, :known] = own
         S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
         S[6:known, 6:known] = np.diag(self.scales)
-        return S @ inverse @ S.T, S @ unseen @ S.T
+        return S @ found @ S.T, S @ unseen @ S.T
 
-    def whitened(self, state: BodiesState) -> Whitened:
+    def whitened(self, state: BodiesState, modes: ErrorModes | None = None) -> Whitened:
         """Return the linear model at a state; contacts count as touches of a gap of zero.
 
-        Errors that all touches share join the pose: the touches are judged without what such an error explains.
+        Errors that all touches share join the pose: the touches are judged without what such an error explains. Those
+        of `modes` are errors of the touches, with what they have in common.
         """
-        values, vectors = np.linalg.eigh(state.weights)
+        q, weights, n = 0 if modes is None else len(modes), state.weights, len(self.touches)
+        by_robot = np.zeros((n, 3, 0))
+        if modes is not None:
+            weights = state.at.information(self.own + modes.rest_of(self.touches)[:, None, None] * np.eye(3))
+            by_robot = -state.at.A @ modes.at(self.touches.p_base)
+        values, vectors = np.linalg.eigh(weights)
         roots = np.sqrt(np.maximum(values, 0.0))[..., None] * vectors.transpose(0, 2, 1)
-        by_all = self.jacobian(state)
-        J = (roots @ by_all).reshape(-1, by_all.shape[2])
-        r = (roots @ state.at.d[..., None]).ravel()
         is_seen = (roots**2).sum(axis=2).ravel() > LEAST_HELD * float(values.max())
+        J = (roots @ self.jacobian(state)).reshape(3 * n, -1)[is_seen]
+        r = (roots @ state.at.d[..., None]).ravel()[is_seen]
         G = self._contact_jacobian(state.motions)
-        own = np.arange(J.shape[1] - self.modes, J.shape[1])
-        common = np.delete(J[is_seen], [*range(6, self.of_bodies.stop), *own], axis=1)
+        common = np.delete(J, np.arange(6, self.of_bodies.stop), axis=1)
         first = np.concatenate([common, np.zeros((len(G), common.shape[1]))])
-        touch = np.concatenate([np.repeat(np.arange(len(self.touches)), 3)[is_seen], np.full(len(G), -1)])
-        bodies = np.concatenate([J[is_seen, self.of_bodies], G])
-        robot = np.concatenate([J[np.ix_(is_seen, own)], np.zeros((len(G), self.modes))])
-        known, counts = np.concatenate([bodies, robot], axis=1), (len(self.bodies.bends), self.modes)
-        return Whitened(-np.concatenate([r[is_seen], state.gaps]), first, known, touch, *counts)
+        touch = np.concatenate([np.repeat(np.arange(n), 3)[is_seen], np.full(len(G), -1)])
+        bodies = np.concatenate([J[:, self.of_bodies], G])
+        robot = np.concatenate([(roots @ by_robot).reshape(3 * n, q)[is_seen], np.zeros((len(G), q))])
+        known = np.concatenate([bodies, robot], axis=1)
+        return Whitened(-np.concatenate([r, state.gaps]), first, known, touch, len(self.bodies.bends), q)
 
     def _scaled(self, motions: Motions) -> FloatArray:
         """Return u, shape (6 b + k,)."""

@@ -14,9 +14,7 @@ The weights of a cell are those of the cell it is a part of or of a pool, the mu
 by ascent steps: with the rotation fixed these lead to the smallest ball that holds the residuals, the best
 translation. Because the parts go on from the weights of the whole, the weights keep up with the size of the cells.
 
-References
-----------
-Hartley, Kahl (2009), IJCV 82, 64 (branch and bound over rotations in the ball of rotation vectors).
+References: Hartley, Kahl (2009), IJCV 82, 64 (branch and bound over rotations in the ball of rotation vectors).
 """
 
 from __future__ import annotations

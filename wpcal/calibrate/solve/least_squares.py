@@ -110,20 +110,6 @@ def _nearest(pairs: PointPairs, w: FloatArray, towards: FloatArray) -> RigidTran
     return RigidTransform(R, t + q_mean - R @ p_mean, pairs.target, pairs.source)
 
 
-def weighted_rms_bound(pairs: PointPairs, weights: ArrayLike) -> float:
-    r"""Bound the least largest distance of any rigid fit from below.
-
-    For weights on the simplex, :math:`\min_T \max_i d_i \ge \min_T (\sum_i w_i d_i^2)^{1/2}`, and the right-hand side
-    has a closed form, so every choice of weights proves a bound that holds over *all* rotations.
-
-    `pairs`: n pairs, mm.
-    `weights`: shape (n,). Not negative; scaled to sum to one.
-    Returns float. Lower bound, mm. Equal to the optimum when the weights are its multipliers.
-    """
-    w = _simplex(weights, len(pairs))
-    return float(weighted_rms(centred(pairs.p_source), centred(pairs.p_target), w))
-
-
 def weighted_rms(p: FloatArray, q: FloatArray, weights: FloatArray) -> FloatArray:
     """Least weighted root mean square distance over all rigid motions; batched like `kabsch`, shape (...)."""
     R, t = kabsch(p, q, weights)

@@ -1,7 +1,7 @@
 r"""The rigid transform with the least largest distance, and the proof that no other is better.
 
 The problem is Yin 2003, eq. (4) and (5). For weights on the simplex :math:`\min_T (\sum_i w_i d_i^2)^{1/2}` is a lower
-bound over all rotations, with a closed form (`least_squares.weighted_rms_bound`). The multipliers of a local optimum
+bound over all rotations, with a closed form (`least_squares.weighted_rms`). The multipliers of a local optimum
 are such weights. If their bound equals the largest distance, the local optimum is the global one.
 
 Clouds of many points are solved on an active subset: at most seven multipliers of an optimum are needed, so a few
@@ -89,9 +89,7 @@ def solve_minimax(
     `start`: Where to start; the least-squares fit where not given. Where the local optimum is not certified, the search
     goes on from 24 rotations around it and from up to 192 others.
 
-    Notes
-    -----
-    Where several fits have the least largest distance, the one of least sum of squares is returned (`tie_break`).
+    Note: Where several fits have the least largest distance, the one of least sum of squares is returned (`tie_break`).
     Where several of these are equal as well, `equal_fits` chooses one and the others are listed.
     One iteration on a subset of m points costs a 7×7 solve and O(m); one round on the cloud costs O(n).
     """

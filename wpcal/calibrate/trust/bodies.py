@@ -123,9 +123,7 @@ def unchecked_touches(moved: MovedBodies, names: Sequence[str], sigma_mm: float)
     A touch i that is off by e leaves the normalised residual :math:`e \sqrt{P_{ii}} / \sigma`; the test for wrong
     touches finds it if this is above its limit.
 
-    References
-    ----------
-    Baarda (1968), A testing procedure for use in geodetic networks: the least error that a test finds.
+    References: Baarda (1968), A testing procedure for use in geodetic networks: the least error that a test finds.
     """
     touched = moved.fit.whitened
     limit = math.sqrt(float(chdtri(1, FALSE_ALARM / len(touched.r))))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import permutations
 from typing import Any, ClassVar, Self
@@ -159,12 +159,7 @@ class FitSummary:
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
-        return {
-            "points": self.points,
-            "largest_mm": self.largest_mm,
-            "rms_mm": self.rms_mm,
-            "seam_error_95_mm": self.seam_error_95_mm,
-        }
+        return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,17 +205,10 @@ def compare_criteria(
         if criterion is Criterion.WEIGHTED and not problem.has_covariances:
             continue
         fit = fit_by(criterion)
-        summary = FitSummary.of(problem, fit, seam_points)
-        rows.append(
-            {
-                "criterion": criterion.value,
-                "objective_mm": fit.objective_mm,
-                "lower_bound_mm": fit.lower_bound_mm,
-                "largest_mm": summary.largest_mm,
-                "rms_mm": summary.rms_mm,
-                "seam_error_95_mm": summary.seam_error_95_mm,
-            }
-        )
+        summary = FitSummary.of(problem, fit, seam_points).to_record()
+        del summary["points"]
+        bounds = {"objective_mm": fit.objective_mm, "lower_bound_mm": fit.lower_bound_mm}
+        rows.append({"criterion": criterion.value, **bounds, **summary})
     best, why = _best(rows, problem, issues)
     pairs = problem.observed
     wizard = three_point_frames(pairs.p_source, pairs.p_target) if isinstance(pairs, PointPairs) else None

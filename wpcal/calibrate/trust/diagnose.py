@@ -71,7 +71,7 @@ def diagnose_pairs(
     the tool centre point.
 
     Returns: Codes ``swapped-names``, ``mirrored``, ``tool-centre-point``, ``neighbour-feature``, ``blunder``,
-    ``blunder-not-named``, ``poor-fit``, ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
+    ``blunder-not-named``, ``three-points``, ``four-coplanar``, ``coplanar-mirror``.
     """
     seen = pairs if check is None else join_pairs(pairs, check)
     total = _sum_of_squares(seen.p_source, seen.p_target)
@@ -87,8 +87,6 @@ def diagnose_pairs(
     elif not explained:
         suspect = _suspect(seen, found, places, sigma_mm)
         explained = () if suspect is None else _suspect_issues(suspect)
-        if suspect is None or not suspect.exchanges:
-            explained += _poor_fit(seen, found, sigma_mm)
     return Diagnosis((*explained, *_limits(pairs)), suspect, tool)
 
 
@@ -202,13 +200,12 @@ def _suspect(
     if named:
         T = fit_least_squares(pairs.select(np.setdiff1d(np.arange(len(pairs)), named)))
         off = Residuals.of(pairs, T).norms_mm
-    listed = [(tuple(pairs.names[i] for i in rows), p) for rows, p in zip(found.sets, found.probabilities, strict=True)]
     return Suspect(
         tuple(pairs.names[i] for i in named),
         tuple(float(off[i]) for i in named),
         found.probabilities[0] if named else None,
         max(found.at_least, 1),
-        tuple(listed[1:] if named else listed),
+        found.rivals(pairs.names, named),
         exchanges,
     )
 
@@ -262,31 +259,6 @@ def _tool_offset(
     tried = [wrong] if wrong else [[int(i)] for i in worst]
     rests = [rows.select(np.delete(np.arange(len(at)), out)).sum_of_squares() for out in tried]
     return find_tool_offset(given, rival_squares=min(rests), rival_count=len(tried[0]))
-
-
-def _poor_fit(pairs: PointPairs, found: Contradiction, sigma_mm: float | None) -> tuple[Issue, ...]:
-    """Say that the stated errors do not explain the residuals, by a χ² test of their sum of squares.
-
-    Points that are named as wrong take no part.
-    """
-    rest = np.setdiff1d(np.arange(len(pairs)), found.named)
-    rows = ErrorRows.of(pairs.select(rest), sigma_mm)
-    if not rows.scaled or sigma_mm == 0:
-        return ()
-    total = rows.sum_of_squares()
-    rms = float(np.sqrt(total / rows.weights.sum()))
-    if total <= float(chdtri(3 * len(rest) - 6, FALSE_ALARM)) or rms <= FLOOR_MM:
-        return ()
-    stated = "than the stated teaching errors of the points explain"
-    if pairs.covariances is None:
-        stated = f"than the stated teaching error of {sigma_mm:.3g} mm per axis explains"
-    without = f" without {', '.join(pairs.names[i] for i in found.named[:6])}" if found.named else ""
-    no_more = "no further" if found.named else "no single"
-    message = (
-        f"the residuals{without} (RMS {rms:.3g} mm) are larger {stated}, and {no_more} point can be named: one is "
-        "mis-taught, the part differs from its model, or the stated error is too small; teach one more point"
-    )
-    return (Issue("poor-fit", message),)
 
 
 def _limits(pairs: PointPairs) -> tuple[Issue, ...]:

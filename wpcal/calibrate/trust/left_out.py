@@ -1,188 +1,227 @@
-r"""Which points do the others contradict? One, a pair or more are left out in turn, and the fits are compared.
+r"""Which observations do the others contradict? One, a pair or more are left out in turn, and the fits are compared.
 
-Leaving out k points lowers the sum of squares from :math:`S` to :math:`S_K` and takes 3 k numbers with it. Under normal
-errors of known size :math:`S - S_K` is :math:`\chi^2(3k)`; if the size is not known,
+Leaving out observations that gave g numbers lowers the sum of squares from :math:`S` to :math:`S_K`. Under normal
+errors of known size :math:`S - S_K` is :math:`\chi^2(g)`; if the size is not known, and f numbers are left beside the
+pose,
 
-.. math:: F = \frac{(S - S_K) / 3k}{S_K / (3n - 6 - 3k)} \sim F(3k, 3n - 6 - 3k).
+.. math:: F = \frac{(S - S_K) / g}{S_K / f} \sim F(g, f).
 
-The level is divided by the number of sets of k points (Bonferroni). A set is the answer only if the points that remain
-agree: they are tested again in the same way. Then every set of k points is weighed by its likelihood,
-:math:`\exp(-S_K / 2)` or :math:`S_K^{-(3n-6-3k)/2}`. The share of the best set is its probability, if k points are
-wrong and all sets were equally likely before. Four corners of a plate show why this is needed: one of them off the
-plane is detected, but each of them explains it equally well.
+The level is divided by the number of sets (Bonferroni). A set is the answer only if the rest agrees by the same test.
+Then all sets of as many observations are weighed by their likelihoods and the numbers that they take (Bayesian
+information criterion): the share of the best set is its probability, if all were equally likely before. Four corners of
+a plate show why this is needed: one of them off the plane is detected, but each of them explains it equally well.
 
-References
-----------
-Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
+References: Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc, fdtrc
 
 from wpcal.calibrate.solve.error_rows import ErrorRows
 from wpcal.calibrate.trust.residuals import FALSE_ALARM, FLOOR_MM, NAMED_PROBABILITY
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
-MOST_SETS = 4000
-"""Up to this many sets of points all are tried: pairs of 89 points, triples of 29. Of more, the best sets of one point
-less are extended."""
-EXTENDED = 40  #: Best sets of k - 1 points that are extended to k points if there are more than `MOST_SETS`.
-SINGLE_SHARE = 0.8  #: Share of the false alarms for single points where pairs are tried as well.
-SEVERAL_SHARES = (0.4, 0.05)
-"""Shares for pairs and for triples where no smaller set stands out. A good set of points that raises an alarm as a pair
-often does so as a single point, and pairs overlap: simulated, all three together raise the alarm in one fit of a
-hundred."""
-MOST_HIDDEN = 1 + len(SEVERAL_SHARES)
-"""Sets of up to this many points are tried where no smaller set stands out: wrong points can hide each other."""
-REST_SHARE = 0.05
-"""Share of the false alarms for the second test, of the points that remain after a point was left out."""
-REST_SHARE_UNSTATED = 0.4
-"""The same if no error is stated. The second of two wrong points then stands out less, and a smaller share names the
-first one as the only one."""
+if TYPE_CHECKING:
+    from wpcal.calibrate.trust.contradiction import TouchRows
+
+    Rows: TypeAlias = "PointRows | TouchRows"
+
+MOST_SETS, EXTENDED = 4000, 40
+"""Up to so many sets of points all are tried: pairs of 89 points. Of more, the best sets of one less are extended."""
+LIKELY, MOST_LIKELY = 0.05, 6  #: Sets are told that are so probable against the best one, and so many.
+
+
+@dataclass(frozen=True, slots=True)
+class Shares:
+    """Shares of the false alarms, simulated so that all tests together raise one in a hundred fits."""
+
+    single: float  #: For single observations, where pairs are tried as well.
+    several: tuple[float, ...]  #: For pairs, triples, … that are tried where no smaller set stands out.
+    rest: float  #: For the second test, of the observations that remain.
+    least_left: int = 1  #: So many numbers must be left for the second test.
+
+
+POINTS, POINTS_UNSTATED = Shares(0.8, (0.4, 0.05), 0.05), Shares(0.8, (0.4, 0.05), 0.4, 4)
+"""Of points. If no error is stated, the second of two wrong points stands out less, and a smaller share for the rest
+names the first one as the only one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contradiction:
-    """What the search for wrong points found."""
+    """What the search for wrong observations found."""
 
-    #: Rows that may be wrong together, the most probable set first. Empty if no point is contradicted.
+    #: Rows that may be wrong together, the most probable set first. Empty if nothing is contradicted.
     sets: tuple[tuple[int, ...], ...]
     probabilities: tuple[float, ...]  #: Of these sets.
-    at_least: int  #: The least number of points that must be wrong. 0 if no point is contradicted.
-    remains: bool  #: Whether the points that remain still contradict each other or the stated errors.
+    at_least: int  #: The least number of observations that must be wrong. 0 if none is contradicted.
+    remains: bool  #: Whether those that remain still contradict each other or the stated errors.
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Rows of the points that are named as wrong."""
+        """Rows of the observations that are named as wrong."""
         clear = bool(self.sets) and self.probabilities[0] >= NAMED_PROBABILITY
         return self.sets[0] if clear and len(self.sets[0]) >= self.at_least else ()
 
+    def rivals(self, names: Sequence[str], named: Sequence[int]) -> tuple[tuple[tuple[str, ...], float], ...]:
+        """Return the sets besides the one that is named, with their probabilities."""
+        listed = [(tuple(names[i] for i in rows), p) for rows, p in zip(self.sets, self.probabilities, strict=True)]
+        return tuple(listed[1:] if named else listed)
 
-NOTHING = Contradiction((), (), 0, remains=False)  #: No point is contradicted.
+
+NOTHING = Contradiction((), (), 0, remains=False)  #: Nothing is contradicted.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Sets:
-    """Sets of k points, the sums of squares without them (best first), and whether the rest fixes a rotation."""
+class Sets:
+    """m sets of k observations that were left out."""
 
-    left_out: IntArray
-    sums: FloatArray
-    fixed: BoolArray
+    left_out: IntArray  #: shape (m, k).
+    sums: FloatArray  #: shape (m,). Sums of squares without them.
+    gone: IntArray  #: shape (m,). How many numbers they gave.
+    fixed: BoolArray  #: shape (m,). Whether the rest holds the part.
 
-    @property
-    def k(self) -> int:
-        return int(self.left_out.shape[1])
-
-    def freedom(self, n: int) -> int:
-        """Degrees of freedom of the points that remain."""
-        return 3 * (n - self.k) - 6
-
-    def chance(self, rows: ErrorRows, total: float) -> float:
-        """Probability that good points show a set as extreme as the best one."""
-        n, rest = len(rows), float(self.sums[0])
-        drop, freedom, count = max(total - rest, 0.0), self.freedom(len(rows)), comb(n, self.k)
-        if rows.scaled:
-            return count * float(chdtrc(3 * self.k, drop))
-        if freedom <= 0:
-            return 1.0
-        ratio = (drop / (3 * self.k)) / ((rest + rows.floor(freedom)) / freedom)
-        return count * float(fdtrc(3 * self.k, freedom, ratio))
-
-    def weigh(self, rows: ErrorRows) -> FloatArray:
-        """Probability of each set, if one of them is the set of the wrong points."""
-        freedom = self.freedom(len(rows))
-        log = -0.5 * self.sums if rows.scaled else -0.5 * freedom * np.log(self.sums + rows.floor(freedom))
-        weight = np.exp(log - log.max())
-        return np.asarray(weight / weight.sum())
+    def ordered(self, *keys: FloatArray) -> Sets:
+        """Return the sets by keys, the last one first in importance."""
+        order = np.lexsort(keys)
+        return Sets(self.left_out[order], self.sums[order], self.gone[order], self.fixed[order])
 
 
-def find_wrong(rows: ErrorRows) -> Contradiction:
-    """Find the points that the others contradict."""
-    found = _search(rows)
-    if found.remains and rows.scaled:
-        # the stated errors are too small for the rest, too: is there still a point that the residuals themselves name?
-        relative = _search(rows.without_scale())
-        if relative.named and not relative.remains:
-            return Contradiction(relative.sets, relative.probabilities, relative.at_least, remains=True)
-    return found
-
-
-def _search(rows: ErrorRows) -> Contradiction:
-    n, total = len(rows), rows.sum_of_squares()
-    most = max(1, min((n - 1) // 2, n - 4))
-    sets, stands_out = None, False
-    single = 1.0 if most == 1 else SINGLE_SHARE
+def search(rows: Rows, most: int) -> Contradiction:
+    """Find the observations that the others contradict, up to `most` of them."""
+    sets, stands_out, shares = None, False, rows.shares
+    single = 1.0 if most == 1 else shares.single
     for k in range(1, most + 1):
-        sets = _sets_of(rows, k, sets)
-        share = single if k == 1 or stands_out else SEVERAL_SHARES[k - 2]
-        here = sets.chance(rows, total) < share * FALSE_ALARM and _is_off(rows, sets.left_out[0])
-        stands_out = stands_out or here
-        if here and _agrees(rows.select(np.delete(np.arange(n), sets.left_out[0]))):
-            return _weighed(rows, sets)
-        if not stands_out and k >= MOST_HIDDEN:
+        sets = rows.without(k, sets)
+        if not len(sets.sums):
             break
-    if not stands_out or sets is None:
+        chance = chances(rows, sets)
+        sets = sets.ordered(sets.sums, chance)
+        share = single if k == 1 or stands_out else shares.several[k - 2]
+        here = chance.min() < share * FALSE_ALARM and rows.off_mm(sets.left_out[0]).max() > FLOOR_MM
+        stands_out = stands_out or bool(here)
+        if here and _agrees(rows.rest(sets.left_out[0])):
+            return weigh_sets(rows, sets)
+        if not stands_out and k > len(shares.several):
+            break
+    if not stands_out:
         return NOTHING
     return Contradiction((), (), 2 if most > 1 else 1, remains=True)
 
 
-def _weighed(rows: ErrorRows, sets: _Sets) -> Contradiction:
-    probability = sets.weigh(rows)
-    likely = np.flatnonzero(probability >= 0.05 * probability[0])[:6]
-    if not sets.fixed[0]:  # the others do not fix a rotation, so they cannot judge
-        return Contradiction((), (), sets.k, remains=False)
-    named = tuple(tuple(int(i) for i in sets.left_out[j]) for j in likely)
-    return Contradiction(named, tuple(float(probability[j]) for j in likely), sets.k, remains=False)
+def chances(rows: Rows, sets: Sets) -> FloatArray:
+    """Probability that good observations show a set as extreme as each."""
+    drop, left = np.maximum(rows.total - sets.sums, 0.0), rows.freedom - sets.gone
+    count = comb(len(rows), sets.left_out.shape[1])
+    if rows.scaled:
+        return np.asarray(count * chdtrc(sets.gone, drop))
+    floor = np.array([rows.floor(each) for each in left.tolist()])
+    held = np.maximum(left, 1)
+    ratio = (drop / sets.gone) / ((sets.sums + floor) / held)
+    return np.where(left > 0, count * fdtrc(sets.gone, held, ratio), 1.0)
 
 
-def _agrees(rest: ErrorRows) -> bool:
-    """Tell whether points agree with each other, and with their stated errors."""
-    n, total = len(rest), rest.sum_of_squares()
-    level = FALSE_ALARM * (REST_SHARE if rest.scaled else REST_SHARE_UNSTATED)
-    if rest.scaled and float(chdtrc(3 * n - 6, total)) < level:
+def weigh_sets(rows: Rows, sets: Sets) -> Contradiction:
+    """Weigh sets of wrong observations, if one of them is the set of the wrong ones."""
+    left = rows.freedom - sets.gone
+    floor = np.array([rows.floor(each) for each in left.tolist()])
+    log = -0.5 * sets.sums if rows.scaled else -0.5 * left * np.log(sets.sums + floor + 1e-300)
+    log = log - 0.5 * sets.gone * np.log(rows.freedom + 6)
+    order = np.argsort(-log, kind="stable")
+    probability = np.exp(log[order] - log[order[0]])
+    probability /= probability.sum()
+    if not sets.fixed[order[0]]:  # the others do not hold the part, so they cannot judge
+        return Contradiction((), (), sets.left_out.shape[1], remains=False)
+    likely = np.flatnonzero(probability >= LIKELY * probability[0])[:MOST_LIKELY]
+    told = tuple(tuple(sets.left_out[order[j]].tolist()) for j in likely)
+    return Contradiction(told, tuple(probability[likely].tolist()), sets.left_out.shape[1], remains=False)
+
+
+def _agrees(rest: Rows) -> bool:
+    """Tell whether observations agree with each other, and with their stated errors."""
+    level = FALSE_ALARM * rest.shares.rest
+    if rest.scaled and rest.freedom >= 1 and float(chdtrc(rest.freedom, rest.total)) < level:
         return False
-    if n < 4 or (n < 5 and not rest.scaled):
+    sets = rest.without(1, None)
+    tested = rest.freedom - sets.gone >= rest.shares.least_left
+    if not tested.all() or not len(tested):
         return True
-    again = _sets_of(rest, 1, None)
-    return not (again.chance(rest, total) < level and _is_off(rest, again.left_out[0]))
+    chance = chances(rest, sets)
+    best = sets.ordered(sets.sums, chance)
+    return not (chance.min() < level and rest.off_mm(best.left_out[0]).max() > FLOOR_MM)
 
 
-def _is_off(rows: ErrorRows, left_out: IntArray) -> bool:
-    """Tell whether a point of a set lies further from the fit of the others than a controller's last digit."""
-    keep = np.delete(np.arange(len(rows)), left_out)
-    R, t = rows.select(keep).fit()
-    off = rows.q[left_out] - rows.p[left_out] @ R.T - t
-    return bool(np.linalg.norm(off, axis=1).max() > FLOOR_MM)
+@dataclass(frozen=True, slots=True, eq=False)
+class PointRows:
+    """Points that can be left out."""
 
+    rows: ErrorRows
+    scaled: bool  #: Whether their errors are known with their size.
+    shares: Shares
+    freedom: int  #: Numbers observed beside those of the pose.
+    total: float  #: Sum of squares of the fit of all.
 
-def _sets_of(rows: ErrorRows, k: int, smaller: _Sets | None) -> _Sets:
-    """Leave out sets of k points; best first."""
-    n = len(rows)
-    if smaller is None or comb(n, k) <= MOST_SETS:
-        left_out = np.array(list(combinations(range(n), k)))
-    else:
+    @classmethod
+    def of(cls, rows: ErrorRows) -> PointRows:
+        """Fit all of them."""
+        shares = POINTS if rows.scaled else POINTS_UNSTATED
+        return cls(rows, rows.scaled, shares, 3 * len(rows) - 6, rows.sum_of_squares())
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def floor(self, freedom: int) -> float:
+        """Sum of squares that a controller's last digit alone leaves in so many numbers."""
+        return self.rows.floor(freedom)
+
+    def without(self, k: int, smaller: Sets | None) -> Sets:
+        """Leave out sets of k; `smaller` are those of k - 1."""
+        n = len(self)
+        if smaller is None or comb(n, k) <= MOST_SETS:
+            return self.left_out(np.array(list(combinations(range(n), k))))
         first = np.repeat(smaller.left_out[:EXTENDED], n, axis=0)
         new = np.tile(np.arange(n), len(smaller.left_out[:EXTENDED]))
         fresh = ~(first == new[:, None]).any(axis=1)
-        left_out = np.unique(np.sort(np.column_stack([first, new])[fresh], axis=1), axis=0)
-    return _of(rows, left_out)
+        return self.left_out(np.unique(np.sort(np.column_stack([first, new])[fresh], axis=1), axis=0))
+
+    def left_out(self, sets: IntArray) -> Sets:
+        """Fit without each of some sets, shape (m, k)."""
+        n, (m, k) = len(self), sets.shape
+        keep = np.ones((m, n), dtype=bool)
+        np.put_along_axis(keep, sets, False, axis=1)
+        rest = self.rows.select(np.nonzero(keep)[1].reshape(m, n - k))
+        sums = rest.squares(*rest.fit()).sum(axis=1)
+        return Sets(sets, sums, np.full(m, 3 * k), rest.fixes_rotation())
+
+    def rest(self, left_out: ArrayLike) -> PointRows:
+        """Return all others; `left_out`: shape (k,)."""
+        return PointRows.of(self.rows.select(np.delete(np.arange(len(self)), np.asarray(left_out))))
+
+    def off_mm(self, left_out: ArrayLike) -> FloatArray:
+        """How far points, shape (k,), lie from the fit of the others, mm; `left_out`: shape (k,)."""
+        out = np.asarray(left_out)
+        R, t = self.rows.select(np.delete(np.arange(len(self)), out)).fit()
+        return np.asarray(np.linalg.norm(self.rows.q[out] - self.rows.p[out] @ R.T - t, axis=1))
 
 
-def _of(rows: ErrorRows, left_out: IntArray) -> _Sets:
-    """Fit without each of the sets, shape (m, k)."""
-    n, k = len(rows), left_out.shape[1]
-    keep = np.ones((len(left_out), n), dtype=bool)
-    np.put_along_axis(keep, left_out, False, axis=1)
-    rest = rows.select(np.nonzero(keep)[1].reshape(len(left_out), n - k))
-    sums = rest.squares(*rest.fit()).sum(axis=1)
-    order = np.argsort(sums, kind="stable")
-    return _Sets(left_out[order], sums[order], rest.fixes_rotation()[order])
+def find_wrong(rows: ErrorRows) -> Contradiction:
+    """Find the points that the others contradict."""
+    most = max(1, min((len(rows) - 1) // 2, len(rows) - 4))
+    found = search(PointRows.of(rows), most)
+    if found.remains and rows.scaled:
+        # the stated errors are too small: is there still a point that the residuals themselves name?
+        relative = search(PointRows.of(rows.without_scale()), most)
+        if relative.named and not relative.remains:
+            return Contradiction(relative.sets, relative.probabilities, relative.at_least, remains=True)
+    return found
 
 
 def weigh_one(rows: ErrorRows, left_out: tuple[int, ...]) -> Contradiction:
@@ -191,5 +230,5 @@ def weigh_one(rows: ErrorRows, left_out: tuple[int, ...]) -> Contradiction:
     keep = np.delete(np.arange(n), out)
     least = int(np.argmin(rows.select(out).squares(*rows.select(keep).fit())))
     sets = np.vstack([out, *(np.where(np.arange(len(out)) == least, other, out) for other in keep)])
-    found = _of(rows, sets)
-    return _weighed(rows, found)
+    points = PointRows.of(rows)
+    return weigh_sets(points, points.left_out(sets))

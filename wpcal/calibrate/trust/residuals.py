@@ -70,9 +70,7 @@ def unchecked_names(
     `seen`: shape (n, 3, 3). A.
     `more`: shape (m, 3, 6). Of observations that test the fit without being fitted.
 
-    References
-    ----------
-    Baarda (1968), A testing procedure for use in geodetic networks: redundancy numbers.
+    References: Baarda (1968), A testing procedure for use in geodetic networks: redundancy numbers.
     """
     everything = jacobians if more is None else np.concatenate([jacobians, more])
     information = np.einsum("nik,nil->kl", everything, everything)

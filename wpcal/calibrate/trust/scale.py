@@ -26,7 +26,7 @@ from wpcal.core.issue import Issue
 
 SCALE = "scale"  #: Code of the issue that the part is larger or smaller than its model.
 LEAST_POINTS = 5  #: A scale is fitted to at least as many observations.
-STEEL_PER_K = 11.7e-6  #: Linear expansion of structural steel, 1/K (EN 1993-1-1, 3.2.6: 12e-6 below 100 °C).
+STEEL_PER_K = 12e-6  #: Linear expansion of structural steel up to 100 °C, 1/K (EN 1993-1-1, 3.2.6).
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class ScaleFit:
         message = (
             f"the part is {1e3 * abs(self.scale):.2f} ± {1e3 * self.error_95:.2f} mm per metre {size} than its model "
             f"(steel that is {abs(kelvin):.0f} K {'warmer' if kelvin > 0 else 'colder'} is): measure a known length of "
-            "the part with the robot, and with a ruler; correct the temperature, the model or the robot's scale"
+            "the part with the robot, and with a ruler; --scale free or --part-temperature then give seams this size"
         )
         return Issue(SCALE, message)
 

@@ -11,9 +11,7 @@ nearly as much, are deleted, and the others are fitted and tested again, so that
 
 Also here: which measured poses are fitted and which are kept back for the test.
 
-References
-----------
-Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
+References: Cook, Weisberg (1982), Residuals and Influence in Regression, chapter 2.
 """
 
 from __future__ import annotations

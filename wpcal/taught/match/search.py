@@ -84,9 +84,7 @@ def find_assignments(
     error hides the rotation about it.
     Raises `InputError` when `sigma_mm` is not a length.
 
-    Notes
-    -----
-    The cost is that of N² distances and of the triangles that resemble the chosen one.
+    Note: The cost is that of N² distances and of the triangles that resemble the chosen one.
     """
     points, taught = as_points(p_part, name="model points"), as_points(p_base, name="taught points")
     if not (math.isfinite(sigma_mm) and sigma_mm >= 0):

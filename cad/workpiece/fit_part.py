@@ -1,0 +1,69 @@
+"""The fit of a part to its taught rows, as the main job and the picker make it: as one body or several, in its size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from cad.workpiece.fit_taught import CalibrateOptions, Observed, ScaleChoice, next_point, run_fit
+from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
+from cad.workpiece.workpiece import Workpiece
+from wpcal.calibrate import CalibrationResult
+from wpcal.calibrate.size import PartSize
+from wpcal.core.arrays import FloatArray
+from wpcal.core.transform import RigidTransform
+from wpcal.seam import Seam
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedPart:
+    """A part where it is, and its seams there."""
+
+    result: CalibrationResult
+    u95_mm: tuple[FloatArray, ...]  #: shape (frames,). 95 % error at every frame of each seam, mm.
+    seams: tuple[Seam, ...]  #: In `part`.
+    moved: MovedWorkpiece | None = None  #: The motions of the bodies, if they were fitted.
+
+    def sized(self, size: PartSize) -> FittedPart:
+        """Return the part in its size."""
+        if not size.told:
+            return self
+        result, moved = size.of_part(self.result), self.moved
+        if moved is not None:
+            own = tuple(replace(each, seam=_sized_seam(each.seam, 1.0 + size.scale)) for each in moved.seams)
+            moved = replace(moved, result=result, seams=own)
+        return FittedPart(result, self.u95_mm, tuple(_sized_seam(seam, 1.0 + size.scale) for seam in self.seams), moved)
+
+
+def fit_part(
+    workpiece: Workpiece,
+    observed: Observed,
+    seams: Sequence[Seam],
+    options: CalibrateOptions,
+    *,
+    T_nominal_part: RigidTransform | None = None,
+    weldment: Workpiece | None = None,
+) -> FittedPart:
+    """Fit what was observed; `weldment`: the workpiece with the curves on which its seams lie, by default the same."""
+
+    def fitted(size: PartSize) -> FittedPart:
+        asked, own = replace(options, teaching=size.teaching(options.teaching)), observed.of_model(size)
+        suggest = partial(next_point, observed.taught, workpiece, seams, teaching=options.teaching)
+        result, u95 = run_fit(own, seams, options=asked, T_nominal_part=T_nominal_part, suggest=suggest)
+        if options.bodies is None:
+            return FittedPart(result, u95, tuple(seams))
+        moved = fit_weldment(weldment or workpiece, own, result, seams, asked, options.bodies)
+        return FittedPart(moved.result, moved.u95_mm, moved.told_seams(), moved)
+
+    size = PartSize.stated(options.part_celsius, options.expansion_per_k)
+    found = fitted(size)
+    if options.scale is ScaleChoice.FREE:
+        size = size.freed(found.result.scale)
+        found = fitted(size)
+    return found.sized(size)
+
+
+def _sized_seam(seam: Seam, factor: float) -> Seam:
+    frames = replace(seam.frames, s_mm=factor * seam.frames.s_mm, p=factor * seam.frames.p)
+    return replace(seam, frames=frames, length_mm=factor * seam.length_mm)
