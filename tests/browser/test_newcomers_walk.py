@@ -19,6 +19,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.robot_servers import Robot
+from tests.samples.hopper import make_hopper
 from wpcal.core.transform import RigidTransform
 
 CLICK_S = 3.0
@@ -71,49 +72,9 @@ class Walk:
         return "\n".join(["person machine  step", *lines, f"{human:6.1f} {machine:6.1f}  in all"])
 
 
-def make_part(path: Path) -> None:
-    """A plate with two holes, an upright, a sloped rib and a pipe: no sample of wpcal."""
-    from build123d import (
-        Align,
-        BuildLine,
-        BuildPart,
-        BuildSketch,
-        Compound,
-        Hole,
-        Locations,
-        Plane,
-        Polyline,
-        export_step,
-        extrude,
-        make_face,
-    )
-    from build123d import Box as Block
-    from build123d import Cylinder as Rod
-
-    low = (Align.MIN, Align.MIN, Align.MIN)
-    with BuildPart() as base:
-        Block(220, 140, 12, align=low)
-        with Locations((25, 25, 12), (195, 115, 12)):
-            Hole(7)
-    with BuildPart() as upright, Locations((60, 60, 12)):
-        Block(130, 10, 110, align=low)
-    with BuildPart() as rib:
-        with BuildSketch(Plane.YZ.offset(115)):
-            with BuildLine():
-                Polyline((70, 12), (125, 12), (70, 80), (70, 12))
-            make_face()
-        extrude(amount=8)
-    with BuildPart() as pipe, Locations((150, 25, 12)):
-        Rod(18, 60, align=(Align.CENTER, Align.CENTER, Align.MIN))
-    members = {"base": base, "upright": upright, "rib": rib, "pipe": pipe}
-    for name, member in members.items():
-        member.part.label = name
-    export_step(Compound(label="hopper", children=[member.part for member in members.values()]), str(path))
-
-
 @pytest.mark.deep
 def test_first_report_within_five_minutes(start: Any, open_page: Any, tmp_path: Path) -> None:
-    make_part(tmp_path / NAME)
+    make_hopper(tmp_path / NAME)
     walk = Walk(tmp_path)
     walk.wpcal(f"features {NAME}")
     walk.wpcal(f"seams {NAME}")
@@ -148,7 +109,7 @@ def test_first_report_within_five_minutes(start: Any, open_page: Any, tmp_path: 
 @pytest.mark.deep
 def test_first_report_with_a_robot_that_tells_its_position(start: Any, open_page: Any, tmp_path: Path) -> None:
     """The line that calibrates is the one that the page shows: it is copied whole."""
-    make_part(tmp_path / NAME)
+    make_hopper(tmp_path / NAME)
     walk, typed = Walk(tmp_path), " --robot kuka:192.168.0.10"
     listed = subprocess.run(
         [sys.executable, "-m", "wpcal", "features", NAME, "--json"], cwd=tmp_path, capture_output=True, check=True

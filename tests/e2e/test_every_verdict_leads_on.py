@@ -1,0 +1,122 @@
+"""A newcomer who types only what wpcal tells him comes to a program, whatever the verdict: PASS, UNSURE or FAIL.
+
+What is counted is typing (60 letters a minute) and reading (5 s for what a command printed), not touching and waiting.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.few import few
+from tests.samples.hopper import make_hopper
+
+ROOT = Path(__file__).parents[2]
+BLIND = ROOT.parent / "shared" / "blind"
+PARTS = {
+    "hopper": None,
+    "afpm_boom_vane": BLIND / "afpm_boom_vane.step",
+    "frame": ROOT / "fixtures" / "frame" / "frame.step",
+    "saddle": ROOT / "fixtures" / "saddle" / "saddle.step",
+    "iron_footer": BLIND / "iron_Footer_Type_U_L70.step",
+    "bench": BLIND / "wb_bench.step",
+}
+DAYS = {"good": (0.1, 0.0), "scattered": (0.35, 0.0), "mistyped": (0.1, 10.0)}
+"""How the points are touched: standard deviation per axis, and by how much the second one is mistyped, mm."""
+REPORT_S, PROGRAM_S = 240.0, 300.0
+LETTER_S, READ_S = 1.0, 5.0
+MOST_ROUNDS = 6  #: Touches that wpcal may ask for until it is content, or says that it cannot be.
+R, T_MM = Rotation.from_euler("xyz", (0.4, -0.3, 31.0), degrees=True), np.array([940.0, -310.0, 205.0])
+
+
+@dataclass
+class Newcomer:
+    """He types commands and numbers; seconds count both."""
+
+    folder: Path
+    sigma_mm: float
+    seconds: float = 0.0
+    typed: list[str] = field(default_factory=list)
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(11))
+    places: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def wpcal(self, line: str) -> str:
+        """Type a command; one that ends with wrong use is a wrong turn."""
+        words = [sys.executable, "-m", "wpcal", *line.split()]
+        done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True, check=False, timeout=300)
+        assert done.returncode in (0, 1), f"wrong turn: {line}: {done.stderr}"
+        self.seconds += READ_S + LETTER_S * len(f"wpcal {line}")
+        self.typed.append(line)
+        return done.stdout + done.stderr
+
+    def touch(self, rows: dict[str, list[str]], name: str, off_mm: float = 0.0) -> None:
+        """Read a position from the pendant and type it."""
+        place = R.apply(self.places[name]) + T_MM + self.rng.normal(0.0, self.sigma_mm, 3) + [off_mm, 0.0, 0.0]
+        rows[name] = [f"{value:.2f}" for value in place]
+        self.seconds += LETTER_S * sum(len(value) + 1 for value in rows[name])
+
+    def save(self, rows: dict[str, list[str]]) -> None:
+        """Write the table."""
+        with (self.folder / "taught.csv").open("w", newline="") as file:
+            csv.writer(file).writerows(
+                [["name", "x_mm", "y_mm", "z_mm"], *([name, *row] for name, row in rows.items())]
+            )
+
+
+def asked(said: str, places: dict[str, np.ndarray]) -> list[str]:
+    """Return the point that the next lines ask for first."""
+    lines = " ".join(line.removeprefix("next: ") for line in said.splitlines() if line.startswith("next: "))
+    return [name for name in re.findall(r"\b[A-Z]+\d+\b", lines) if name in places][:1]
+
+
+@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize("part", few(PARTS, 1))
+def test_what_wpcal_says_next_leads_to_a_program(part: str, day: str, tmp_path: Path) -> None:
+    source = PARTS[part]
+    if source is None:
+        make_hopper(tmp_path / "part.step")
+    elif not source.is_file():
+        pytest.skip("the shared parts are not beside the project")
+    else:
+        (tmp_path / "part.step").write_bytes(source.read_bytes())
+    sigma_mm, mistyped_mm = DAYS[day]
+    person = Newcomer(tmp_path, sigma_mm)
+    person.wpcal("advise part.step --count 4 -o taught.csv")
+    listed = [sys.executable, "-m", "wpcal", "features", "part.step", "--json"]
+    features = json.loads(subprocess.run(listed, cwd=tmp_path, capture_output=True, check=True).stdout)["features"]
+    person.places = {one["name"]: np.array(one["p_mm"]) for one in features}
+    with (tmp_path / "taught.csv").open(newline="") as file:
+        names = [row["name"] for row in csv.DictReader(file)]
+    rows: dict[str, list[str]] = {}
+    for k, name in enumerate(names):
+        person.touch(rows, name, mistyped_mm if k == 1 else 0.0)
+    person.save(rows)
+    verdicts, report_s = [], None
+    for number in range(MOST_ROUNDS):
+        said = person.wpcal(f"calibrate part.step taught.csv -o out{number}")
+        report_s = report_s or person.seconds
+        verdicts.append(json.loads((tmp_path / f"out{number}" / "calibration.json").read_text())["verdict"])
+        if verdicts[-1] == "PASS":
+            break
+        wanted = asked(said, person.places)
+        assert wanted, f"{verdicts}: nothing to do next in {said[-1500:]}"
+        for name in wanted:
+            person.touch(rows, name)
+        person.save(rows)
+    print(part, day, verdicts, f"report {report_s:.0f} s, program {person.seconds:.0f} s", *person.typed, sep="\n")
+    assert report_s is not None
+    assert report_s <= REPORT_S, person.typed
+    if verdicts[-1] == "PASS":
+        person.wpcal(f"export out{number} -f rapid")
+        assert person.seconds <= PROGRAM_S + (len(verdicts) - 1) * 60.0, person.typed
+    else:
+        assert day == "scattered", verdicts
