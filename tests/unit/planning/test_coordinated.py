@@ -137,7 +137,7 @@ def test_all_say_that_they_are_dry_or_not_what_was_checked_and_which_tack_welds_
             assert ("DRY RUN" in first) != burns
             assert ("tack welds of W1 (3) are not in this plan" in first) == (burns and which == "straight")
             assert "RUN IT DRY FIRST" in first
-            assert re.search(r"checked, with these moves: free,? \d+ states checked", first)
+            assert re.search(r"its moves as planned: free,? \d+ states checked", first)
 
 
 def test_a_run_without_room_for_approach_and_retract_begins_and_ends_on_the_seam(straight, programs):

@@ -253,7 +253,7 @@ def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tu
         found.run.schedule.describe(),
         f"in the part the wire is at most {off} off the seam (allowed: {moves.most_mm:g} mm, 0.5 deg)",
         f"the part is at most {turned:.2f} deg and {found.part_off_mm:.1f} mm from where the plan has it",
-        f"checked, with these moves: {found.check.verdict.value}; {found.check.describe()}",
+        f"NOT CHECKED: this text; its moves as planned: {found.check.verdict.value}; {found.check.describe()}",
         arc_in_words(arc),
         NOT_CHECKED,
     )
