@@ -39,7 +39,9 @@ NUMBERS = [
 @pytest.mark.parametrize(("group", "name"), NUMBERS, ids=lambda each: getattr(each, "__name__", each))
 def test_help_and_value_follow_the_field(group, name, monkeypatch):
     each = group.__dataclass_fields__[name]
-    changed = each.default + (0.1 if name.endswith("_rad") else 1)
+    step = 0.1 if name.endswith("_rad") else 1
+    most = each.metadata[OPTION].most
+    changed = each.default / 2 if most is not None and each.default + step > most else each.default + step
     monkeypatch.setattr(each, "default", changed)
     found = []
     fresh = command()(takes("value", group, only=[name])(lambda **given: found.append(given["value"])))

@@ -35,7 +35,7 @@ class Hole:
 
 def problem_of(part: Weldment, touches: Touches) -> Problem:
     touches = replace(touches, covariances=np.tile(SIGMA_MM**2 * np.eye(3), (len(touches), 1, 1)))
-    return Problem.of(touches, part.body, part.bodies, KeptContacts.none(), 0)
+    return Problem.of(touches, part.body, part.bodies, KeptContacts.none())
 
 
 def added(part: Weldment) -> FloatArray:

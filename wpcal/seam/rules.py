@@ -232,6 +232,12 @@ class Rule(Enum):
         "clevis is welded now and then, so `--generous` takes it, also between two of them.",
         "shape: the members into which the solid is taken apart",
     )
+    PIN_IN_HOLE = RuleRow(
+        0.8,
+        "A round member is in a hole of the same size, and is not a tube that is longer than it is wide.",
+        "It may be pressed in, or turn there.",
+        "shape",
+    )
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
         "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller "

@@ -16,15 +16,16 @@ import numpy as np
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import IntArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.formed import are_bends
 from wpcal.seam.find.play import is_play, with_play
+from wpcal.seam.find.tubes import THIN_WALL
 from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.judge.rolling import find_rolling
 from wpcal.seam.judge.shape_looks import ShapeLooks
 from wpcal.seam.judge.stretches import in_material_words
 from wpcal.seam.judge.unreached import blocked_words
-from wpcal.seam.limits import LENGTH_ROUND_OFF_MM, Level
+from wpcal.seam.limits import GAP_ROUND_OFF_MM, LENGTH_ROUND_OFF_MM, Level
 from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, find_clamps
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members, are_welded, take_members
@@ -37,6 +38,7 @@ OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT
 INSIDE = frozenset({SeamSource.CONCAVE, SeamSource.BEAD, SeamSource.DRAWN})  #: Candidates inside a solid.
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.
 FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the confidence.
+AROUND = 0.1  #: A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees).
 MOSTLY_ROLLED = 0.9  #: A seam is the root of a rolled profile if so much of its length is.
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
 """How the reasons about reach end and begin."""
@@ -196,7 +198,9 @@ class Judge:
         if len(solids) == 2:
             yield from self._pair_evidence(seam, *solids)
         if seam.source in (SeamSource.CONTACT, SeamSource.FLARE) and len(solids) == 2:
-            yield from self._contact_evidence(seam)
+            yield from self._contact_evidence(
+                seam, is_fastener=any(solid in self.members.fasteners for solid in solids)
+            )
 
     def add_shape_evidence(self, seams: Sequence[Seam], found: Sequence[list[Finding]]) -> None:
         """Add what the shapes of two solids say against candidates that nothing else refuses.
@@ -235,7 +239,7 @@ class Judge:
         elif any(clamp.far_walls for clamp in here):
             yield Rule.LINED_UP.found("a hole of both members lines up here and goes on through the far wall of a tube")
 
-    def _contact_evidence(self, seam: Seam) -> Iterator[Finding]:
+    def _contact_evidence(self, seam: Seam, *, is_fastener: bool) -> Iterator[Finding]:
         gaps = seam.pieces.gap_mm[:, 1]
         doubted = gaps[~is_play(self.play, gaps)] if self.play else gaps  # play is no doubt
         mean = float(doubted.sum() / len(gaps))
@@ -243,9 +247,13 @@ class Judge:
             lost = GAP_SHARE_LOST * min(mean / self.gap_mm, 1.0)
             text = f"a gap of {mean:.2f} mm on average, up to {seam.gap_mm[2]:.2f} mm"
             yield Rule.GAP.found(text, 1.0 - lost)
-        rim = None if any(self.number[name] in self.members.fasteners for name in seam.solids) else self._rim_mm(seam)
+        if is_fastener:
+            return
+        rim = self._rim_mm(seam)
         if rim is not None:
             yield Rule.HOLE_RIM.found(f"it runs round inside a hole of {rim:.3g} mm that the other member covers")
+        if seam.closed and self._is_pin(seam):
+            yield Rule.PIN_IN_HOLE.found("a round member in a hole: it may be pressed in, or turn there")
 
     def _rim_mm(self, seam: Seam) -> float | None:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
@@ -255,6 +263,46 @@ class Judge:
         if hole is None or is_round.any() or not np.isin(wall, self.holes.face[hole]).all():
             return None
         return 2.0 * float(self.holes.radius[hole])
+
+    def _is_pin(self, seam: Seam) -> bool:
+        """Tell whether the seam runs round a cylinder that fits in a hole of the other member."""
+        graph = self.graph
+        faces = np.concatenate([seam.pieces.wall, seam.pieces.base])
+        pins = faces[(graph.face_kind[faces] == SurfaceKind.CYLINDER) & (graph.face_outward[faces] > 0)]
+        if len(pins) == 0:
+            return False
+        z, radius = graph.face_frame[pins[0], 3], graph.face_param[pins[0], 0]
+        if self._is_tube(int(pins[0])):
+            return False
+        if np.abs(seam.frames.R[:, :, 0] @ z).max() > AROUND:
+            return False
+        other = [self.number[name] for name in seam.solids if self.number[name] != graph.face_solid[pins[0]]]
+        bores = self._bores
+        play = max(self.gap_mm, seam.gap_mm[2] + GAP_ROUND_OFF_MM)
+        fits = np.abs(graph.face_param[bores, 0] - radius) <= play
+        holes = bores[fits & np.isin(graph.face_solid[bores], other)]
+        return bool((self._off_axis(holes, int(pins[0])) <= play).any())
+
+    @property
+    def _bores(self) -> IntArray:
+        """The round faces of holes."""
+        return np.flatnonzero((self.graph.face_kind == SurfaceKind.CYLINDER) & (self.graph.face_outward < 0))
+
+    def _off_axis(self, faces: IntArray, cylinder: int) -> FloatArray:
+        """Return how far the axes of round faces are from that of a cylinder, mm."""
+        o, z = self.graph.face_frame[cylinder, 0], self.graph.face_frame[cylinder, 3]
+        arm = self.graph.face_frame[faces, 0] - o
+        return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
+
+    def _is_tube(self, cylinder: int) -> bool:
+        """Tell whether a round face is the outside of a tube, with thin walls and longer than it is wide: no pin."""
+        graph, radius = self.graph, float(self.graph.face_param[cylinder, 0])
+        bores = self._bores[graph.face_solid[self._bores] == graph.face_solid[cylinder]]
+        bores = bores[(graph.face_param[bores, 0] >= THIN_WALL * radius) & (graph.face_param[bores, 0] < radius)]
+        bores = bores[self._off_axis(bores, cylinder) <= self.gap_mm]
+        edges = np.flatnonzero((graph.edge_faces == cylinder).any(axis=1))
+        p = graph.vertex_p[graph.edge_vertices[edges].ravel()] @ graph.face_frame[cylinder, 3]
+        return len(bores) > 0 and len(p) > 0 and bool(np.ptp(p) > 2.0 * radius)
 
 
 def _concave_evidence(graph: BrepGraph, trimmed: TrimmedFaces, seams: Sequence[Seam]) -> dict[int, list[Finding]]:
