@@ -45,7 +45,10 @@ def test_what_is_refused_on_several_parts_is_one_rule(tmp_path: Path) -> None:
     second = result(tmp_path / "b", {"right rail": "Clamp_02"}, ("Clamp_02",))
     saved = at("left rail") + at("right rail")
     assert rules_of(first, second) in ([("not", f"{name}*", saved, 0, 2)] for name in ("clamp", "Clamp"))
-    assert rules_of(first) == []  # a decision about one part is in its own file
+    again = result(tmp_path / "again", {"left rail": "clamp 1"}, ("clamp 1",))
+    record = json.loads((again / "seams.json").read_text())
+    (again / "seams.json").write_text(json.dumps({**record, "seams": record["seams"][:-1]}))
+    assert rules_of(first, again) == []  # one part, with a seam joined: its decisions are in its own file
     assert rules_of(first, second, known=("CLAMP*",)) == []
 
 
