@@ -124,9 +124,7 @@ def corners_of(folder: Path, sweep: CellSweep) -> list[FloatArray]:
 def sweep_of(folder: Path) -> CellSweep:
     kept = read_kept_plan(folder)
     plan = kept_plan_of(kept.record, kept.cell, {each.name: each for each in kept.given.seams})
-    sweep = CellSweep.of(plan.cell, kept.given.part, np.concatenate(plan.air))
-    assert sweep is not None
-    return sweep
+    return CellSweep.of(plan.cell, kept.given.part, plan.air, [piece.q for piece in plan.pieces])
 
 
 def test_corners_in_the_air_are_rounded_alike_in_every_language(cornered: Path, tmp_path: Path) -> None:

@@ -72,7 +72,8 @@ def write_plan(
             is_carried = each.coordinates_arcs or not is_followed
             program = carried if is_carried else build_planned_program(plan, named, replace(output, is_carried=False))
             program = _with_corners(program, output, each)
-            written = write_judged(each.name, each.write, program, in_cell=in_cell)
+            sweep = in_cell if is_carried else replace(in_cell, is_carried=False)
+            written = write_judged(each.name, each.write, program, in_cell=sweep)
             found.files[each.name] = written.files
             found.tell(each.name, (*written.unjudged, *written.not_checked))
     return found
@@ -89,15 +90,15 @@ def _telling(refused: dict[str, str], names: Iterable[str]) -> Iterator[None]:
         refused |= dict.fromkeys(names, str(error))
 
 
-def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial | None) -> CellSweep | None:
+def _sweep(plan: KeptPlan, seams: Sequence[PlannedSeam], part: TriangleMaterial | None) -> CellSweep:
     """Return what sweeps the programs of a plan."""
     ways = [q for way in plan.ways for q in (way.from_home, way.to_home)]
-    q = np.concatenate([*plan.air, *ways, *(piece.states for piece in plan.pieces)])
-    return CellSweep.of(plan.cell, part, q, max((each.seam.more_wire_mm for each in seams), default=0.0))
+    more_mm = max((each.seam.more_wire_mm for each in seams), default=0.0)
+    return CellSweep.of(plan.cell, part, [*plan.air, *ways], [piece.q for piece in plan.pieces], more_mm)
 
 
-def _zones(in_cell: CellSweep | None, zone_mm: float) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None:
-    return None if in_cell is None or not zone_mm else partial(in_cell.zones, most_mm=zone_mm)
+def _zones(in_cell: CellSweep, zone_mm: float) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None:
+    return None if in_cell.has_moving_axes or not zone_mm else partial(in_cell.zones, most_mm=zone_mm)
 
 
 def _with_corners(program: WeldProgram, output: PlanOutput, controller: Controller) -> WeldProgram:

@@ -1,4 +1,4 @@
-"""AS, read back by a parser that knows the language and nothing of the writer; and files as controllers write them."""
+"""AS, read back by a parser that knows the language and nothing of the writer."""
 
 import re
 from dataclasses import replace
@@ -14,11 +14,9 @@ from wpcal.controllers.kawasaki.write import write_as
 from wpcal.controllers.program import ControllerSettings, build_program
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.few_moves import fit_program
-from wpcal.controllers.taught_program import read_taught_program
-from wpcal.core.errors import FormatError, InputError
+from wpcal.core.errors import InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.results.folder import FinishedCalibration
-from wpcal.taught.user_frames import ProgramReading
 from wpcal.weld.place import place_of
 from wpcal.weld.rules import shipped_rules
 from wpcal.weld.seam_weld import weld_for
@@ -83,90 +81,3 @@ def test_equal_welds_share_a_condition_and_jobs_keep_theirs(make_seam):
     program = welding(make_seam, leg_mm=12.0)
     assert {own.weld for own in conditions(program).values()} == {1}
     assert all(own.lines[0].startswith("  W1SET 1 = ") for own in conditions(program).values())
-
-
-TAUGHT = """.NETCONF 192.168.0.2
-.PROGRAM teach() #12
-; LMOVE not_a_move
-  BASE fix
-  TOOL torch
-  LMOVE v1
-  JMOVE V2 ;to the corner
-  BASE NULL
-  LMOVE v3
-  LMOVE v1x[1,2]
-  LMOVE shift.a + v5
-  JMOVE #home1
-.END
-.TRANS
-fix 100.000000 0.000000 0.000000 90.000000 0.000000 0.000000
-torch 0 0 300 0 0 0
-v1 10 20 -0.5 0 180 0
-v2 0 0 0 0.0 90.0 0.0
-v3 1 2 3 0 180 0 0 180
-v1x[1,2] 7 8 9 0 180 0
-v5 5 5 5 0 180 0
-.END
-.JOINTS
-#home1 0.0 10.0 -20.0 0.0 90.0 0.0
-.END
-"""
-
-
-def taught(tmp_path, text, **options):
-    path = tmp_path / "teach.as"
-    path.write_bytes(text.replace("\n", "\r\n").encode("latin-1"))
-    return read_taught_program(path, ProgramReading(**options))
-
-
-def test_taught_points_are_read_in_the_base_of_their_move(tmp_path):
-    points = taught(tmp_path, TAUGHT, points=("v1", "v2", "v3", "v1x[1,2]"))
-    np.testing.assert_allclose(points.p_base, [[80, 10, -0.5], [100, 0, 0], [1, 2, 3], [7, 8, 9]], rtol=0, atol=1e-9)
-    assert points.lines == (17, 18, 19, 20)
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [("v5", "line 21: .*is added to another transformation"), ("home1", "line 24: .*stored as joint angles")],
-)
-def test_a_point_that_is_no_place_is_named(tmp_path, name, message):
-    with pytest.raises(FormatError, match=message):
-        taught(tmp_path, TAUGHT, points=(name,))
-
-
-def test_values_without_a_program_are_in_the_robots_base(tmp_path):
-    text = ".TRANS\np1 1 2 3 0 180 0\n.END\n.PROGRAM a()\n  POINT p2 = TRANS(4, 5.5, 6, 0, 180, 0)\n.END\n"
-    points = taught(tmp_path, text)
-    np.testing.assert_allclose(points.p_base, [[1, 2, 3], [4, 5.5, 6]], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("v3 1 2 3 0 180 0 0 180", "v3 1 2 3 0 180", "line 19: v3: expected six numbers"),
-        ("fix 100.000000 0.000000 0.000000 90.000000 0.000000 0.000000\n", "", "the user frame as fix=X,Y,Z,O,A,T"),
-        ("  BASE fix\n", "", ""),
-        ("  LMOVE v3\n", "  LMOVE v3\n  LMOVE v1\n", "is used in the bases fix, null"),
-        ("  BASE fix\n  TOOL torch\n  LMOVE v1\n", "  LMOVE v1\n  BASE fix\n", "does not say the base"),
-    ],
-)
-def test_what_cannot_be_told_is_one_line(tmp_path, old, new, message):
-    assert old in TAUGHT
-    text = TAUGHT.replace(old, new)
-    if not message:  # no base but the robot's
-        np.testing.assert_allclose(taught(tmp_path, text, points=("v1",)).p_base, [[10, 20, -0.5]], rtol=0, atol=1e-9)
-        return
-    with pytest.raises(FormatError, match=message):
-        taught(tmp_path, text, points=("v1", "v3"))
-
-
-def test_a_file_without_programs_and_values_is_refused(tmp_path):
-    with pytest.raises(FormatError, match=r"has no \.PROGRAM"):
-        taught(tmp_path, "class A {}\n")
-
-
-def test_our_own_file_is_read_as_taught_points(tmp_path, make_program):
-    program = make_program(3)
-    (text,) = write_as(program).values()
-    points = taught(tmp_path, text.replace("\r\n", "\n"))
-    np.testing.assert_allclose(points.p_base, program.paths[0].p_base, rtol=0, atol=ATOL_MM)

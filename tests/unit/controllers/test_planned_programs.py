@@ -16,7 +16,7 @@ from wpcal.controllers.plan_programs import write_plan
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.describe import UNCHECKED, describe
-from wpcal.controllers.program.planned_program import EXTERNAL, PlanOutput, build_planned_program
+from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
 from wpcal.controllers.tool_data import read_tool_data
 from wpcal.core.errors import FormatError, InputError
@@ -271,7 +271,7 @@ def test_a_ring_is_welded_flat_by_turning_the_positioner(tmp_path, given):
     assert 2 <= rapid.count("MoveC ") <= 3
     told = write_plan(KeptPlan.of(found), [ring], PlanOutput(has_part=False), [controller_named("rapid")], None)
     header = " ".join(line.strip("! ") for line in told.files["rapid"]["WPCAL.mod"].splitlines())
-    assert [line[:32] for line in told.notes(why=True)] == [EXTERNAL[:32], UNCHECKED[:32]]
+    assert [line[:32] for line in told.notes(why=True)] == [UNCHECKED[:32]]
     assert all(line in header for line in told.notes(why=True))
     assert '[FALSE,FALSE,"STN1",' in rapid
     assert "ActUnit STN1;" in rapid

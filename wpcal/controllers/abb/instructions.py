@@ -18,11 +18,13 @@ import numpy as np
 from wpcal.controllers.abb.statements import Data
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.blocks import LeaveError
 from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, inverted
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
 
 STOP_LIMIT_MM_S = 100.0
 """`SearchL\\Stop` is only allowed below this speed."""
+NO_AXIS = 9e9  #: The value of an external axis that the robot does not have.
 LINE_LENGTH, EVENT_LENGTH = 80, 46  #: Characters that TPWrite and ErrWrite take.
 
 
@@ -36,10 +38,6 @@ class TryNextError(Exception):
 
 class RetryError(Exception):
     """RETRY in a handler."""
-
-
-class ReturnError(Exception):
-    """RETURN."""
 
 
 MOVES = {"WOBJ", "ID", "T", "V", "Z", "INPOS", "CONC"}
@@ -139,7 +137,9 @@ class Instructions:
         zone, tool = arguments[-2:]
         frame, T_tool = self._placed(tool, options, speed)
         self._zone(zone)
-        *via, goal = (frame @ matrix(self._known(tokens, "robtarget")) for tokens in points)
+        *via, goal = (self._known(tokens, "robtarget") for tokens in points)
+        self._bring(goal)
+        *via, goal = (frame @ matrix(each) for each in (*via, goal))
         if part == "START":
             self.machine.switch(Does.ON)
         if via:
@@ -148,6 +148,11 @@ class Instructions:
             self.machine.move(goal, T_tool, is_line=kind == "L")
         if part and part != "START":
             self.machine.switch(Does.OFF)
+
+    def _bring(self, target: Record) -> None:
+        """Say where a motion brings the external axes that the robot has."""
+        external = tuple(v for v in target.values[-1].values if v != NO_AXIS)
+        self.machine.at = replace(self.machine.at, external=external)
 
     def _zone(self, zone: list[str]) -> None:
         """Say where the tool leaves the path: the largest of the sizes in mm."""
@@ -162,6 +167,7 @@ class Instructions:
         target = self._known(joints, "jointtarget")
         self._placed(tool, options, speed)
         self._zone(zone)
+        self._bring(target)
         self.machine.joint_move(np.array(target.values[0].values, dtype=np.float64))
 
     def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
@@ -295,7 +301,7 @@ class Instructions:
         raise RetryError
 
     def _do_return(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        raise ReturnError
+        raise LeaveError
 
     def _do_save(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, {"FILEPATH", "FILE", "TASKREF", "TASKNAME"}, "Save")

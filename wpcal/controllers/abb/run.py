@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, ReturnError, TryNextError
+from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
 from wpcal.controllers.abb.statements import Data, ModuleReader, Routine, Statement
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does, mark_of
+from wpcal.controllers.run.blocks import LeaveError
 from wpcal.controllers.run.machine import Machine, Matrix, Place, about, inverted, rigid
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
 
@@ -281,7 +282,7 @@ class Interpreter(Instructions):
                 value = self.value(tokens) if tokens else empty(kind)
                 scope[variable.upper()] = Data(storage, kind, value if is_array else typed(kind, value), is_array)
             self.block(routine.body, routine)
-        except ReturnError:
+        except LeaveError:
             pass
         finally:
             self.scopes.pop()
@@ -306,7 +307,7 @@ class Interpreter(Instructions):
                         continue
                     finally:
                         self.errors.pop()
-                    raise ReturnError from None
+                    raise LeaveError from None
                 break
 
     def execute(self, statement: Statement, routine: Routine, *, in_handler: bool) -> None:

@@ -154,6 +154,8 @@ class _Audit:
         if key not in self.of_programs:
             files = _files_beside(path, controller)
             files = {name: data for name, data in files.items() if not is_touch_program(data, path.parent / name)}
+            if around.in_cell is not None and not controller.coordinates_arcs:
+                around = replace(around, in_cell=replace(around.in_cell, is_carried=False))
             trace, found = executed(files, around)
             if around.seams is None:  # of others: they may be right for a controller that has more than is known here
                 found.clear()
@@ -197,18 +199,20 @@ class _Audit:
         return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start, seams=seams)
 
     def _of_plan(self, folder: Path) -> Surroundings:
-        """Add the cell of a plan with one robot whose external axes stand still."""
+        """Add the cell of a plan with one robot."""
         if parse_json(read_bytes(folder / PLAN_FILE), path=str(folder / PLAN_FILE)).get("schema") != PLAN_SCHEMA:
             return self.around
         kept = read_kept_plan(folder)
         cell, given = kept.cell, kept.given
-        rows = [*kept.record["kept"]["air"], *(piece["states"] for piece in kept.record["kept"]["pieces"])]
-        q = np.concatenate([np.array(each).reshape(-1, len(cell.home)) for each in rows]) / shown_units(cell)
+        states = [np.array(each).reshape(-1, len(cell.home)) / shown_units(cell) for each in kept.record["kept"]["air"]]
+        along = [
+            np.array(piece["states"][piece["before"] : -piece["after"] or None]) / shown_units(cell)
+            for piece in kept.record["kept"]["pieces"]
+        ]
         more_mm = max((each.seam.more_wire_mm for each in given.seams), default=0.0)
-        in_cell = CellSweep.of(cell, given.part, q, more_mm)
-        if in_cell is None:
-            return self.around
+        in_cell = CellSweep.of(cell, given.part, states, along, more_mm)
         T_base_part, seams = given.in_base(cell)
+        seams = () if in_cell.has_moving_axes else seams  # they are not in one place in the base
         p = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in seams)])
         return replace(self.around, T_base_part=T_base_part, in_cell=in_cell, seams=p)
 

@@ -18,16 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
-from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
-from wpcal.controllers.language.rounding import rounded, texts, zyz_degrees
+from wpcal.controllers.language.naming import NameRules
+from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path, part_frame
 from wpcal.core.arrays import FloatArray
-from wpcal.core.rotations import rotation_from_zyz
-from wpcal.core.transform import RigidTransform
 
 KEYWORDS = (
     "abort activate advance after and arm array at attach await begin boolean break bypass call cancel case circular "
@@ -68,23 +64,16 @@ def positions(p: FloatArray, R: FloatArray) -> list[str]:
     return [f"POS({', '.join([*at, *turn])}, '')" for at, turn in rows]
 
 
-def pdl2_frame(T: RigidTransform) -> RigidTransform:
-    """Return the frame with the written digits: its rounding then does not move the positions in the base."""
-    R = rotation_from_zyz(*np.radians(zyz_degrees(T.R, decimals=DEG_DECIMALS)))
-    return RigidTransform(R, rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
-
-
 class _Pdl2(WeldWriter):
     format, names, longest_comment, zone_mm = "pdl2", NAMES, LONGEST_COMMENT, FLY_MM
     first = f"{JOINT_PERCENT}"
 
     def __init__(self, program: WeldProgram) -> None:
         super().__init__(program)
-        self.main = safe_name(program.controller.program_name, NAMES)
-        rules = NameRules(NAMES.language, NAMES.longest, f"{KEYWORDS} {self.main.lower()}")
-        room = max(program.label_width + 1, len(ROUTINE))
-        self.stems = safe_names([path.seam.name for path in program.paths], rules, room=room)
-        self.T_base_frame = pdl2_frame(program.T_base_part)
+        self.main, self.stems = self.own_names(max(program.label_width + 1, len(ROUTINE)))
+        self.T_base_frame = rounded_frame(
+            program.T_base_part, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS, is_zyz=True
+        )
 
     @property
     def air(self) -> str:

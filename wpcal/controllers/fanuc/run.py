@@ -49,6 +49,7 @@ SYNTAX = Syntax(
     quote="'",
 )
 MOST_LABEL = 32766
+EXTENDED = re.compile(r"\bE\d\s*+=\s*+(-?\d++(?:\.\d++)?)")
 MESSAGE_LENGTH = 24  #: Characters that MESSAGE shows.
 JUMPS = r"JMP LBL\[[^\]]*\]|CALL .*"
 
@@ -85,7 +86,8 @@ class _Point:
 
     frame: str  #: Number, or F for the present one.
     tool: str
-    values: Values | None  #: None if it has more than group 1, or was not taught.
+    values: Values | None  #: None if it was not taught.
+    external: tuple[float, ...] = ()  #: A rail as extended axis of group 1, mm, then the axes of group 2, deg.
 
 
 class _Program:
@@ -129,11 +131,13 @@ def _point(body: str) -> _Point:
         return _Point("F", "F", None)
     joints, values = dict(JOINT.findall(group["body"])), dict(COORDINATE.findall(group["body"]))
     row = [joints.get(key, "") for key in "123456"] if joints else [values.get(key, "") for key in "XYZWPR"]
+    own, _, others = body.partition("GP2")
     try:
         numbers = [float(v) for v in row]
+        external = tuple(float(v) for v in (*EXTENDED.findall(own), *(v for _, v in JOINT.findall(others))))
     except ValueError:
         return _Point(frame[1], tool[1], None)
-    return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers))
+    return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers), external)
 
 
 class Interpreter(Base):
@@ -328,6 +332,8 @@ class Interpreter(Base):
         options, skip = self._options(rest)
         zone_mm = None if zone == "FINE" else math.inf  # a share of the speed bounds no distance
         points = [self.item(first, [int(number)])] + ([self.item(last, [int(end)])] if last else [])
+        if self.program is not None and "P" in {first, last} and "PR" not in {first, last}:
+            self.bring(self.program.points[int(end or number)].external)
         if isinstance(points[-1], Joints):
             if kind != "J" or rest:
                 raise ProgramError(f"joint angles in {kind} {text!r}")

@@ -37,6 +37,8 @@ class Asked:
     welds_at: int = 0  #: The row at which a weld program begins; 0 where no other one is before it.
     #: shape (4, 4). With which tool.
     T_flange_tool: FloatArray = field(default_factory=TOOL_OF_CONTROLLER.copy)
+    #: shape (n, e). Where the external axes are, mm and deg; empty where nothing is known of them.
+    external: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,12 +53,13 @@ class Compared:
 def asked_of(program: WeldProgram, *, alone: bool = False) -> Asked:
     """Return where a weld program leads; `alone`: also its routines that weld one seam from home and home."""
     rows = [*_rows(program), *(_rows_alone(program) if alone else ())]
-    nowhere, no_joints = np.full((3, 3), np.nan), np.full(6, np.nan)
-    p = np.array([np.full(3, np.nan) if at is None else at[0] for at, _, _ in rows]).reshape(-1, 3)
-    R = np.array([nowhere if at is None else at[1] for at, _, _ in rows]).reshape(-1, 3, 3)
-    joints = np.array([no_joints if q is None else q for _, q, _ in rows]).reshape(-1, 6)
+    planned = program.planned
+    units = np.full(0 if planned is None else planned.axis_count, 180.0 / np.pi)
+    units[: planned is not None and planned.rail is not None] = 1.0
+    external = np.array([row[4] for row in rows]).reshape(len(rows), len(units)) * units
+    p, R, joints, stops = (np.array(each) for each in list(zip(*rows, strict=True))[:4])
     tool = TOOL_OF_CONTROLLER if program.tool_data is None else program.tool_data.matrix
-    return Asked(p, R, joints, np.array([stops for *_, stops in rows], dtype=bool), T_flange_tool=tool)
+    return Asked(p, R, joints, stops, T_flange_tool=tool, external=external)
 
 
 def asked_of_touches(program: TouchProgram) -> Asked:
@@ -104,14 +107,16 @@ def contacts_of(plan: TouchPlan) -> Callable[[FloatArray], FloatArray | None]:
     return feel
 
 
-Row = tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, bool]
+Row = tuple[FloatArray, FloatArray, FloatArray, bool, FloatArray]
+"""Place and axes of the tool, joints in deg, whether the tool stops there, and the external axes, rad and mm."""
+NOWHERE, NO_AXIS, NO_JOINTS, NO_AXES = (np.full(shape, np.nan) for shape in ((3,), (3, 3), (6,), (0,)))
 
 
 def _rows(program: WeldProgram) -> Iterator[Row]:
     planned, safe = program.planned, program.safe_point
     gaps = len(program.paths) + 1
     air = [iter(())] * gaps if planned is None else [_rows_of(moves) for moves in planned.air]
-    ends: list[Row] = [] if safe is None else [((safe.p_base[0], safe.R_base[0]), None, True)]
+    ends: list[Row] = [] if safe is None else [(safe.p_base[0], safe.R_base[0], NO_JOINTS, True, NO_AXES)]
     yield from ends
     for before, path in zip(air, program.paths, strict=False):
         yield from before
@@ -123,24 +128,26 @@ def _rows(program: WeldProgram) -> Iterator[Row]:
 def _rows_along(path: WeldPath, *, is_planned: bool) -> Iterator[Row]:
     along = range(path.weld_rows.start + 1, path.weld_rows.stop)
     for row in range(path.before if is_planned else 0, len(path.p_base)):
-        joints = None if not is_planned or path.joints is None else np.degrees(path.joints[row])
-        yield (path.p_base[row], path.R_base[row]), joints, row not in along
+        joints = NO_JOINTS if not is_planned or path.joints is None else np.degrees(path.joints[row])
+        external = NO_AXES if not is_planned or path.external is None else path.external[row]
+        yield path.p_base[row], path.R_base[row], joints, row not in along, external
 
 
 def _rows_alone(program: WeldProgram) -> Iterator[Row]:
     ways = () if program.planned is None else program.planned.ways
     for (to, back), path in zip(ways, program.paths, strict=False):
         if len(to):
-            before = [] if path.joints is None else [path.joints[0]]
             yield from _rows_of(to)
-            yield from ((None, np.degrees(joints), True) for joints in before)
+            if path.joints is not None and path.external is not None:
+                yield NOWHERE, NO_AXIS, np.degrees(path.joints[0]), True, path.external[0]
             yield from _rows_along(path, is_planned=True)
             yield from _rows_of(back)
 
 
 def _rows_of(moves: JointMoves) -> Iterator[Row]:
     zones = np.zeros(len(moves)) if moves.zone_mm is None else moves.zone_mm
-    yield from ((None, joints, not mm) for joints, mm in zip(np.degrees(moves.joints), zones, strict=True))
+    rows = zip(np.degrees(moves.joints), zones, moves.external, strict=True)
+    yield from ((NOWHERE, NO_AXIS, joints, not mm, external) for joints, mm, external in rows)
 
 
 def compare(trace: Trace, asked: Asked) -> Compared:
@@ -165,8 +172,10 @@ def compare(trace: Trace, asked: Asked) -> Compared:
 
 def _repeats(asked: Asked, row: int) -> bool:
     """Tell whether a program should stay where it is."""
-    if row == 0 or np.isfinite(asked.joints[row]).all():
-        return row > 0 and bool(np.abs(asked.joints[row] - asked.joints[row - 1]).max() <= SAME_DEG)
+    if row == 0 or np.abs(np.diff(asked.external[row - 1 : row + 1], axis=0)).max(initial=0.0) > SAME_DEG:
+        return False
+    if np.isfinite(asked.joints[row]).all():
+        return bool(np.abs(asked.joints[row] - asked.joints[row - 1]).max() <= SAME_DEG)
     off = np.abs(asked.p[row] - asked.p[row - 1]).max(), np.abs(asked.R[row] - asked.R[row - 1]).max()
     return bool(off[0] <= SAME_MM and off[1] <= SAME_RAD)
 
@@ -175,6 +184,16 @@ def _has_tool(motion: Motion, asked: Asked) -> bool:
     """Tell whether a motion to a pose is one of the tool that was asked for."""
     off = np.abs(motion.T_flange_tool - asked.T_flange_tool)
     return motion.goal is None or bool(off[:3, :3].max() <= SAME_RAD and off[:3, 3].max() <= SAME_MM)
+
+
+def _has_axes(motion: Motion, asked: Asked, row: int) -> bool:
+    """Tell whether the external axes come to where they should; a text without them is right while they stand."""
+    if not asked.external.size:
+        return True
+    given = motion.place.external[: asked.external.shape[1]]
+    if len(given) < asked.external.shape[1]:
+        return not np.ptp(asked.external, axis=0).any()
+    return bool(np.abs(asked.external[row] - given).max() <= SAME_DEG)
 
 
 def _is_home(motion: Motion, asked: Asked) -> bool:
@@ -186,6 +205,8 @@ def _is_home(motion: Motion, asked: Asked) -> bool:
 
 def _stands(motion: Motion, before: Motion | None) -> bool:
     """Tell whether a motion leads to where the tool is: arcs of some languages begin so."""
+    if before is not None and motion.place.external != before.place.external:
+        return False
     if motion.place.blends or motion.via is not None or motion.via_joints is not None:
         return False
     if motion.joints is not None:
@@ -202,6 +223,8 @@ def _matches(motion: Motion, asked: Asked, at: int) -> tuple[int, int] | None:
     near = _near if motion.joints is None else _near_joints
     goal, via = (motion.goal, motion.via) if motion.joints is None else (motion.joints, motion.via_joints)
     for row in [] if goal is None else near(goal, asked, at):
+        if not _has_axes(motion, asked, row):
+            continue
         if via is None:
             return row, row
         if row > at and row - 1 in near(via, asked, row - 1)[:1]:

@@ -1,7 +1,8 @@
 """Sweep motions of an arm in its cell: every link, the torch and its wire against part, bench, floor and the arm.
 
-Joints of the text are taken as they are; on lines and arcs the arm follows in the branch in which it is. Between two
-states no body moves farther than is free around it (`wpcal.planning.sequence.motion_check`).
+Joints and external axes of the text are taken as they are; on lines and arcs the arm follows in the branch in which it
+is, while a rail and a positioner move evenly. Where the positioner turns along seams, the torch is led in the part that
+it carries. Between two states no body moves farther than is free around it (`wpcal.planning.sequence.motion_check`).
 """
 
 from __future__ import annotations
@@ -18,10 +19,12 @@ from wpcal.controllers.judge.swept import Meeting, poses_along
 from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.controllers.run.trace import Motion
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.sequence.kept_plan import shown_units
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
 
@@ -36,24 +39,27 @@ LIMIT_RAD = 1e-5  #: The same for limits of joints.
 
 
 Leg = tuple[Motion, FloatArray]  #: A motion with its states, shape (n, k).
+Rows = Sequence[FloatArray]  #: States, shapes (n, k).
 
 
 @dataclass(frozen=True)
 class CellSweep:
-    """What sweeps the motions of a program in a cell whose external axes stand still."""
+    """What sweeps the motions of a program in its cell."""
 
     cell: Cell  #: With the part in its place.
     part: TriangleMaterial | None  #: In `part`.
-    external: FloatArray  #: shape (k - 6,). Where the external axes stand, rad and mm.
+    external: FloatArray  #: shape (k - 6,). Where the external axes are at first, rad and mm.
     more_wire_mm: float = 0.0  #: How far the longest wire of a seam sticks out beyond the tool centre point.
+    has_moving_axes: bool = False  #: Whether external axes move.
+    follows: bool = False  #: Whether the positioner turns along a seam.
+    is_carried: bool = True  #: Whether positions of the text are then in the part, as of `PlannedMoves`.
 
     @classmethod
-    def of(
-        cls, cell: Cell, part: TriangleMaterial | None, q: FloatArray, more_wire_mm: float = 0.0
-    ) -> CellSweep | None:
-        """Return what sweeps a plan with these states, shape (n, k); None if external axes move."""
-        external = q[:, JOINTS:]
-        return None if np.ptp(external, axis=0).any() else cls(cell, part, external[0], more_wire_mm)
+    def of(cls, cell: Cell, part: TriangleMaterial | None, air: Rows, seams: Rows, more_mm: float = 0.0) -> CellSweep:
+        """Return what sweeps a plan with these states between and along the seams."""
+        external = np.concatenate([*air, *seams])[:, JOINTS:]
+        follows = any(np.ptp(q[:, cell.first_turning :], axis=0).any() for q in seams)
+        return cls(cell, part, external[0], more_mm, bool(np.ptp(external, axis=0).any()), follows)
 
     @cached_property
     def _near(self) -> MotionChecker:
@@ -126,17 +132,50 @@ class CellSweep:
 
     def _states(self, motion: Motion, q: FloatArray | None) -> FloatArray | None:
         """Return all axes from the start of a motion on, shape (n, k); None where nobody knows them."""
+        before = self.external if q is None else q[JOINTS:]
+        external = self._external(motion, before)
         if motion.kind == "J" and motion.joints is not None:
-            goal = self._whole(np.radians(motion.joints)[None])
-            return goal if q is None else np.concatenate([q[None], goal])
-        T_goal = motion.goal if motion.joints is None else self._tool(motion.joints)
-        if T_goal is None or q is None:
+            end = np.concatenate([np.radians(motion.joints), external])
+            return np.array([end] if q is None else [q, end])
+        goal, via = (
+            self._written(T, external) if joints is None else self._led(joints, external)
+            for T, joints in ((motion.goal, motion.joints), (motion.via, motion.via_joints))
+        )
+        if goal is None or q is None:
             return None
         if motion.kind == "J":
-            return np.concatenate([q[None], self._followed(T_goal[None], q)])
-        via = motion.via if motion.via_joints is None else self._tool(motion.via_joints)
-        line = replace(motion, start=self._tool(np.degrees(q[:JOINTS])), goal=T_goal, via=via)
-        return np.concatenate([q[None], self._followed(poses_along(line, STEP_MM, STEP_RAD), q)])
+            return np.concatenate([q[None], self._followed(goal[None], q, external[None])])
+        line = replace(motion, start=self._led(np.degrees(q[:JOINTS]), before), goal=goal, via=via)
+        T = poses_along(line, STEP_MM, STEP_RAD, least=self._steps(external - before))
+        return np.concatenate([q[None], self._followed(T, q, np.linspace(before, external, len(T)))])
+
+    def _external(self, motion: Motion, before: FloatArray) -> FloatArray:
+        """Return where a motion brings the external axes, shape (k - 6,), rad and mm."""
+        given = np.array(motion.place.external[: len(before)])
+        return np.asarray(given / shown_units(self.cell)[JOINTS:] if len(given) == len(before) else before)
+
+    def _steps(self, moved: FloatArray) -> float:
+        """Return in how many steps external axes move as little as the tool on a line."""
+        step = np.full(len(moved), STEP_RAD)
+        step[: self.cell.first_turning - JOINTS] = STEP_MM
+        return float((np.abs(moved) / step).max(initial=0.0))
+
+    def _guide(self, external: FloatArray) -> FloatArray:
+        """Return in what the tool is led, in the base at 0 mm of the rail, for external axes (n, k - 6); (n, 4, 4)."""
+        if not self.follows:
+            return np.broadcast_to(np.eye(4), (len(external), 4, 4))
+        q = np.concatenate([np.zeros((len(external), JOINTS)), external], axis=1)
+        return product(self.cell.T_world_base.inverse().matrix, self.cell.carrier_places(q))
+
+    def _written(self, T: FloatArray | None, external: FloatArray) -> FloatArray | None:
+        """Return a pose of the text in what leads the tool."""
+        return T if T is None or self.is_carried else inverse_pose(self._guide(external[None])[0]) @ T
+
+    def _led(self, joints_deg: FloatArray, external: FloatArray) -> FloatArray:
+        """Return the tool at joints of the arm in what leads it, shape (4, 4)."""
+        q = np.concatenate([np.radians(joints_deg), external])[None]
+        T_base_tool = product(self.cell.T_world_base.inverse().matrix, self.cell.tool_places(q))
+        return np.asarray(product(inverse_pose(self._guide(external[None])), T_base_tool)[0])
 
     def corner(self, q: FloatArray, zone_mm: float, share: float) -> FloatArray:
         """Return states whose hull has every state of a rounded corner, shape (3, k).
@@ -178,16 +217,14 @@ class CellSweep:
                 zone_mm /= 2.0
         return mm, shares
 
-    def _tool(self, joints_deg: FloatArray) -> FloatArray:
-        """Return T_base_tool at joints of the arm, shape (4, 4)."""
-        T: FloatArray = self.cell.arm.forward(np.radians(joints_deg)[None])[0] @ self.cell.T_flange_tool.matrix
-        return T
+    def _followed(self, T: FloatArray, q: FloatArray, external: FloatArray) -> FloatArray:
+        """Return all axes at poses of the tool, each in the branch nearest to the one before; NaN out of reach.
 
-    def _whole(self, joints: FloatArray) -> FloatArray:
-        return np.concatenate([joints, np.broadcast_to(self.external, (len(joints), len(self.external)))], axis=1)
-
-    def _followed(self, T_base_tool: FloatArray, q: FloatArray) -> FloatArray:
-        """Return all axes at poses of the tool, each in the branch nearest to the one before; NaN out of reach."""
+        `T`, `external`: shapes (n, 4, 4) and (n, k - 6). Poses in what leads the tool, with the external axes there.
+        """
+        rail = np.concatenate([np.zeros((len(T), JOINTS)), external], axis=1)
+        T_base_rest = product(inverse_pose(self.cell.base_places(rail)), self.cell.T_world_base.matrix)
+        T_base_tool = product(T_base_rest, product(self._guide(external), T))
         found = solve_inverse(self.cell.arm, T_base_tool @ self.cell.T_flange_tool.inverse().matrix).joints
         near, rows = q[:JOINTS], list[FloatArray]()
         for branches in found:
@@ -195,7 +232,7 @@ class CellSweep:
             off = np.where(np.isfinite(turned).all(axis=1), np.abs(turned - near).max(axis=1), np.inf)
             near = turned[int(np.argmin(off))]
             rows.append(near)
-        return self._whole(np.array(rows))
+        return np.concatenate([np.array(rows), external], axis=1)
 
 
 def _looser(cell: Cell) -> Cell:

@@ -91,10 +91,10 @@ def _poses(motion: Motion) -> tuple[FloatArray, FloatArray]:
     return ends[:, :3, 3], ends[:, :3, :3]
 
 
-def poses_along(motion: Motion, step_mm: float, step_rad: float) -> FloatArray:
+def poses_along(motion: Motion, step_mm: float, step_rad: float, *, least: float = 1.0) -> FloatArray:
     """Return poses along a line or an arc with both ends, shape (n, 4, 4).
 
-    `step_mm`, `step_rad`: At most so far apart.
+    `step_mm`, `step_rad`: At most so far apart, and in at least so many steps.
     """
     ends = np.array([motion.start, motion.goal])
     p, R = ends[:, :3, 3], ends[:, :3, :3]
@@ -103,7 +103,7 @@ def poses_along(motion: Motion, step_mm: float, step_rad: float) -> FloatArray:
     moves = Moves.between(p[:1], R[:1], p[1:], turn, via)
     arc = float(moves.sweep[0] * np.linalg.norm(moves.u[0]))
     length = arc if arc > 0.0 else float(np.linalg.norm(moves.chord[0]))
-    parts = max(length / step_mm, float(np.linalg.norm(turn)) / step_rad, 1.0)
+    parts = max(length / step_mm, float(np.linalg.norm(turn)) / step_rad, least, 1.0)
     share = np.linspace(0.0, 1.0, int(np.ceil(parts)) + 1)
     at = moves.select(np.zeros(len(share), dtype=np.int64))
     return poses(at.rotations(share), at.positions(share))

@@ -63,7 +63,7 @@ class Written(Generic[P]):
 def write_judged(name: str, write: Callable[[P], Files], program: P, *, in_cell: CellSweep | None = None) -> Written[P]:
     """Write a program in the format `name`, and judge the text.
 
-    `in_cell`: What sweeps the motions of a planned program; None: its external axes move, and it is only compared.
+    `in_cell`: What sweeps the motions of a planned program.
 
     Raises
     ------

@@ -44,13 +44,14 @@ class Transformation:
     """A transformation: X Y Z, and O about z, A about the new y, T about the new z."""
 
     T: Any
+    external: tuple[float, ...] = ()  #: Axes from the seventh on, deg.
 
     @classmethod
     def of(cls, values: Sequence[float]) -> Transformation:
         """Take six numbers, mm and deg."""
         if len(values) < 6:
             raise ProgramError("a transformation has six numbers")
-        return cls(rigid(about("ZYZ", values[3:6]), values[:3]))
+        return cls(rigid(about("ZYZ", values[3:6]), values[:3]), tuple(float(v) for v in values[6:]))
 
     def values(self) -> list[float]:
         """Return six numbers as the controller stores them."""
@@ -346,6 +347,7 @@ class Interpreter(BlockInterpreter):
 
     def _travel(self, kind: str, goal: Any) -> None:
         self._passed()
+        self.bring(goal[6:] if isinstance(goal, tuple) else goal.external)
         if isinstance(goal, tuple):
             if kind != "J":
                 raise ProgramError("a line to joint angles")

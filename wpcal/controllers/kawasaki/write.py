@@ -20,14 +20,13 @@ import numpy as np
 
 from wpcal.controllers.kawasaki.arc import conditions, weld_moves
 from wpcal.controllers.language.emit import Around, WeldWriter
-from wpcal.controllers.language.naming import NameRules, own_name, safe_name, safe_names
-from wpcal.controllers.language.rounding import rounded, texts, zyz_degrees
+from wpcal.controllers.language.naming import NameRules, own_name
+from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path, part_frame
 from wpcal.controllers.program.planned import ALONE, PlannedMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
-from wpcal.core.rotations import rotation_from_zyz
 from wpcal.core.transform import RigidTransform
 
 KEYWORDS = (
@@ -89,8 +88,7 @@ def as_speed(mm_s: float) -> str:
 
 def as_frame(T: RigidTransform) -> RigidTransform:
     """Return the frame with the written digits: its rounding then does not move the points in the base."""
-    o, a, t = np.radians(zyz_degrees(T.R, decimals=DEG_DECIMALS))
-    return RigidTransform(rotation_from_zyz(o, a, t), rounded(T.t_mm, MM_DECIMALS), T.target, T.source)
+    return rounded_frame(T, mm_decimals=MM_DECIMALS, deg_decimals=DEG_DECIMALS, is_zyz=True)
 
 
 def transformations(p: FloatArray, R: FloatArray) -> list[str]:
@@ -111,10 +109,7 @@ class _As(WeldWriter):
 
     def __init__(self, program: WeldProgram) -> None:
         super().__init__(program)
-        self.main = safe_name(program.controller.program_name, NAMES)
-        rules = NameRules(NAMES.language, NAMES.longest, f"{KEYWORDS} {self.main.lower()}")
-        room = max(program.label_width + 1, len(PROGRAM))
-        self.stems = safe_names([path.seam.name for path in program.paths], rules, room=room)
+        self.main, self.stems = self.own_names(max(program.label_width + 1, len(PROGRAM)))
         self.conditions = conditions(program)
         self.T_base_frame = as_frame(program.T_base_part)
 

@@ -22,6 +22,7 @@ import numpy as np
 from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, called_in, read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does, mark_of
+from wpcal.controllers.run.blocks import BreakError, LeaveError
 from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Place, inverted
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError, entries_of
 from wpcal.core.arrays import FloatArray
@@ -39,6 +40,7 @@ HARMLESS = re.compile(
 BLENDS = {"C_DIS", "C_PTP", "C_VEL", "C_ORI", "C_SPL"}
 PLACES = tuple("XYZABC")
 JOINTS = tuple(f"A{axis}" for axis in range(1, 7))
+EXTERNAL = tuple(f"E{axis}" for axis in range(1, 7))
 ARC = {"#ARCONBEFOREMOVESTD": Does.ON, "#ARCOFFAFTERMOVESTD": Does.OFF}
 KINDS: dict[str, Any] = {"INT": int, "REAL": (int, float), "BOOL": bool, "CHAR": str}
 
@@ -56,14 +58,6 @@ class Interrupt:
 class _ResumeError(Exception):
     def __init__(self, level: int) -> None:
         self.level = level
-
-
-class _ReturnError(Exception):
-    pass
-
-
-class _ExitError(Exception):
-    pass
 
 
 @dataclass
@@ -261,7 +255,7 @@ class Interpreter:
         level = len(self.calls)
         try:
             self.block(routine.body)
-        except _ReturnError:
+        except LeaveError:
             pass
         finally:
             del self.calls[level - 1 :]
@@ -311,7 +305,7 @@ class Interpreter:
                 first = True
                 self.run.step(len(self.calls), self.calls[-1].file, s.line.number)
                 self.block(s.blocks[0])
-        except _ExitError:
+        except BreakError:
             pass
 
     def _do_for(self, s: KrlStatement) -> None:
@@ -337,7 +331,7 @@ class Interpreter:
         self._repeat(s, lambda: not self.value(s.tokens), first=False)
 
     def _do_exit(self, s: KrlStatement) -> None:
-        raise _ExitError
+        raise BreakError
 
     def _do_switch(self, s: KrlStatement) -> None:
         found = self.value(s.tokens)
@@ -474,7 +468,7 @@ class Interpreter:
         raise _ResumeError(self.running.level)
 
     def _do_return(self, s: KrlStatement) -> None:
-        raise _ReturnError
+        raise LeaveError
 
     def _do_halt(self, s: KrlStatement) -> None:
         self.run.stop(self.run.messages[-1] if self.run.messages else "HALT", self.on_stop)
@@ -529,6 +523,9 @@ class Interpreter:
         found = self._list(given)
         if len(found) != count or not all(isinstance(one, Aggregate) for one in found):
             raise ProgramError(f"{s.line.text[:80]!r}: expected {count} points")
+        outer = (found[-1].values.get(axis) for axis in EXTERNAL)
+        external = tuple(float(v) for v in outer if isinstance(v, int | float))
+        self.machine.at = replace(self.machine.at, external=external)
         return found
 
     def _goal(self, target: Aggregate) -> FloatArray:

@@ -157,14 +157,8 @@ class _Krl(WeldWriter):
         seam = ["", f"DEF {self._call(path)}", *last, *self._seam(path), "END"]
         lines = self.alone(row, [self._call(path)])
         name = f"{ALONE.upper()}{self.stems[path.seam.name]}"
-        return [
-            *seam,
-            *(
-                ["", f"GLOBAL DEF {name}()", *self._start(), *lines, *self.post.hook("after_run"), "END"]
-                if lines
-                else []
-            ),
-        ]
+        alone = ["", f"GLOBAL DEF {name}()", *self._start(), *lines, *self.post.hook("after_run"), "END"]
+        return [*seam, *(alone if lines else ())]
 
     def _points(self) -> list[str]:
         """Declare the axes that a plan goes to between seams, and the points."""

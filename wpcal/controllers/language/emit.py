@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import ClassVar
 
-from wpcal.controllers.language.naming import NameRules, comment_lines
-from wpcal.controllers.language.post import Post
+from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names
+from wpcal.controllers.language.post import AirSpeeds, Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import ArcSettings, end_time_s, has_weave, refuse
 from wpcal.controllers.program.describe import describe_path
@@ -33,7 +33,7 @@ class Around:
 NOTHING = Around()
 
 
-class WeldWriter:
+class WeldWriter(AirSpeeds):
     """Writes one weld program."""
 
     format: ClassVar[str]  #: The name of the format.
@@ -53,15 +53,11 @@ class WeldWriter:
             raise InputError(f"{self.names.language}: programs do not set the tool data (--set-tool): type them in")
         self.post = Post(self.format, program)
 
-    @property
-    def air(self) -> str:
-        """The speed of linear moves off the seams."""
-        raise NotImplementedError
-
-    @property
-    def first(self) -> str:
-        """The speed of the only joint move of a program without a plan."""
-        return self.air
+    def own_names(self, room: int) -> tuple[str, dict[str, str]]:
+        """Return the name of the program, and those of its seams, which leave room for so many characters."""
+        main = safe_name(self.program.controller.program_name, self.names)
+        rules = replace(self.names, keywords=f"{self.names.keywords} {main.lower()}")
+        return main, safe_names([path.seam.name for path in self.program.paths], rules, room=room)
 
     def zone(self, number: int) -> tuple[float, float]:
         """Return the zone of the joint move of this number, mm and as a share of it; zeros where it stops."""

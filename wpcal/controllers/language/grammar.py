@@ -55,9 +55,8 @@ class Grammar:
     #: From a file's text and path (for messages) to its points. It raises `FormatError`.
     read: Callable[[str, str], ProgramPoints]
     poses_in: tuple[str, ...]  #: Suffixes of the files with points.
-    moves_of: Callable[[Path], Path] | None = (
-        None  #: From a file with points to that with the moves, where they differ.
-    )
+    #: From a file with points to that with the moves, where they differ.
+    moves_of: Callable[[Path], Path] | None = None
     stated_output: str = ""  #: Pattern of how a header states the number of the output that switches the arc.
     #: By the suffix: what only touch programs of wpcal and their results have.
     touches: Mapping[str, str] = field(default_factory=dict)

@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from wpcal.controllers.language.emit import WeldWriter
-from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
+from wpcal.controllers.language.naming import NameRules
 from wpcal.controllers.language.rounding import rounded_frame, zyx_degrees
 from wpcal.controllers.program import ControllerSettings, SafePoint, WeldPath, WeldProgram
 from wpcal.controllers.program.describe import describe, describe_path
@@ -142,12 +142,8 @@ class JobWriter(WeldWriter):
         self.in_joints = self.planned is not None and language.plans_in_joints
         for poses in () if self.in_joints else program.groups:
             language.configuration.texts(program, poses)  # refused before anything else
-        self.main = safe_name(program.controller.program_name, language.names).upper()
-        keywords = f"{language.names.keywords} {self.main.lower()}"
-        rules = NameRules(language.names.language, language.names.longest, keywords)
-        room = 0 if self.planned is None else len(ALONE)
-        names = safe_names([path.seam.name for path in program.paths], rules, room=room)
-        self.jobs = {name: job.upper() for name, job in names.items()}
+        main, names = self.own_names(0 if self.planned is None else len(ALONE))
+        self.main, self.jobs = main.upper(), {name: job.upper() for name, job in names.items()}
         self.T_base_frame = language.frame_as_written(program.T_base_part)
 
     def main_job(

@@ -126,6 +126,20 @@ class Blocks:
         return lines
 
 
+class AirSpeeds:
+    """Speeds off seams and searches, as a language writes them."""
+
+    @property
+    def air(self) -> str:
+        """The speed of linear moves."""
+        raise NotImplementedError
+
+    @property
+    def first(self) -> str:
+        """The speed of the only joint move, to the first point."""
+        return self.air
+
+
 @dataclass(frozen=True, slots=True)
 class Post(Blocks):
     """The templates of one language for a weld program.

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.core.arrays import FloatArray
-from wpcal.core.rotations import rotation_from_zyx, zyx_angles, zyz_angles
+from wpcal.core.rotations import rotation_from_zyx, rotation_from_zyz, zyx_angles, zyz_angles
 from wpcal.core.transform import RigidTransform
 
 
@@ -63,10 +63,11 @@ def zyz_degrees(R: ArrayLike, *, decimals: int) -> FloatArray:
     return np.stack([first, middle, rounded(last, decimals)], axis=-1)
 
 
-def rounded_frame(T: RigidTransform, *, mm_decimals: int, deg_decimals: int) -> RigidTransform:
+def rounded_frame(T: RigidTransform, *, mm_decimals: int, deg_decimals: int, is_zyz: bool = False) -> RigidTransform:
     """Return the frame with the rounded numbers that a controller is given.
 
     Points are written relative to this frame, so its rounding does not move them in `base`.
     """
-    alpha, beta, gamma = np.radians(zyx_degrees(T.R, decimals=deg_decimals))
-    return RigidTransform(rotation_from_zyx(alpha, beta, gamma), rounded(T.t_mm, mm_decimals), T.target, T.source)
+    degrees, rotation = (zyz_degrees, rotation_from_zyz) if is_zyz else (zyx_degrees, rotation_from_zyx)
+    R = rotation(*np.radians(degrees(T.R, decimals=deg_decimals)))
+    return RigidTransform(R, rounded(T.t_mm, mm_decimals), T.target, T.source)

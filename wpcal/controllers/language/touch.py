@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from wpcal.controllers.language.naming import NameRules, comment_lines, own_name
-from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, Blocks, whole_template
+from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, AirSpeeds, Blocks, whole_template
 from wpcal.controllers.program.describe import NOT_CHECKED
 from wpcal.controllers.program.in_run import SETTLED_MM, STEPS
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
@@ -50,7 +50,7 @@ class SearchText:
     steps: TouchSteps
 
 
-class TouchWriter:
+class TouchWriter(AirSpeeds):
     """Writes one touch program: a language says how points, speeds and signals are written, and has templates."""
 
     format: ClassVar[str]  #: The name of the format.
@@ -120,16 +120,6 @@ class TouchWriter:
         if not 1 <= number <= most:
             what = f"frame_number = {number} of the touch setup"
             raise InputError(f"{what}: {self.language} has the user frames 1 to {most}")
-
-    @property
-    def air(self) -> str:
-        """The speed of linear moves off the searches."""
-        raise NotImplementedError
-
-    @property
-    def first(self) -> str:
-        """The speed of the joint move to the first point."""
-        return self.air
 
     @property
     def signal(self) -> str:

@@ -31,7 +31,6 @@ from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.fit import USUAL_TOLERANCE
 from wpcal.seam.seam import SeamFrames
 
-EXTERNAL = "NOT CHECKED: external axes as they are written here"
 WITHOUT_FRAME = 0  #: The number of the user frame that is the base of the robot.
 
 
@@ -77,8 +76,6 @@ def build_planned_program(
     planned = PlannedMoves(air, rail, turning, cell.T_flange_tool, share, about, ways, follows, output.is_carried)
     motion = MotionSettings(plan.approach_mm, plan.approach_mm, plan.speed_mm_s, plan.air_speed_mm_s)
     checked = [f"checked against collision: all moves between home and home: {plan.checked}"]
-    if any(np.ptp(q[:, JOINTS:], axis=0).any() for q in (np.concatenate(plan.air), *(each.q for each in plan.pieces))):
-        checked.append(f"{EXTERNAL}: the plan was, and the arm in this text is compared with it")
     checked += [] if output.has_part else [f"{UNCHECKED}: its shape was not beside the seams (part.glb)"]
     return WeldProgram(
         paths,
@@ -139,7 +136,7 @@ class _Frame:
     """
 
     def __init__(self, cell: Cell, *, follows: bool, is_carried: bool) -> None:
-        self.cell, self.follows, self.is_carried = cell, follows, is_carried
+        self.cell, self.follows, self.is_carried, self._base = cell, follows, is_carried, cell.T_world_base.matrix
 
     @property
     def has_arcs(self) -> bool:
@@ -148,19 +145,11 @@ class _Frame:
 
     def places(self, q: FloatArray) -> FloatArray:
         """Return its place in `world` for axes (n, k); shape (n, 4, 4), mm."""
-        if self.follows:
-            return self.cell.carrier_places(q)
-        return self._base(q)
-
-    def _base(self, q: FloatArray) -> FloatArray:
-        still = q.copy()
-        if self.cell.rail_axis is not None:
-            still[:, self.cell.rail_axis] = 0.0
-        return self.cell.base_places(still)
+        return self.cell.carrier_places(q) if self.follows else np.repeat(self._base[None], len(q), axis=0)
 
     def written(self, T: FloatArray, q: FloatArray) -> FloatArray:
         """Return poses (n, 4, 4) as positions of a program, for axes (n, k)."""
-        return T if self.has_arcs else np.linalg.inv(self._base(q)) @ self.places(q) @ T
+        return T if self.has_arcs else np.linalg.inv(self._base) @ self.places(q) @ T
 
     @property
     def T_base_part(self) -> RigidTransform:

@@ -201,3 +201,11 @@ PRODUCT: dict[str, Callable[[Any, Any], Any]] = {"*": operator.mul, "/": operato
 OR: dict[str, Callable[[Any, Any], Any]] = {"OR": lambda a, b: a or b}
 AND: dict[str, Callable[[Any, Any], Any]] = {"AND": lambda a, b: a and b}
 SIGNS: dict[str, Callable[[Any], Any]] = {"-": operator.neg, "+": operator.pos}
+LIKE_C: tuple[dict[str, Callable[[Any, Any], Any]], ...] = (
+    {"or": OR["OR"], "xor": operator.xor},
+    {"and": AND["AND"]},
+    {"==": operator.eq, "!=": operator.ne, **{word: function for word, function in COMPARE.items() if word != "<>"}},
+    SUM,
+    {**PRODUCT, "%": operator.mod},
+)
+"""Operators of languages that tell upper from lower case."""

@@ -44,6 +44,7 @@ class Interpreter:
         self.tools = {str(name): T for name, T in (tools or {}).items()}
         self.bases = {str(name): T for name, T in (bases or {}).items()}
         self.tool = self.frame = self.file = ""
+        self.external: tuple[float, ...] = ()  #: As in `Place`.
         self.line = self.calls = 0
         self.signals = dict(signals or {})
         for file, text in files.items():
@@ -97,11 +98,11 @@ class Interpreter:
         """Run one instruction; the machine takes what is wrong with it."""
         self.run.step(self.calls, file, line)
         self.file, self.line = file, line
-        self.machine.at = Place(file, line, self.tool, self.frame)
+        self.machine.at = Place(file, line, self.tool, self.frame, external=self.external)
         try:
             return work()
         except ProgramError as error:
-            self.machine.at = Place(file, line, self.tool, self.frame)
+            self.machine.at = Place(file, line, self.tool, self.frame, external=self.external)
             self.machine.refuse(error.at(file, line))
             return None
 
@@ -156,12 +157,18 @@ class Interpreter:
     ) -> None:
         """Move the present tool to a pose in `base`: ``J`` by the joints, ``L`` on a line, ``C`` through `via`."""
         T_tool = self.T_tool()
-        self.machine.at = Place(self.file, self.line, self.tool, self.frame, speed_mm_s)
+        self.machine.at = Place(self.file, self.line, self.tool, self.frame, speed_mm_s, external=self.external)
         self.blend(zone_mm)
         if via is not None:
             self.machine.arc(via, goal, T_tool)
         else:
             self.machine.move(goal, T_tool, is_line=kind == "L")
+
+    def bring(self, external: Sequence[float]) -> None:
+        """Say where the next motion brings the external axes, mm and deg; without numbers they stay."""
+        if external:
+            self.external = tuple(external)
+            self.machine.at = replace(self.machine.at, external=self.external)
 
     def blend(self, zone_mm: float | None) -> None:
         """Say that the tool does not stop, but leaves the corner within a zone; None: it stops."""

@@ -33,6 +33,7 @@ class Place:
     blends: bool = False  #: Whether the tool does not stop at the end.
     #: How far from the end the next motion may begin: the tool centre point, mm, and the share of this motion.
     zone: tuple[float, float] = (math.inf, WHOLE_ZONE)
+    external: tuple[float, ...] = ()  #: External axes at the end, in their order, mm and deg, as the text states them.
 
 
 class Machine(Protocol):

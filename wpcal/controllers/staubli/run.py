@@ -23,7 +23,7 @@ import numpy as np
 
 from wpcal.controllers.language.grammar import ENCODING, Does
 from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, tree
-from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax, tokens_of, without_comment
 from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError
 from wpcal.controllers.staubli.grammar import GRAMMAR
@@ -36,13 +36,7 @@ JOINTS = ("j1", "j2", "j3", "j4", "j5", "j6")
 SPEEDS, ZONES = ("accel", "vel", "decel", "tmax", "rmax"), ("leave", "reach")
 WORDS = Syntax(
     re.compile(r'"[^"]*"|\d+(?:\.\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|&|[-+*/%=<>()\[\]{},.!]'),
-    (
-        {"or": lambda a, b: a or b, "xor": operator.xor},
-        {"and": lambda a, b: a and b},
-        {"==": operator.eq, "!=": operator.ne, **{k: v for k, v in COMPARE.items() if k != "<>"}},
-        SUM,
-        {**PRODUCT, "%": operator.mod},
-    ),
+    LIKE_C,
     {**SIGNS, "!": operator.not_},
     {"true": True, "false": False},
     aggregate=("{", "}"),

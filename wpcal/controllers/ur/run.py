@@ -22,7 +22,7 @@ import numpy as np
 
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, text_of, tree
-from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Parser, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax, tokens_of, without_comment
 from wpcal.controllers.run.machine import inverted, rigid
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.controllers.ur.grammar import GRAMMAR
@@ -33,13 +33,7 @@ MM_PER_M = 1000.0
 TOKEN = re.compile(r'"[^"]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\.\d+|[A-Za-z_]\w*|==|!=|<=|>=|[-+*/%=<>()\[\],:]')
 WORDS = Syntax(
     TOKEN,
-    (
-        {"or": lambda a, b: a or b, "xor": operator.xor},
-        {"and": lambda a, b: a and b},
-        {"==": operator.eq, "!=": operator.ne, **{k: v for k, v in COMPARE.items() if k != "<>"}},
-        SUM,
-        {**PRODUCT, "%": operator.mod},
-    ),
+    LIKE_C,
     {**SIGNS, "not": operator.not_},
     {"True": True, "False": False},
     aggregate=("[", "]"),

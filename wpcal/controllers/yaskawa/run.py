@@ -45,6 +45,7 @@ COMPARE = {
 }
 AXES = r"(?: [BE]C\d{5}){0,2}"  #: Of a rail and a station.
 MASTER = r"(?:  \+MOVJ EC\d{5})?"  #: How the station moves in step.
+OUTER = re.compile(r"\b[BE]C\d{5}\b")  #: Their positions: a rail in mm, then a station in deg.
 JOINT_KINDS = ("PULSE", "ANGLE")
 POINT = r"(C\d{5}|PX?\d{3,5})"
 NUMBER = r"([BID]\d{3})"
@@ -209,6 +210,8 @@ class Interpreter(Base):
             return None
         if not re.match("S?MOVC", line) and re.match(r"S?MOV|IMOV", line):
             self._end_arc()
+        outer = [self.place(name) for name in dict.fromkeys(OUTER.findall(line))]
+        self.bring([v for point in outer if point.kind == "ANGLE" for v in point.values])
         return self.matched(line, at)
 
     # -- moves -----------------------------------------------------------------------------------------------------
