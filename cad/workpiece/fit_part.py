@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from cad.workpiece.fit_taught import CalibrateOptions, Observed, ScaleChoice, next_point, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, Observed, ScaleChoice, next_points, run_fit
 from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult
@@ -49,7 +49,9 @@ def fit_part(
 
     def fitted(size: PartSize) -> FittedPart:
         asked, own = replace(options, teaching=size.teaching(options.teaching)), observed.of_model(size)
-        suggest = partial(next_point, observed.taught, workpiece, seams, teaching=options.teaching)
+        suggest = partial(
+            next_points, taught=observed.taught, workpiece=workpiece, seams=seams, teaching=options.teaching
+        )
         result, u95 = run_fit(own, seams, options=asked, T_nominal_part=T_nominal_part, suggest=suggest)
         if options.bodies is None:
             return FittedPart(result, u95, tuple(seams))

@@ -6,7 +6,7 @@ error of every seam. The main job and the picker both take these steps, so that 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
@@ -17,12 +17,13 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice
 from cad.workpiece.touched_bodies import bodies_touched
 from cad.workpiece.workpiece import Workpiece
-from wpcal.calibrate import CalibrationResult, Criterion, Touches, calibrate
+from wpcal.calibrate import CalibrationResult, Touches, calibrate
 from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.options import FitOptions
 from wpcal.calibrate.size import PartSize
 from wpcal.calibrate.trust.scale import STEEL_PER_K
 from wpcal.calibrate.trust.silent import SilentSearches
+from wpcal.calibrate.trust.verdict import Suggest
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import WpcalError, blamed_on
 from wpcal.core.options import opt
@@ -150,17 +151,22 @@ def prepare_fit(
     return Observed(taught, fitted, checked, silent=unmet, body_of=bodies)
 
 
-def next_point(
-    taught: TaughtPoints, workpiece: Workpiece, seams: Sequence[Seam], *, teaching: TeachingError
-) -> str | None:
-    """Choose the feature whose touch, after those already made, lowers the predicted error of the seams most.
+def next_points(
+    shares: Sequence[float],
+    taught: TaughtPoints,
+    workpiece: Workpiece,
+    seams: Sequence[Seam],
+    *,
+    teaching: TeachingError,
+) -> tuple[str, ...]:
+    """Choose the fewest features whose touch brings the predicted error of the seams to ``shares[number - 1]`` of now.
 
     `taught`: With their features (`name_taught`).
-    Returns str or None. None if rows were touched on faces or have no feature, or no further feature helps.
+    Returns: Names; none if rows were touched on faces or have no feature, or no further feature helps.
     """
     used = [name for name, use in zip(taught.features, taught.use, strict=True) if use == "yes"]
     if taught.has_touches or not all(taught.features):
-        return None
+        return ()
     taken = {feature_named(workpiece.features, name).name for name in taught.features}
     have = [feature_named(workpiece.features, name) for name in dict.fromkeys(used)]
     free = [item for item in workpiece.judged if item.feature.kind.is_point and item.feature.name not in taken]
@@ -169,14 +175,14 @@ def next_point(
             free,
             [seam for seam in seams if seam.accepted],
             points=len(have) + 1,
+            shares=shares,
             sigma_mm=Sigma.expected(teaching.per_axis_mm).mm,
             robot=teaching.robot,
-            criterion=Criterion.LEAST_SQUARES,
             have=have,
         )
     except WpcalError:  # no seam to advise for, or no feature that is left
-        return None
-    return next((name for name in chosen.names if name not in taken), None)
+        return ()
+    return tuple(name for name in chosen.names if name not in taken)
 
 
 def run_fit(
@@ -185,7 +191,7 @@ def run_fit(
     *,
     options: CalibrateOptions,
     T_nominal_part: RigidTransform | None = None,
-    suggest: Callable[[], str | None] | None = None,
+    suggest: Suggest | None = None,
 ) -> tuple[CalibrationResult, tuple[FloatArray, ...]]:
     """Fit what was observed, and predict the error that each seam will see.
 

@@ -22,7 +22,7 @@ from cad.session.part import read_pick_part
 from cad.session.rows import Rows
 from cad.step.new_file import new_step_text
 from cad.workpiece.answer_cache import FOLDER_VARIABLE
-from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_point, prepare_fit, run_fit
+from cad.workpiece.fit_taught import CalibrateOptions, name_taught, next_points, prepare_fit, run_fit
 from cad.workpiece.seams import SeamChoice
 from tests.benchmarks.bench_pick import touched
 from tests.benchmarks.timing import least_seconds
@@ -66,7 +66,9 @@ def bare_fit_s(step: Path, rows: Rows) -> float:
     options = CalibrateOptions()
     named = name_taught(rows.to_taught(), part.workpiece.features, options=options)
     observed = prepare_fit(named.taught, part.workpiece)
-    suggest = partial(next_point, named.taught, part.workpiece, part.seams)
+    suggest = partial(
+        next_points, taught=named.taught, workpiece=part.workpiece, seams=part.seams, teaching=options.teaching
+    )
     return least_seconds(lambda: run_fit(observed, part.seams, options=options, suggest=suggest), REPEATS)
 
 

@@ -34,7 +34,7 @@ from wpcal.calibrate.trust.neighbours import FeaturePlaces
 from wpcal.calibrate.trust.scale import ScaleFit, fit_scale
 from wpcal.calibrate.trust.silent import SilentSearches, silent_issues
 from wpcal.calibrate.trust.touch_evidence import TouchEvidence
-from wpcal.calibrate.trust.verdict import VerdictEvidence, bias_advice, judge_evidence, verdict_issues
+from wpcal.calibrate.trust.verdict import Suggest, VerdictEvidence, bias_advice, judge_evidence, verdict_issues
 from wpcal.calibrate.trust.which_body import explain_by_body
 from wpcal.calibrate.trust.without import Distrusted, compare_without
 from wpcal.core.arrays import FloatArray, as_points
@@ -65,7 +65,7 @@ def calibrate(
     certify: bool = False,
     seam_points: ArrayLike | None = None,
     seam_names: Sequence[str] = (),
-    suggest: Callable[[], str | None] | None = None,
+    suggest: Suggest | None = None,
     features: Mapping[str, FloatArray] | None = None,
     postures: Mapping[str, FloatArray] | None = None,
     silent: SilentSearches | None = None,

@@ -8,6 +8,8 @@ LONGEST_SHOWN = 40
 """Characters of a wrong text that a message repeats."""
 MOST_LISTED = 20
 """Names that a message lists."""
+MOST_NAMED = 6
+"""Names that a sentence about what to do lists; tables and pages have the rest."""
 
 
 def shown(value: object) -> str:
@@ -30,8 +32,8 @@ def plural(word: str) -> str:
     return f"{word}es" if word.endswith(("ch", "s", "sh", "x")) else f"{word}s"
 
 
-def listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str], most: int = MOST_LISTED) -> str:
     """Return names for a message, separated by commas; where there are many, the first of them and their number."""
     found = list(names)
-    text = ", ".join(name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}…" for name in found[:MOST_LISTED])
-    return f"{text} and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else text
+    text = ", ".join(name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}…" for name in found[:most])
+    return f"{text} and {len(found) - most} more" if len(found) > most else text

@@ -94,7 +94,10 @@ class Judgement(Record):
     error_95_mm: NotNegative = D(
         "With 95 % probability no point of the accepted seams is off by more. Without seams: no fitted point."
     )
-    next_point: str | None = D("Feature to touch next; null if none is known.")
+    next_point: str | None = D("The first of next_points; null if none is known.")
+    next_points: Maybe[list[str]] = D(
+        "Features to touch next: the fewest that are predicted to bring the error within the tolerance, at most 4."
+    )
 
 
 class SixTuple(Record):

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
+
+from wpcal.core.wording import MOST_NAMED, listed
 
 HELP_PAGE = "docs/how-to/fail-what-now.md"
 """The page that explains every verdict sentence."""
@@ -12,8 +15,7 @@ HELP_PAGE = "docs/how-to/fail-what-now.md"
 AGAIN = "Then calibrate again."
 SMALL = 10.0
 """A row that is off by less than this many stated teaching errors may be blamed for a stated error too small."""
-MOST_NAMED = 6
-"""Most rows that one step lists."""
+_list = partial(listed, most=MOST_NAMED)
 
 
 def next_steps(calibration: Mapping[str, Any]) -> list[str]:
@@ -123,9 +125,10 @@ def _too_large(calibration: Mapping[str, Any], judgement: Mapping[str, Any]) -> 
 
 
 def _add_point(judgement: Mapping[str, Any]) -> str:
-    found = judgement.get("next_point")
+    found = judgement.get("next_points") or [one for one in [judgement.get("next_point")] if one]
     if found:
-        return f"Touch {found} as well: of the features not yet touched, it helps the seams most."
+        helps = "it helps" if len(found) == 1 else "they help"
+        return f"Touch {_list(found)} as well: of the features not yet touched, {helps} the seams most."
     return "Add a point far from the others, best beyond the ends of the seams (wpcal advise proposes one)."
 
 
@@ -165,12 +168,6 @@ def _silent(_: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[str]:
         "Look at the part: does it stand as in the model, not turned or mirrored?",
         "Run the touch program again. If the same search finds nothing, check the wire and the touch signal there.",
     ]
-
-
-def _list(names: Any) -> str:
-    found = list(names)
-    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
-    return ", ".join(found[:MOST_NAMED]) + more
 
 
 def _worst(calibration: Mapping[str, Any]) -> list[str]:

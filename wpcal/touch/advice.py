@@ -193,6 +193,7 @@ def advise_set(
     seams: Sequence[Seam],
     *,
     points: int,
+    shares: Sequence[float] = (1.0,),
     sigma_mm: float,
     robot: RobotField | None = None,
     criterion: Criterion = Criterion.LEAST_SQUARES,
@@ -201,6 +202,8 @@ def advise_set(
 ) -> AdvisedSet:
     """Choose one set of `points` features, without comparing other numbers; parameters and errors as in `advise`.
 
+    `shares`: Which share of the error that `have` leaves may be left with `points` features, with one more, and so on;
+    the first number that reaches its share is taken, otherwise the last.
     Returns: Only `have` itself if no feature added to it makes the error smaller. That can happen with the minimax
     criterion and Gaussian errors.
     """
@@ -209,10 +212,14 @@ def advise_set(
     teaching = TeachingError(sigma_mm=sigma_mm, robot=robot)
     choice = _Choice.over(easiest_places(candidates, have, points), seams, teaching, criterion, seed)
     held = tuple(choice.places.holding(feature.name) for feature in have)
-    best = choice.best(points, held, no_progress)
     if not fills_a_plane(choice.places.p[list(held)]):
-        return best
-    return min(choice.predicted(np.array([held])), best, key=lambda found: found.error_95_mm)
+        return choice.best(points, held, no_progress)
+    found = now = choice.predicted(np.array([held]))
+    for n, share in enumerate(shares[: len(choice.places.p) - points + 1], points):
+        found = min(found, choice.best(n, held, no_progress), key=lambda each: each.error_95_mm)
+        if found.error_95_mm <= share * now.error_95_mm:
+            break
+    return found
 
 
 def require_seams(seams: Sequence[Seam]) -> None:

@@ -8,8 +8,8 @@ import pytest
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
 from wpcal.calibrate.errors.of_points import budget_of_design
 from wpcal.calibrate.errors.robot_field import PRIOR_SCALE, RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, RobotField
-from wpcal.calibrate.trust.verdict import named
 from wpcal.core.pairs import PointPairs
+from wpcal.core.wording import MOST_NAMED, listed
 
 BOX = np.array([[x, y, z] for x in (0.0, 300.0) for y in (0.0, 200.0) for z in (0.0, 100.0)])
 SEAM = np.array([[50.0, 100.0, 20.0], [250.0, 100.0, 20.0]])
@@ -101,8 +101,8 @@ def test_rough_touches_without_a_stated_error_do_not_pass():
 
 
 def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():
-    few = judged(BOX[[0, 3, 5, 6]], noise(4, 0.3), teaching=TeachingError(sigma_mm=0.3), suggest=lambda: "H4")
-    assert (few.verdict, few.judgement.next_point, few.judgement.seam) == (VerdictKind.UNSURE, "H4", "W1")
+    few = judged(BOX[[0, 3, 5, 6]], noise(4, 0.3), teaching=TeachingError(sigma_mm=0.3), suggest=lambda _: ("H4",))
+    assert (few.verdict, few.judgement.next_points, few.judgement.seam) == (VerdictKind.UNSURE, ("H4",), "W1")
     assert few.judgement.to_record()["seam"] == "W1"
     own = few.predict_error_mm(SEAM).max()
     assert f"seam W1 may be off by {own:.3g} mm, all seams together by {few.judgement.error_95_mm:.3g} mm" in str(
@@ -110,7 +110,7 @@ def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():
     )
     assert "touch H4 as well" in few.judgement.sentence
 
-    def unasked() -> str:
+    def unasked(_: object) -> tuple[str, ...]:
         raise AssertionError
 
     assert judged(BOX, noise(8), teaching=SMALL, suggest=unasked).verdict is VerdictKind.PASS
@@ -136,4 +136,4 @@ def test_touches_that_measure_the_scale_leave_little_of_its_prior():
 
 
 def test_more_than_six_names_are_counted():
-    assert named("abcdefgh") == "a, b, c, d, e, f and 2 more"
+    assert listed("abcdefgh", MOST_NAMED) == "a, b, c, d, e, f and 2 more"

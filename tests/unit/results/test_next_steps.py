@@ -80,8 +80,8 @@ def test_a_sigma_that_is_stated_too_small_may_blame_a_point_and_that_is_said():
 
 
 def test_the_feature_to_touch_next_is_named():
-    record = fitted(n=3, suggest=lambda: "V20", tolerance_mm=0.3)
-    assert next_steps(record)[0].startswith("Touch V20 as well")
+    record = fitted(n=3, suggest=lambda _: ("V20", "V3"), tolerance_mm=0.3)
+    assert next_steps(record)[0].startswith("Touch V20, V3 as well")
 
 
 @pytest.mark.parametrize("record", [{}, {"verdict": "FAIL"}, {"verdict": "FAIL", "judgement": {"reason": None}}])

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import COVERAGE, Sigma, SigmaSource, TeachingError
+from wpcal.calibrate.errors.prediction import COVERAGE, Sigma, SigmaSource, TeachingError, length_quantile
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, FieldOrigin
 from wpcal.calibrate.trust.criteria import (
     BLUNDER,
@@ -36,14 +36,13 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.transform import RigidTransform
-from wpcal.core.wording import plural
+from wpcal.core.wording import MOST_NAMED, listed, plural
 
 if TYPE_CHECKING:
     from wpcal.calibrate.trust.bodies import BodiesEvidence
 
     Evidence: TypeAlias = "VerdictEvidence | BodiesEvidence"
 
-MOST_NAMED = 6  #: Most observations that the sentence names.
 CONTRADICTIONS = (TOOL_OFFSET, BLUNDER, NEIGHBOUR, NOT_NAMED, "swapped-names", "mirrored")
 """Codes of the issues that say that the observations contradict each other."""
 
@@ -57,6 +56,13 @@ class VerdictKind(StrEnum):
     """Neither is shown. More points decide."""
     FAIL = "FAIL"
     """The observations contradict each other or their stated error, or a seam is outside, with 95 % confidence."""
+
+
+Suggest = Callable[[Sequence[float]], tuple[str, ...]]
+"""Says which features to touch next: the fewest that leave the share of the error that may be left after so many."""
+
+MOST_FURTHER = 4
+"""Most features asked for at once: more would be touched in vain if one of the first was wrong."""
 
 
 class VerdictReason(Enum):
@@ -102,7 +108,7 @@ class Verdict:
     #: With 95 % probability no point of the seams is off by more, with the allowance for a bias of the tool. Without
     #: seams, no fitted point.
     error_95_mm: float
-    next_point: str | None = None  #: The feature to touch next, where the caller knows the features.
+    next_points: tuple[str, ...] = ()  #: The features to touch next, the fewest that help enough, where they are known.
 
     def to_record(self) -> dict[str, Any]:
         """Return plain values for a JSON file."""
@@ -112,7 +118,8 @@ class Verdict:
             "seam": self.seam or None,
             "reason": self.reason.value,
             "error_95_mm": self.error_95_mm,
-            "next_point": self.next_point,
+            "next_point": next(iter(self.next_points), None),
+            "next_points": list(self.next_points),
         }
 
 
@@ -161,7 +168,7 @@ def check_level(count: int) -> float:
     return 1.0 - FALSE_ALARM / count
 
 
-def judge_evidence(evidence: Evidence, *, suggest: Callable[[], str | None] | None = None) -> Verdict:
+def judge_evidence(evidence: Evidence, *, suggest: Suggest | None = None) -> Verdict:
     """Decide whether the seams are shown to be within the tolerance.
 
     Notes
@@ -175,11 +182,23 @@ def judge_evidence(evidence: Evidence, *, suggest: Callable[[], str | None] | No
         sentence = f"{found.sentence}: {found.remedy}" if found.remedy else found.sentence
         return Verdict(VerdictKind.FAIL, sentence, shown.seam, found.reason, shown.error_mm)
     for found in _doubts(evidence, shown, check):
-        name = suggest() if suggest is not None and not found.remedy else None
-        advice = found.remedy or (f"touch {name} as well" if name else f"one more {evidence.word} would help")
+        names = suggest(_shares(evidence, shown, found.reason)) if suggest is not None and not found.remedy else ()
+        advice = found.remedy or (f"touch {listed(names)} as well" if names else f"one more {evidence.word} would help")
         sentence = f"{found.sentence}: {advice}"
-        return Verdict(VerdictKind.UNSURE, sentence, shown.seam, found.reason, shown.error_mm, name)
+        return Verdict(VerdictKind.UNSURE, sentence, shown.seam, found.reason, shown.error_mm, names)
     return Verdict(VerdictKind.PASS, evidence.passed(shown), shown.seam, VerdictReason.WITHIN, shown.error_mm)
+
+
+def _shares(evidence: Evidence, shown: Predicted, reason: VerdictReason) -> list[float]:
+    """Return which share of the error that the places of the observations leave may be left, with 1, 2, … more of them.
+
+    An estimated teaching error is known better with each observation, and the error that has 95 % falls with it.
+    """
+    if reason is not VerdictReason.ERROR:
+        return [1.0]
+    freedom = np.array([evidence.sigma.degrees_of_freedom + 3.0 * k for k in range(MOST_FURTHER + 1)])
+    times = length_quantile(np.tile(np.eye(3), (len(freedom), 1, 1)), COVERAGE, degrees_of_freedom=freedom)
+    return [evidence.tolerance_mm / shown.error_mm * float(times[0] / each) for each in times[1:]]
 
 
 def _failures(evidence: Evidence, shown: Predicted, check: CheckPoints | None) -> Iterator[Ground]:
@@ -306,14 +325,16 @@ class VerdictEvidence:
         """Name what nothing tests, what the others contradict, and residuals that are larger than stated or usual."""
         yield from self._unexplained()
         if self.residuals.unchecked and not self._is_stated:
-            what = f"nothing tests {named(self.residuals.unchecked)}; if one is wrong, no residual shows it"
+            what = (
+                f"nothing tests {listed(self.residuals.unchecked, MOST_NAMED)}; if one is wrong, no residual shows it"
+            )
             yield Ground(VerdictReason.UNCHECKED, what)
         found = self.distrusted
         if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > self.tolerance_mm:
             those = "it" if len(found.names) == 1 else "them"
             what = (
-                f"the others contradict {named(found.names)}; the seams move by {found.shift_mm:.3g} mm if the fit "
-                f"leaves {those} out"
+                f"the others contradict {listed(found.names, MOST_NAMED)}; the seams move by {found.shift_mm:.3g} mm "
+                f"if the fit leaves {those} out"
             )
             yield Ground(VerdictReason.CONTRADICTION, what, f"touch {those} again")
         for issue in self.issues:
@@ -344,17 +365,15 @@ class VerdictEvidence:
         if seams == 1:
             what = f"seam {shown.seam} is"
         unchecked = self.residuals.unchecked
-        open_ = f"; nothing tests {named(unchecked)}: one check {self.word} ends this doubt" if unchecked else ""
+        open_ = (
+            f"; nothing tests {listed(unchecked, MOST_NAMED)}: one check {self.word} ends this doubt"
+            if unchecked
+            else ""
+        )
         return (
             f"{what} within {shown.error_mm:.3g} mm with 95 % confidence ({shown.told}); the tolerance is "
             f"{self.tolerance_mm:g} mm{open_}"
         )
-
-
-def named(names: Sequence[str]) -> str:
-    """Return the first `MOST_NAMED` names, and how many more there are."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
 
 
 def verdict_issues(

@@ -75,6 +75,8 @@ def _bridges(graph: BrepGraph, pieces: SeamPieces, options: SeamOptions) -> Brid
 
 def _bridge_words(graph: BrepGraph, run: SeamPieces) -> tuple[str, ...]:
     """Say where a seam was joined across interruptions, for people."""
+    if len(run) == 1:
+        return ()
     starts, ends = spans_of(graph, run)
     bridges = starts[1:] - ends[:-1]
     bridges = bridges[bridges > SAME_POINT_MM]  # pieces that meet are apart by round-off
