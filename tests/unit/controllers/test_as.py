@@ -8,7 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.program_text import as_values, kawasaki
-from tests.unit.controllers.judging import arc_faults
+from tests.unit.controllers.judging import arc_faults, judged
+from wpcal.controllers.judge.execute import execute
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.kawasaki.arc import conditions
 from wpcal.controllers.kawasaki.write import write_as
 from wpcal.controllers.program import ControllerSettings, build_program
@@ -81,3 +83,18 @@ def test_equal_welds_share_a_condition_and_jobs_keep_theirs(make_seam):
     program = welding(make_seam, leg_mm=12.0)
     assert {own.weld for own in conditions(program).values()} == {1}
     assert all(own.lines[0].startswith("  W1SET 1 = ") for own in conditions(program).values())
+
+
+def test_a_text_without_a_break_goes_round_its_corners_and_is_refused(make_program):
+    """With CP ON the tool leaves a motion within ACCURACY; with CP OFF it stops at every point."""
+    program = make_program(5)
+    ((name, text),) = write_as(program).items()
+    judged({name: text}, program, "as")
+    assert judged({name: text.replace("  BREAK\r\n", "").replace("CP ON", "CP OFF")}, program, "as").not_checked == ()
+    blended = text.replace("  BREAK\r\n; SEAM START", "; SEAM START").replace("  BREAK\r\n; ARC ON", "; ARC ON")
+    assert blended != text
+    with pytest.raises(WrittenWrongError, match=r"as: WPCAL\.as, line \d+: does not stop where it should"):
+        judged({name: blended}, program, "as")
+    last = execute({name: text.replace("  BREAK\r\n", "")}, tools=(program.controller.tool_name,)).motions[1]
+    assert last.place.blends
+    assert last.place.zone == (1, 0.5)

@@ -191,10 +191,7 @@ class Interpreter(Instructions):
 
     def value(self, tokens: list[str]) -> Any:
         """Return the value of an expression."""
-        parser = RapidParser(tokens, SYNTAX, self)
-        value = parser.value()
-        parser.end()
-        return value
+        return RapidParser(tokens, SYNTAX, self).whole()
 
     def assign(self, tokens: list[str], value: Any) -> None:
         """Give data, or a part of it, a value."""

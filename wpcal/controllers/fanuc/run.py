@@ -171,10 +171,7 @@ class Interpreter(Base):
 
     def value(self, text: str) -> Any:
         """Return the value of an expression."""
-        parser = Parser(tokens_of(text, SYNTAX), SYNTAX, self)
-        value = parser.value()
-        parser.end()
-        return value
+        return Parser(tokens_of(text, SYNTAX), SYNTAX, self).whole()
 
     def name(self, name: str) -> Any:
         """Return the present place, or the name of what has numbers."""
@@ -187,10 +184,6 @@ class Interpreter(Base):
     def call(self, name: str, arguments: list[Any]) -> Any:
         """Refuse functions: TP has none."""
         raise ProgramError(f"{name}(…) is not followed")
-
-    def part(self, value: Any, name: str) -> Any:
-        """Refuse parts: TP has none."""
-        raise ProgramError(f"{value}.{name} is not followed")
 
     def item(self, value: Any, indices: list[Any]) -> Any:
         """Return a register, an input, a position, or one of its numbers."""

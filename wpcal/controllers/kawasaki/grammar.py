@@ -5,10 +5,10 @@ from __future__ import annotations
 from wpcal.controllers.kawasaki.read import read_as
 from wpcal.controllers.language.grammar import Grammar
 
-_POINT = r"\b(?:[ \t]++(?P<a>[\w.]++))?"
 GRAMMAR = Grammar(
     comment=r"^[ \t]*+;",
-    harmless=r'TWAIT [\d.]+|(?:SW|)WAIT SIG\(-?\d+\)|SWAIT -?\d+|SIGNAL -?\d+(?:, ?-?\d+)*|PRINT "[^"]*"|PAUSE',
+    harmless=r"(?:ACCEL|DECEL|TWAIT|W1SET|W2SET)\b.*|(?:SW|)WAIT SIG\(-?\d+\)|SWAIT -?\d+|"
+    r'SIGNAL -?\d+(?:, ?-?\d+)*|PRINT "[^"]*"|PAUSE',
     read=read_as,
     poses_in=(".as",),
     touches={".as": r"\bwpto_\w+"},

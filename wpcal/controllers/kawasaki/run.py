@@ -3,8 +3,9 @@
 ``XMOVE p TILL s`` moves on a line and stops when signal s turns on (a negative number: off); the next step then runs,
 as it does at the end of the motion. Without a mode a signal that is on at the start does not count; ``/LVL`` takes it
 at once. ``HERE`` is the present pose in BASE and TOOL; ``HSENSESET`` and ``HSENSE`` latch the pose at the signal.
-``a + b`` composes transformations, ``SHIFT(p BY x, y, z)`` displaces one in BASE, and ``DRAW`` goes on from where the
-tool is.
+With ``CP ON``, a motion without ``BREAK`` behind it ends within ``ACCURACY`` and goes over into the next; ``LWS`` and
+``LWE`` stop. ``a + b`` composes transformations, ``SHIFT(p BY x, y, z)`` displaces one in BASE, and ``DRAW`` goes on
+from where the tool is.
 
 References
 ----------
@@ -13,6 +14,7 @@ Kawasaki, AS Language Reference Manual (D and E controllers).
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Mapping, Sequence
@@ -120,6 +122,8 @@ class Interpreter(BlockInterpreter):
         self.via: Transformation | None = None
         self.mark: Does | None = None
         self.speed: float | None = None
+        self.is_cp = True  #: Unless the program says otherwise, the tool does not stop at the end of a motion.
+        self.accuracy = (math.inf, math.inf)  #: How far from there it may begin the next, mm: this one, and all after.
         self.latched: list[Transformation] = []
         self.latch: int | None = None
         super().__init__(files, *args, **given)
@@ -348,16 +352,18 @@ class Interpreter(BlockInterpreter):
     def _travel(self, kind: str, goal: Any) -> None:
         self._passed()
         self.bring(goal[6:] if isinstance(goal, tuple) else goal.external)
+        zone_mm, self.accuracy = self.accuracy[0] if self.is_cp else None, (self.accuracy[1],) * 2
         if isinstance(goal, tuple):
             if kind != "J":
                 raise ProgramError("a line to joint angles")
+            self.blend(zone_mm)
             self.machine.joint_move(np.array(goal[:6]))
             return
         via, self.via = self.via, None
         if (via is None) != (kind != "C"):
             raise ProgramError("C1 without C2 of an arc, or C2 without C1")
         T_via = None if via is None else self.T_base @ via.T
-        self.go(kind, self.T_base @ goal.T, via=T_via, speed_mm_s=self.speed)
+        self.go(kind, self.T_base @ goal.T, via=T_via, speed_mm_s=self.speed, zone_mm=zone_mm)
 
     def _move(self, kind: str, tokens: list[str]) -> None:
         self._travel(kind, self._goal(tokens))
@@ -374,12 +380,14 @@ class Interpreter(BlockInterpreter):
     def _do_lws(self, tokens: list[str]) -> None:
         mark, self.mark = self.mark, None
         self._travel("L", self._goal(tokens))
+        self.machine.stand()
         self.mark = mark
         self._passed()
         self.machine.switch(Does.ON)
 
     def _do_lwe(self, tokens: list[str]) -> None:
         self._travel("L", self._goal(tokens))
+        self.machine.stand()
         self.machine.switch(Does.OFF)
 
     def _here(self) -> Transformation:
@@ -465,14 +473,20 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"SPEED {text}")
         self.speed = float(found[1]) if found[2] else None
 
-    def _do_nothing(self, tokens: list[str]) -> None:
-        """Pass what moves nothing."""
+    def _do_break(self, tokens: list[str]) -> None:
+        self.machine.stand()
 
-    _do_accuracy = _do_accel = _do_decel = _do_break = _do_twait = _do_w1set = _do_w2set = _do_nothing
+    def _do_accuracy(self, tokens: list[str]) -> None:
+        words = [token.upper() for token in tokens]
+        mm = self.value([token for token in tokens if token.upper() not in {"ALWAYS", "FINE"}])
+        if not isinstance(mm, int | float):
+            raise ProgramError(f"ACCURACY {' '.join(tokens)}")
+        self.accuracy = (mm, mm if "ALWAYS" in words else self.accuracy[1])
 
     def _do_cp(self, tokens: list[str]) -> None:
         if tokens[0].upper() not in {"ON", "OFF"}:
             raise ProgramError(f"CP {' '.join(tokens)}")
+        self.is_cp = tokens[0].upper() == "ON"
 
     def _do_signal(self, tokens: list[str]) -> None:
         for number in self.parser([*tokens, ")"]).values(")"):

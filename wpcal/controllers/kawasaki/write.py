@@ -157,8 +157,7 @@ class _As(WeldWriter):
         calls = [f"  CALL {PROGRAM}{stem}" for stem in self.stems.values()]
         if self.program.safe_point is not None:
             first = self.post.air_move(SAFE_POINT, speed=self.first, joint=True)
-            last = [f"  BASE {PART}", *self.air_moves([SAFE_POINT]), "  BREAK", "  BASE NULL"]
-            return [*self.frames, *first, "  BREAK", *calls, *last]
+            return [*self.frames, *first, *calls, f"  BASE {PART}", *self.air_moves([SAFE_POINT]), "  BASE NULL"]
         if self.planned is None:
             return calls
         ways = zip(between, [*calls, "  BASE NULL"], strict=True)
@@ -221,7 +220,7 @@ class _As(WeldWriter):
         speed = {"speed": as_speed(self.program.weld_speed_mm_s(path))}
         moves = self.seam(path, labels, Around(on=partial(list, own.lines if own else ()), start=speed))
         head = self.comments([path.seam.name, describe_path(path)], mark="; ")
-        return without_repeats([*head, *self.frames, *to_start, *moves, "  BREAK"])
+        return without_repeats([*head, *self.frames, *to_start, *moves])
 
     def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
         return weld_moves(path, along, path.stops(ACCURACY_MM), self.conditions.get(path.seam.name))

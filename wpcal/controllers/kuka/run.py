@@ -140,10 +140,7 @@ class Interpreter:
 
     def value(self, tokens: list[str]) -> Any:
         """Return the value of an expression."""
-        parser = KrlParser(tokens, GRAMMAR, self)
-        value = parser.value()
-        parser.end()
-        return value
+        return KrlParser(tokens, GRAMMAR, self).whole()
 
     def _typed(self, kind: str, value: Any) -> Any:
         expected = KINDS.get(kind)

@@ -105,10 +105,7 @@ class BlockInterpreter(Interpreter):
 
     def value(self, text: str | list[str]) -> Any:
         """Return the value of an expression."""
-        parser = self.parser(tokens_of(text, self.words) if isinstance(text, str) else text)
-        value = parser.value()
-        parser.end()
-        return value
+        return self.parser(tokens_of(text, self.words) if isinstance(text, str) else text).whole()
 
     def listed(self, text: str) -> list[Any]:
         """Return values between commas."""
@@ -133,10 +130,6 @@ class BlockInterpreter(Interpreter):
         if function is None:
             raise ProgramError(f"not followed: {name}(…)")
         return function(*arguments)
-
-    def part(self, value: Any, name: str) -> Any:
-        """Refuse parts."""
-        raise ProgramError(f"not followed: .{name}")
 
     def item(self, value: Any, indices: list[Any]) -> Any:
         """Return an element of an array."""

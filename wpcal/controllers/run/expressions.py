@@ -103,10 +103,12 @@ class Parser:
         self.at += 1
         return token
 
-    def end(self) -> None:
-        """Refuse what is left."""
+    def whole(self) -> Any:
+        """Return the value of all tokens."""
+        value = self.value()
         if self.peek():
             raise ProgramError(f"{self.peek()!r} is too much in {' '.join(self.tokens)!r}")
+        return value
 
     def value(self, level: int = 0) -> Any:
         """Return the value of an expression; `ProgramError` if there is none."""

@@ -122,6 +122,10 @@ class Interpreter:
         if not self.grammar.is_harmless(text):
             raise ProgramError(f"not followed: {text.strip()[:80]!r}")
 
+    def part(self, value: Any, name: str) -> Any:
+        """Refuse parts of values."""
+        raise ProgramError(f"not followed: .{name}")
+
     def output(self, name: str, number: int, *, on: bool) -> None:
         """Set an output."""
         self.run.outputs[f"{name}{number}"] = on

@@ -59,12 +59,13 @@
   IF wpt_outcome == 3 THEN
   SPEED 100 MM/S ALWAYS
   LMOVE wpt_t1a
-    BREAK
+  BREAK
     PRINT "T1 signal on at start"
   ELSE
   LMOVE wpt_t1s
+  BREAK
   LMOVE wpt_t1r
-    BREAK
+  BREAK
   END
   IF wpt_outcome == 2 THEN
     PRINT "T1 missed: look at the part"
@@ -102,12 +103,13 @@
   IF wpt_outcome == 3 THEN
   SPEED 100 MM/S ALWAYS
   LMOVE wpt_t4a
-    BREAK
+  BREAK
     PRINT "T4 signal on at start"
   ELSE
   LMOVE wpt_t4s
+  BREAK
   LMOVE wpt_t4r
-    BREAK
+  BREAK
   END
   IF wpt_outcome == 2 THEN
     PRINT "T4 missed: look at the part"
@@ -120,7 +122,6 @@
     END
     PAUSE
   END
-  BREAK
   BASE NULL
 .END
 .TRANS
