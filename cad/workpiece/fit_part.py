@@ -6,10 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from cad.workpiece.fit_taught import CalibrateOptions, Observed, ScaleChoice, next_points, run_fit
 from cad.workpiece.moved_bodies import MovedWorkpiece, fit_weldment
 from cad.workpiece.workpiece import Workpiece
-from wpcal.calibrate import CalibrationResult
+from wpcal.calibrate import CalibrationResult, Criterion
+from wpcal.calibrate.errors.field_shift import FieldShift
 from wpcal.calibrate.size import PartSize
 from wpcal.core.arrays import FloatArray
 from wpcal.core.transform import RigidTransform
@@ -54,7 +57,7 @@ def fit_part(
         )
         result, u95 = run_fit(own, seams, options=asked, T_nominal_part=T_nominal_part, suggest=suggest)
         if options.bodies is None:
-            return FittedPart(result, u95, tuple(seams))
+            return FittedPart(result, u95, tuple(seams)) if options.rigid else _following(result, u95, seams)
         moved = fit_weldment(weldment or workpiece, own, result, seams, asked, options.bodies)
         return FittedPart(moved.result, moved.u95_mm, moved.told_seams(), moved)
 
@@ -64,6 +67,26 @@ def fit_part(
         size = size.freed(found.result.scale)
         found = fitted(size)
     return found.sized(size)
+
+
+def _following(result: CalibrationResult, u95: tuple[FloatArray, ...], seams: Sequence[Seam]) -> FittedPart:
+    """Move the seams for the robot's own error, where the touches tell of one and none of them may be wrong.
+
+    Minimax is the paper's rigid fit.
+    """
+    T, shift, is_doubted = result.T_base_part, None, bool(result.suspect or result.distrusted)
+    if seams and not is_doubted and result.criterion is not Criterion.MINIMAX:
+        shift = FieldShift.of(result.budget, result.teaching.robot)
+    if shift is None:
+        return FittedPart(result, u95, tuple(seams))
+    moved = [shift.at(T.apply(seam.frames.p)) for seam in seams]
+    most = max(float(np.linalg.norm(each, axis=1).max()) for each in moved)
+    result = replace(result, field_shift=shift, issues=(*result.issues, shift.issue(most)))
+    return FittedPart(result, u95, tuple(_shifted(seam, by @ T.R) for seam, by in zip(seams, moved, strict=True)))
+
+
+def _shifted(seam: Seam, by_part: FloatArray) -> Seam:
+    return replace(seam, frames=replace(seam.frames, p=seam.frames.p + by_part))
 
 
 def _sized_seam(seam: Seam, factor: float) -> Seam:

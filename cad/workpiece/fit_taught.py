@@ -56,6 +56,9 @@ class CalibrateOptions(FitOptions):
         ScaleChoice.FIXED,
         "Whether the size of the part is that of its model, or fitted (five points or more) and applied to the seams.",
     )
+    rigid: bool = opt(
+        False, "Place the seams by the pose of the part alone, also where the touches show the robot's own error there."
+    )
     part_celsius: float | None = opt(
         None,
         "Temperature of the part while it is touched and welded, °C: the seams are those of a part of 20 °C, expanded.",

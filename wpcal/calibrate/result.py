@@ -27,6 +27,7 @@ from wpcal.core.pendant import NOTATIONS
 from wpcal.core.transform import RigidTransform
 
 if TYPE_CHECKING:
+    from wpcal.calibrate.errors.field_shift import FieldShift
     from wpcal.calibrate.size import PartSize
 
 SCHEMA = "wpcal/calibration/1"
@@ -68,6 +69,7 @@ class CalibrationResult:
     #: How far the tip is from the tool centre point of the controller, if the postures of the touches show it.
     tool: ToolOffset | None = None
     size: PartSize | None = None  #: How large the part is against its model, where this was stated or asked for.
+    field_shift: FieldShift | None = None  #: By how much the seams follow the robot's own error, if they do.
     scale: ScaleFit | None = None  #: How much larger the part is than its model. None of fewer than five observations.
     #: What only touches on faces and edges have; their lower bound is zero. None for points.
     touches: TouchEvidence | None = None
@@ -142,7 +144,13 @@ class CalibrationResult:
 
     def to_record(self) -> dict[str, Any]:
         """Return the record of ``calibration.json``, without the fields of the part's file."""
-        parts = {"suspect": self.suspect, "tool_offset": self.tool, "scale": self.scale, "applied_scale": self.size}
+        parts = {
+            "suspect": self.suspect,
+            "tool_offset": self.tool,
+            "scale": self.scale,
+            "applied_scale": self.size,
+            "field_shift": self.field_shift,
+        }
         found = {key: each.to_record() for key, each in parts.items() if each is not None}
         touches = {} if self.touches is None else {"touches": self.touches.to_record(self.pairs.names)}
         return {**self._record(), **found, **touches}

@@ -161,6 +161,15 @@ class AppliedScale(Record):
     source: str = D("The stated temperature, or what the touches told, in words.")
 
 
+class FieldShift(Record):
+    log_evidence: float = D("Logarithm of how much more probable the residuals are with an error of the robot.")
+    centre_mm: Vector = D("Middle of the touches, in base.")
+    places_mm: list[Vector] = D("Touches, about the centre.")
+    lengths_mm: list[float] = D("Distances over which the robot's error changes.")
+    pulls_mm: list[list[Vector]] = D("A vector for each length and place.")
+    motion: list[float] = D("What the error did to the pose: rotation vector (rad) and translation (mm) at the centre.")
+
+
 class RobotField(Record):
     amplitude_mm: NotNegative = D("Standard deviation per axis of the robot's own error.")
     length_mm: Positive = D("Distance over which this error changes.")
@@ -461,6 +470,10 @@ class Calibration(Record):
     )
     applied_scale: Maybe[AppliedScale] = D(
         "The size that the seams have: p_base = T_base_part (1 + scale) p_model. Missing for that of the model."
+    )
+    field_shift: Maybe[FieldShift] = D(
+        "By how much the seams follow the robot's own error: those at x, about the centre, are moved by the sum of "
+        "pull exp(-d² / 2 length²) over lengths and places at distances d, less the motion at x. Missing if not."
     )
     tool_offset: Maybe[ToolOffset] = D(
         "How far the tip is from the tool centre point of the controller, if the postures of the touches show it. "

@@ -188,38 +188,27 @@ def taught_from_table(table: Table) -> TaughtPoints:
     space, covariances = space_of_table(table), covariances_of_table(table)
     postures = orientations_of_table(table, is_optional=True)
     postures = postures_of_readings(table) if postures is None else postures
-    if table.has("kind"):
-        p_part = table.numbers_where_given(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
-        kinds, radius = _touch_columns(table)
-        features = tuple(table.columns["feature"]) if table.has("feature") else _points_own_names(names, kinds, p_part)
-        return TaughtPoints(
-            names,
-            p_base,
-            features,
-            p_part,
-            use,
-            table.path,
-            table.lines,
-            space,
-            covariances,
-            kinds,
-            radius,
-            tcp_bias_mm=_tcp_bias_mm(table),
-            R_base_tool=postures,
-        )
-    p_part = table.numbers(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
+    is_touched = table.has("kind")
+    read = table.numbers_where_given if is_touched else table.numbers
+    p_part = read(MODEL_COLUMNS) if by_model else np.full(p_base.shape, np.nan)
     features = tuple(table.columns["feature"]) if table.has("feature") else names
-    named = ("",) * len(names) if by_model else features
+    kinds, radius = _touch_columns(table) if is_touched else ((), None)
+    if is_touched and not table.has("feature"):
+        features = _points_own_names(names, kinds, p_part)
+    elif by_model and not is_touched:
+        features = ("",) * len(names)
     return TaughtPoints(
         names,
         p_base,
-        named,
+        features,
         p_part,
         use,
         table.path,
         table.lines,
         space,
         covariances,
+        kinds,
+        radius,
         tcp_bias_mm=_tcp_bias_mm(table),
         R_base_tool=postures,
     )

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from wpcal.calibrate.corrections import ALL_KINDS, END_MM, Corrections, Explanation, KindOffset, SeamPlaces, Touched
+from wpcal.calibrate.errors.field_shift import FieldShift
 from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField
 from wpcal.controllers.touchup.poses import ProgramText, common_motion, inverses, pair_poses, seams_beside
 from wpcal.controllers.touchup.seams import WeldedPart, apart_mm
@@ -173,9 +174,15 @@ class TouchUp:
         where = np.array([(point.seam, point.frame) for point in used])
         at = self.part.places(where, np.array([point.at for point in used]))
         says_end = [point.is_end and abs(point.in_seam[0]) > MOVED_ALONG_MM for point in used]
-        found = Corrections(at, np.array([point.moved for point in used]), np.where(says_end, END_MM, np.inf))
+        moved = np.array([point.moved for point in used]) + self._followed(at.p)
+        found = Corrections(at, moved, np.where(says_end, END_MM, np.inf))
         everywhere = self.part.places(self.part.spread)
         return Explanation(found, self._touched(), self._field(), self.options.hand_mm, everywhere)
+
+    def _followed(self, points_base: FloatArray) -> FloatArray:
+        """Return by how much the calibration moved seams for the robot's own error, shape (k, 3), mm."""
+        record = self.part.finished.calibration.get("field_shift")
+        return np.zeros_like(points_base) if record is None else FieldShift.from_record(record).at(points_base)
 
     def _field(self) -> RobotField:
         robot = self.part.finished.calibration.get("budget", {}).get("robot")
@@ -237,7 +244,9 @@ class TouchUp:
         if self.explanation is None:
             return ()
         rows = self.part.spread
-        mean, covariance = self.explanation.seams_at(self.part.places(rows))
+        places = self.part.places(rows)
+        mean, covariance = self.explanation.seams_at(places)
+        mean = mean - self._followed(places.p)
         off, errors = np.linalg.norm(mean, axis=1), self.explanation.errors_95_mm(covariance)
         counts = [sum(point.seam == number for point in self.points) for number in range(len(self.part.seams))]
         return tuple(
@@ -265,7 +274,8 @@ class TouchUp:
         for row, at in smoothed.items():
             origin[row] = at
         places = self.part.places(self.part.frames_at(origin, beside)[rows], origin[rows])
-        moved = self.explanation.seams_at(places)[0] + origin[rows] - self._new[rows, :3, 3]
+        moved = self.explanation.seams_at(places)[0] - self._followed(places.p)
+        moved += origin[rows] - self._new[rows, :3, 3]
         takes = np.array([self.options.keep_offset or row in smoothed for row in rows])
         moved += takes[:, None] * self._offsets_at(places)
         T, is_tool = self.common or (np.eye(4), False)
