@@ -1,8 +1,11 @@
 """Sphinx settings: `make docs` builds the pages and the reference, and every warning is an error."""
 
+from pathlib import Path
+
 import click
 from docutils import nodes
 from sphinx.application import Sphinx
+from sphinx.search.en import SearchEnglish
 from sphinx_click.ext import NESTED_FULL, NESTED_NONE, ClickDirective
 
 from wpcal.cli.main import wpcal
@@ -23,6 +26,7 @@ extensions = [
 ]
 html_theme = "furo"
 html_static_path: list[str] = []
+html_search_scorer = str(Path(__file__).with_name("search_order.js"))
 exclude_patterns = ["_build", "_templates"]
 templates_path = ["_templates"]
 autosummary_generate = True
@@ -55,6 +59,19 @@ class CommandsOfWpcal(ClickDirective):
         return sections
 
 
+OF_QUESTIONS = frozenset({
+    "all", "can", "do", "does", "from", "have", "how", "i", "many", "much", "my", "need", "one", "what", "when",
+    "where", "which", "who", "why", "you", "your",
+})  # fmt: skip
+
+
+class SearchQuestions(SearchEnglish):
+    """English, without the words that make a question of a topic: a page has to hold all others."""
+
+    stopwords = SearchEnglish.stopwords | OF_QUESTIONS
+
+
 def setup(app: Sphinx) -> None:
-    """Add the directive of docs/reference/commands.md."""
+    """Add the directive of docs/reference/commands.md, and what the search asks for."""
+    app.add_search_language(SearchQuestions)
     app.add_directive("commands-of-wpcal", CommandsOfWpcal)
