@@ -88,6 +88,19 @@ def test_an_upright_with_a_step_in_its_web_and_a_crossbar_keeps_its_roots() -> N
     assert all(seam.length_mm < 500 for seam in accepted)
 
 
+def test_a_coped_beam_is_welded_at_its_web_only() -> None:
+    beam = i_beam(100, 60, 6, 8, length=400, root=0.0) - [Pos(0, 46 * k, 0) * Box(60, 8, 160) for k in (-1, 1)]
+    wall = Pos(0, 0, -10) * Box(200, 200, 10, align=ALONG)
+    accepted = [seam for seam in fused_seams(beam + wall) if seam.accepted]
+    assert sum(seam.length_mm for seam in accepted) == pytest.approx(2 * 84.0)
+
+
+@pytest.mark.parametrize(("wall", "welds"), [(5.0, 8), (2.5, 0)])
+def test_no_sheet_is_folded_along_three_edges_that_meet(wall: float, welds: int) -> None:
+    box = Box(400, 300, 100, align=ALONG) - Pos(0, 0, wall) * Box(400 - 2 * wall, 300 - 2 * wall, 100, align=ALONG)
+    assert len([seam for seam in fused_seams(box) if seam.accepted]) == welds
+
+
 def test_a_thin_ring_inside_the_bolt_circle_of_a_flange_is_no_member() -> None:
     holes = [Pos(x, y, 0) * Cylinder(7, 40) for x, y in ((45, 0), (-45, 0), (0, 45), (0, -45))]
     flange = Cylinder(60, 16) - Cylinder(16, 40)

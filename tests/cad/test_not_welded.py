@@ -74,6 +74,13 @@ def blocks(size: float) -> Solids:
     }
 
 
+def nested(*, deep: bool) -> Solids:
+    """Return a bar on a plate, in a slot of a block or beside it."""
+    bar = Box(40, 40, 60, align=LOW)
+    block = Box(120, 120, 60, align=LOW) - Pos(0, 40, 0) * Box(40, 120, 60, align=LOW)
+    return {"S1": BASE, "S2": bar, "S3": Pos(0, 0 if deep else -160, 0) * block}
+
+
 def web() -> Any:
     return Box(200, 8, 80, align=LOW)
 
@@ -104,6 +111,13 @@ def test_what_is_not_welded_is_told_by_its_shape(solids: Solids, rule: Rule, wel
     taken_mm, rules, _ = found(welded)
     assert taken_mm > 30
     assert rule.key not in rules
+
+
+def test_a_bar_in_a_slot_is_not_welded_to_the_plate_below() -> None:
+    for deep, welded_mm in ((True, 0.0), (False, 160.0)):
+        own = [seam for seam in found(nested(deep=deep))[2] if seam.solids == ("S1", "S2")]
+        assert sum(seam.length_mm for seam in own if seam.accepted) == pytest.approx(welded_mm)
+        assert any(one.rule == Rule.BURIED.key for seam in own for one in seam.findings) == deep
 
 
 def test_your_word_and_generous_take_them() -> None:

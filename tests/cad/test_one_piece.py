@@ -9,8 +9,9 @@ from cad.kernel.to_brep import to_brep
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.seam import Seam, SeamOptions, detect_seams
 from wpcal.seam.limits import Level
+from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import take_members
-from wpcal.seam.member.one_piece import OnePieces
+from wpcal.seam.member.one_piece import LEAST_EXPLAINED, OnePieces
 from wpcal.seam.options import Judging
 from wpcal.seam.rules import Rule
 
@@ -88,6 +89,14 @@ def on_plate(shape: Any, **judging: Any) -> tuple[list[Seam], tuple[Seam, ...], 
 @pytest.mark.parametrize("made", [clevis, casting, moulding])
 def test_castings_mouldings_and_milled_forks_are_made_in_one_piece(made: Any) -> None:
     assert "it looks cast, moulded or milled" in str(looks_whole(made()))
+
+
+def test_a_piece_of_a_ring_on_a_thin_plate_is_a_member_and_one_on_a_thick_plate_was_cast_with_it() -> None:
+    ring = Pos(0, 0, 160) * Rot(90, 0, 0) * (Cylinder(40, 60) - Cylinder(24, 60))
+    for plate_mm, is_member in ((12, True), (30, False)):
+        lug = Box(300, plate_mm, 160, align=LOW) - Pos(0, 0, 160) * Rot(90, 0, 0) * Cylinder(24, 60) + ring
+        graph = to_brep([("S", lug.solid().wrapped)])
+        assert (members_of(graph, TrimmedFaces.of(graph), 0).straight_share >= LEAST_EXPLAINED) == is_member
 
 
 @pytest.mark.parametrize("made", [pad, rounded_plate, flange, hub, mitred_angle, stub])

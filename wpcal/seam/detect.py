@@ -30,7 +30,7 @@ from wpcal.seam.find.wide_gaps import find_wide_gaps
 from wpcal.seam.judge.bolted_on import doubt_what_fixes_bolts
 from wpcal.seam.judge.evidence import Judge, judge_seams
 from wpcal.seam.judge.hiding import with_hiding
-from wpcal.seam.judge.left_over import doubt_what_is_left
+from wpcal.seam.judge.left_over import doubt_what_is_buried, doubt_what_is_left
 from wpcal.seam.judge.short_ends import with_short_ends
 from wpcal.seam.judge.stretches import cut_at_material
 from wpcal.seam.judge.unreached import cut_where_unreached, with_reach
@@ -187,7 +187,8 @@ def _reached(
     )
     reached = [*with_hiding(graph, trimmed, first, options.reach), *others]
     told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
-    return doubt_what_is_left(judge, doubt_what_fixes_bolts(judge, trimmed, told))
+    told = doubt_what_is_buried(judge, doubt_what_fixes_bolts(judge, trimmed, told))
+    return doubt_what_is_left(judge, told)
 
 
 def _marked_seams(

@@ -218,6 +218,12 @@ class Rule(Enum):
         "anvil may be built so: name the material, or use `--weld`.",
         "shape: thickness and width of every solid, felt through the material",
     )
+    BURIED = RuleRow(
+        0.5,
+        "Most of the line in which the two solids meet is inside a solid; this is the rest of it.",
+        "Members are cut to fit each other; such solids were put into each other.",
+        "length of all candidates between the two",
+    )
     LEFT_OVER = RuleRow(
         0.52,
         "Of the joints that could be welded, four fifths have a solid that was made in one piece; this is one of the "

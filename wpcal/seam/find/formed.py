@@ -14,6 +14,8 @@ from wpcal.seam.find.built_up import SAME_THICKNESS, way_out
 
 THICKEST_BEND_MM = 6.0
 """Thicker sheets are rarely bent to a sharp corner; two plates of one thickness that meet there may be welded."""
+MOULDED_MM = 3.0  #: Walls of moulded cases are up to this thick.
+FOLDS = 3  #: Along so many edges that meet, no sheet is folded.
 BEND_STEP_MM = 0.5  #: Distance from an edge, and beyond an outer corner, at which the material is felt.
 BEND_ENDS = (-0.5, 0.5, 1.5, 2.5)
 """Where the sides of a tube are felt: beyond the end of its inner corner, in thicknesses; the tube may have rounds."""
@@ -27,7 +29,8 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
 
     The edge is straight or round: the end of a tube on another one is neither. The material behind both faces has one
     thickness t of at most `THICKEST_BEND_MM`. Beyond the outer corner, where the two outer faces meet, there is
-    nothing: not at the middle, and not at the ends, where a tube would have its sides.
+    nothing: not at the middle, and not at the ends, where a tube would have its sides. No sheet is folded along three
+    edges that meet: a solid with such a corner and walls thicker than moulded ones is a box of plates.
 
     `edges`: shape (k,). Concave edges between two faces of one solid.
     """
@@ -52,7 +55,10 @@ def are_bends(graph: BrepGraph, trimmed: TrimmedFaces, edges: IntArray) -> BoolA
         beyond = corner + t / 2 * n[1 - k][rows] - BEND_STEP_MM * away[1 - k][rows]
         for along in (0.0 * half, *(sign * (half + share * t) for sign in (-1.0, 1.0) for share in BEND_ENDS)):
             bent[rows] &= ~_are_inside(graph, trimmed, solid[rows], beyond + along * x[rows])
-    return bent
+    meeting = np.bincount(graph.edge_vertices[edges[bent & (thick[0] > MOULDED_MM)]].ravel(), minlength=1)
+    corners = np.flatnonzero(meeting >= FOLDS)
+    boxes = solid[np.isin(graph.edge_vertices[edges], corners).any(axis=1)]
+    return np.asarray(bent & ~np.isin(solid, boxes))
 
 
 def _are_inside(graph: BrepGraph, trimmed: TrimmedFaces, solid: IntArray, points: FloatArray) -> BoolArray:

@@ -33,7 +33,7 @@ from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
 from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
 from wpcal.seam.seam import Finding, Seam, SeamSource
 
-OF_WHOLE_PART = frozenset({Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT_END.key})
+OF_WHOLE_PART = frozenset({Rule.BURIED.key, Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 INSIDE = frozenset({SeamSource.CONCAVE, SeamSource.BEAD, SeamSource.DRAWN})  #: Candidates inside a solid.
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.

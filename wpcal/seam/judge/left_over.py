@@ -1,11 +1,14 @@
-"""What is left in an assembly of castings and mouldings: a few contacts between bars and plates, rarely welds.
+"""What is left of joints that are no joints: in an assembly of castings and mouldings, or beside buried contacts.
 
 A part whose joints are mostly between solids that were made in one piece is a machine, a device or a toy. Its few bars
 and plates are screwed on like the rest. In a weldment with one casting on it, most joints are between members.
+Members are cut to fit each other. Where most of the line in which two solids meet is inside a solid, they were put
+into each other: a clamp in a bracket, a post in the corner of a case.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 
 from wpcal.seam.judge.evidence import BETWEEN_TWO, Judge, weighed
@@ -13,6 +16,9 @@ from wpcal.seam.rules import Rule
 from wpcal.seam.seam import Seam
 
 MOST = 0.8  #: Share of the length of all joints that has a solid made in one piece, from which on the rest is doubted.
+MOST_BURIED = 0.55
+"""Share of the length of all candidates between two solids that is inside a solid, from which on the rest is doubted.
+Tubes that are welded have up to 0.51: their inner outline, and what another tube covers."""
 
 
 def doubt_what_is_left(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
@@ -42,3 +48,18 @@ def _is_refused_as_whole(judge: Judge, seam: Seam) -> bool:
     for factor in factors:
         confidence /= factor
     return confidence >= judge.level.value
+
+
+def doubt_what_is_buried(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
+    """Return the seams of a part; what is left between two solids that meet mostly inside one has a finding."""
+    mm: dict[tuple[str, ...], list[float]] = defaultdict(lambda: [0.0, 0.0])
+    for seam in seams:
+        if len(seam.solids) == 2:
+            mm[seam.solids][bool(seam.inside)] += seam.length_mm
+    found = list(seams)
+    for row, seam in enumerate(seams):
+        out, buried = mm[seam.solids] if seam.accepted and len(seam.solids) == 2 else (1.0, 0.0)
+        if buried >= MOST_BURIED * (out + buried) and not judge.both_said(seam) and not seam.source.is_chosen:
+            words = f"{buried:.0f} of {out + buried:.0f} mm along which the two meet are inside a solid"
+            found[row] = weighed(seam, (*seam.findings, Rule.BURIED.found(words)), judge.level)
+    return found

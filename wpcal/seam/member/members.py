@@ -23,6 +23,7 @@ from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, SAME_THICKNESS, Surface, sampled_surface
+from wpcal.seam.find.formed import MOULDED_MM
 from wpcal.seam.find.tubes import find_tubes
 from wpcal.seam.member.heavy_bars import SLAB_MM, SLAB_MM2
 from wpcal.seam.member.prisms import Contour, Prism, find_prisms
@@ -39,17 +40,20 @@ THIN_SECTION = 0.3  #: A rolled profile is thinner than this share of its height
 ENDS_TOGETHER = 0.2
 """The sides of a profile with sharp roots go on beyond its ends by less than this share of its length: otherwise they
 are plates on which others stand."""
+COPED = 0.6  #: The web alone goes on by less than this share of the length: the flanges are coped.
 MOST_WELDED = 4  #: A section with more roots was extruded: nobody welds so many seams along one member.
 FOUR_WAYS, FOUR_WAYS_COS = (-1.0, 0.0, 0.0, 1.0), 0.2
 """Cosines, ascending, between one of four roots of an I section and all of them; its flanges may be inclined."""
 SOLID_SHARE = 0.5  #: At least this share of the two faces of a plate has its thickness behind it.
 SMALLEST_PROFILE_MM, THICKEST_PROFILE_MM = 10.0, 40.0
 """The smallest angle that is sold is so high, and the heaviest I section has flanges of so much."""
+BOX_MM, BOX_WALL = 150.0, 0.1
+"""Hollow sections with sharp corners that are so wide, shorter than wide, and whose wall is thinner than this share of
+the shorter side, are boxes of plates."""
 SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is high, or the whole solid.
 SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 """A slender plate, bar or profile is thinner than this share of the root of its area; a slender tube has a wall thinner
 than this share of its height."""
-MOULDED_MM = 3.0  #: Walls of moulded cases are up to this thick.
 STOUT_MM = (20.0, 100.0)
 """A stout piece of bar is a member if it is so long, at most so thick, and the whole solid."""
 DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
@@ -197,9 +201,18 @@ def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decompos
     chosen = _cheapest(cost, covers, surface.face)
     members = tuple(pairs[row][0] for row in np.flatnonzero(chosen))
     straight = [member.kind is not MemberKind.SHEET for member in members]
+    if any(member.is_slender for member in members):  # a ring in a foot as thick was cast with it
+        straight = [one or _is_ring(graph, member) for one, member in zip(straight, members, strict=True)]
     share, straight_share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))
     explained = _explained(graph, surface, members, covers[chosen])
     return Decomposition(members, share, straight_share, explained)
+
+
+def _is_ring(graph: BrepGraph, member: Member) -> bool:
+    """Tell whether a formed sheet is a piece of a tube or ring that others cover in part: round and hollow."""
+    faces = list(member.faces)
+    is_hollow = member.thickness_mm < graph.face_param[faces, 0]  # a stud is as thick as it is wide
+    return bool((is_hollow & (graph.face_kind[faces] == SurfaceKind.CYLINDER)).all())
 
 
 def _explained(
@@ -330,7 +343,9 @@ def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> 
         kind = MemberKind.ROUND if stretch.length_mm > radius_mm and not bores else None
     elif bores and not contour.roots:
         thick = (area - inner) / around
-        kind = MemberKind.TUBE if thick <= THIN_SECTION * sides[0] else None
+        middles = np.array([bore.contour.corners.mean(axis=0) for bore in bores])
+        is_tube = 0.0 < thick <= THIN_SECTION * sides[0] and bool((np.ptp(middles, axis=0) < thick).all())
+        kind = MemberKind.TUBE if is_tube and not (roots and _is_box(stretch, thick)) else None
     elif not contour.roots:
         thick = float(sides[0])
         is_stout = max(stretch.length_mm, sides[1]) >= STOUT_MM[0] and thick <= STOUT_MM[1]
@@ -343,6 +358,12 @@ def _of_stretch(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> 
         kind = MemberKind.PROFILE
     rims = stretch.faces if kind is MemberKind.PLATE else frozenset()
     return None if kind is None else Member(kind, faces, stretch.way, sides, thick, stretch.length_mm, roots, rims)
+
+
+def _is_box(stretch: Prism, thick: float) -> bool:
+    """Tell whether a hollow section is so wide, short and thin that four plates were rather put together."""
+    sides = stretch.sides_mm
+    return bool(sides[1] >= BOX_MM and stretch.length_mm < sides[1] and thick <= BOX_WALL * sides[0])
 
 
 def _radius(graph: BrepGraph, contour: Contour) -> float | None:
@@ -372,12 +393,15 @@ def _is_rolled(graph: BrepGraph, stretch: Prism, others: tuple[Prism, ...]) -> b
         return bool(shared or toes.any())
     if not (shared or (len(pairs) == 2 and _is_zed(graph, pairs)) or _looks_four_ways(graph, pairs)):
         return False
+    web = set(np.flatnonzero(np.bincount(pairs.ravel()) > 1).tolist())
     beyond = 0.0
     for other in others:
-        if other.way is stretch.way and other is not stretch and len(other.faces & stretch.faces) > 1:
+        both = other.faces & stretch.faces
+        if other.way is stretch.way and other is not stretch and len(both) > 1:
             outside = max(stretch.low - other.low, 0.0) + max(other.high - stretch.high, 0.0)
-            beyond = max(beyond, min(outside, other.length_mm))
-    return beyond <= ENDS_TOGETHER * stretch.length_mm
+            most = COPED if both <= web else ENDS_TOGETHER
+            beyond = max(beyond, min(outside, other.length_mm) / most)
+    return beyond <= stretch.length_mm
 
 
 def _is_zed(graph: BrepGraph, pairs: IntArray) -> bool:
@@ -401,7 +425,9 @@ def _looks_four_ways(graph: BrepGraph, pairs: IntArray) -> bool:
 def _on_stretch(surface: Surface, stretch: Prism, member: Member) -> BoolArray:
     """Tell which points a stretch explains: those on its sides, and on its ends."""
     height = surface.p @ stretch.way
-    along = (height >= stretch.low - ON_MM) & (height <= stretch.high + ON_MM)
+    is_rolled = member.kind is MemberKind.PROFILE and stretch.contour.sharp == 0
+    past = ENDS_TOGETHER * stretch.length_mm if is_rolled else ON_MM  # something may stand beside its end
+    along = (height >= stretch.low - past) & (height <= stretch.high + past)
     sides = np.isin(surface.face, list(member.faces)) & along
     ends = np.abs(surface.normal @ stretch.way) > ON_COS
     ends &= (np.abs(height - stretch.low) <= 0.05) | (np.abs(height - stretch.high) <= 0.05)
