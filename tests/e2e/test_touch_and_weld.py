@@ -14,7 +14,7 @@ from tests.touch_robots.loop import T_FLANGE_TOOL, displacement, planned_frame, 
 from tests.touch_robots.robot import Senses, Torch, Welder
 from tests.touch_robots.solid import Solid, triangles_of
 from wpcal.controllers.abb.write import NAMES
-from wpcal.controllers.run.machine import inverted
+from wpcal.core.same_bits import inverse_pose
 from wpcal.results.folder import read_finished
 from wpcal.touch.plan.choose import TouchDesign
 from wpcal.touch.searches import TouchSetup, read_touch_plan
@@ -63,7 +63,7 @@ class Job:
         """Return how far the seams are welded from where they are, by the first pose."""
         run, planned = self.planned(brand)
         assert run.is_finished
-        off = welded[0] @ inverted(planned[0]) @ planned_frame(self.plan)
+        off = welded[0] @ inverse_pose(planned[0]) @ planned_frame(self.plan)
         off -= planned_frame(self.plan) @ displacement(*moved)
         return np.linalg.norm(self.seams @ off[:3, :3].T + off[:3, 3], axis=1)
 

@@ -15,8 +15,9 @@ from scipy.spatial.transform import Rotation, Slerp
 from tests.touch_robots.solid import NEAR_MM, Array, Solid, distance
 from tests.touch_robots.sweep import way_to_contact
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.machine import Place, inverted, rigid
+from wpcal.controllers.run.machine import Place, rigid
 from wpcal.controllers.run.program import ProgramError
+from wpcal.core.same_bits import inverse_pose
 
 TOUCH_MM = 1e-6  #: Wire and part closer than this touch.
 LEAST_STEP_MM = 0.02  #: Between two looks on the way through the air.
@@ -119,7 +120,7 @@ class Robot:
 
     def move(self, T_base_tool: Array, T_flange_tool: Array, *, is_line: bool = True) -> None:
         """Go to a pose on a line, turning evenly. The part must not be in the way, without a line at its end only."""
-        goal = T_base_tool @ inverted(T_flange_tool)
+        goal = T_base_tool @ inverse_pose(T_flange_tool)
         start, self.T_base_flange = self.T_base_flange, goal
         self._stands_at_touch = False
         self._check(start if start is not None and is_line else goal, goal)
@@ -150,7 +151,7 @@ class Robot:
         at, leaving = 0.0, span > 0.0 and self._gap(start) <= TOUCH_MM
         while at <= 1.0:
             place = begin[:3, 3] + at * (end[:3, 3] - begin[:3, 3])
-            T = rigid(between(at).as_matrix(), place) @ inverted(self.torch.T_flange_tool)
+            T = rigid(between(at).as_matrix(), place) @ inverse_pose(self.torch.T_flange_tool)
             gap = self._gap(T)
             if gap > TOUCH_MM:
                 leaving = False
@@ -188,7 +189,7 @@ class Robot:
         """
         if self.T_base_flange is None:
             raise ProgramError("a search begins at an unknown place")
-        goal = T_base_tool @ inverted(T_flange_tool)
+        goal = T_base_tool @ inverse_pose(T_flange_tool)
         start = self.T_base_flange
         if self.senses.always_on and not is_edge:
             return self._store(start, start, T_flange_tool, np.zeros(3), speed_mm_s)
@@ -259,7 +260,7 @@ class Welder(Robot):
             super().move(T_base_tool, T_flange_tool, is_line=is_line)
             return
         self.welded.append(T_base_tool)
-        self.T_base_flange = T_base_tool @ inverted(T_flange_tool)
+        self.T_base_flange = T_base_tool @ inverse_pose(T_flange_tool)
 
     def arc(self, via: Array, goal: Array, T_flange_tool: Array) -> None:
         """Go on an arc."""

@@ -19,8 +19,9 @@ from wpcal.controllers.abb.statements import Data
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import LeaveError
-from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, inverted
+from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError
+from wpcal.core.same_bits import inverse_pose
 
 STOP_LIMIT_MM_S = 100.0
 """`SearchL\\Stop` is only allowed below this speed."""
@@ -137,9 +138,7 @@ class Instructions:
         zone, tool = arguments[-2:]
         frame, T_tool = self._placed(tool, options, speed)
         self._zone(zone)
-        *via, goal = (self._known(tokens, "robtarget") for tokens in points)
-        self._bring(goal)
-        *via, goal = (frame @ matrix(each) for each in (*via, goal))
+        *via, goal = (frame @ matrix(self._target(tokens, "robtarget")) for tokens in points)
         if part == "START":
             self.machine.switch(Does.ON)
         if via:
@@ -149,10 +148,12 @@ class Instructions:
         if part and part != "START":
             self.machine.switch(Does.OFF)
 
-    def _bring(self, target: Record) -> None:
-        """Say where a motion brings the external axes that the robot has."""
+    def _target(self, tokens: list[str], kind: str) -> Record:
+        """Return a target, and say where it brings the external axes that the robot has."""
+        target: Record = self._known(tokens, kind)
         external = tuple(v for v in target.values[-1].values if v != NO_AXIS)
         self.machine.at = replace(self.machine.at, external=external)
+        return target
 
     def _zone(self, zone: list[str]) -> None:
         """Say where the tool leaves the path: the largest of the sizes in mm."""
@@ -164,10 +165,9 @@ class Instructions:
         if len(arguments) != 4:
             raise ProgramError(f"MoveAbsJ with {len(arguments)} arguments")
         joints, speed, zone, tool = arguments
-        target = self._known(joints, "jointtarget")
         self._placed(tool, options, speed)
         self._zone(zone)
-        self._bring(target)
+        target = self._target(joints, "jointtarget")
         self.machine.joint_move(np.array(target.values[0].values, dtype=np.float64))
 
     def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
@@ -183,11 +183,11 @@ class Instructions:
         self.shift = np.eye(4)
         frame, T_tool = self._placed(tool, options, None)
         planned = matrix(self._known(target, "robtarget"))
-        now = inverted(frame) @ self.machine.reading(T_tool)
+        now = inverse_pose(frame) @ self.machine.reading(T_tool)
         if "EXEP" in options:
             now = matrix(self._known(options["EXEP"], "robtarget"))
         if "ROT" in options:
-            self.shift = now @ inverted(planned)
+            self.shift = now @ inverse_pose(planned)
         else:
             self.shift[:3, 3] = now[:3, 3] - planned[:3, 3]
 
@@ -214,7 +214,7 @@ class Instructions:
         hit = self.machine.search(frame @ matrix(target), T_tool, speed_mm_s)
         if hit is None:
             raise RapidError("ERR_WHLSEARCH")
-        place = typed("robtarget", [*pose_values(inverted(frame) @ hit), *([nested(v) for v in target.values[2:]])])
+        place = typed("robtarget", [*pose_values(inverse_pose(frame) @ hit), *([nested(v) for v in target.values[2:]])])
         self.assign(found, place)
 
     def _do_search_1d(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
@@ -234,7 +234,7 @@ class Instructions:
         if hit is None:
             self._smartac("no touch")
             return
-        seen = inverted(frame) @ hit
+        seen = inverse_pose(frame) @ hit
         if (stop := options.get("SEARCHSTOP")) is not None:
             rest = [nested(v) for v in self.value(through).values[2:]]
             self.assign(stop, typed("robtarget", [*pose_values(seen), *rest]))

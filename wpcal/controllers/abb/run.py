@@ -18,8 +18,9 @@ from wpcal.controllers.abb.statements import Data, ModuleReader, Routine, Statem
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import LeaveError
-from wpcal.controllers.run.machine import Machine, Matrix, Place, about, inverted, rigid
+from wpcal.controllers.run.machine import Machine, Matrix, Place, about, rigid
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
+from wpcal.core.same_bits import inverse_pose
 
 ERRORS = {"ERR_WHLSEARCH": 1, "ERR_SIGSUPSEARCH": 2, "ERR_WAIT_MAXTIME": 3, "ERR_FILEACC": 4}
 LEVELS = {"HIGH": 1, "LOW": 0}
@@ -166,14 +167,14 @@ class Interpreter(Instructions):
             tool, wobj = options.get("TOOL"), options.get("WOBJ", self.data["WOBJ0"].value)
             if tool is None:
                 raise ProgramError("CRobT without \\Tool")
-            seen = inverted(self.frame(wobj) @ self.shift) @ self.machine.reading(self.tool(tool))
+            seen = inverse_pose(self.frame(wobj) @ self.shift) @ self.machine.reading(self.tool(tool))
             return typed("robtarget", [*pose_values(seen), [0, 0, 0, 0], [9e9] * 6])
         functions: dict[str, Callable[..., Any]] = {
             "POSEMULT": lambda a, b: typed("pose", pose_values(matrix(a) @ matrix(b))),
             "POSEVECT": lambda a, v: Record(
                 "pos", (matrix(a)[:3, :3] @ np.array(v.values, float) + matrix(a)[:3, 3]).tolist()
             ),
-            "POSEINV": lambda a: typed("pose", pose_values(inverted(matrix(a)))),
+            "POSEINV": lambda a: typed("pose", pose_values(inverse_pose(matrix(a)))),
             "ORIENTZYX": lambda z, y, x: typed("orient", pose_values(rigid(about("ZYX", [z, y, x]), [0, 0, 0]))[1]),
             "DINPUT": lambda value: value,
             "DOUTPUT": lambda value: value,

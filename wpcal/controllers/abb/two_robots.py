@@ -28,18 +28,18 @@ from wpcal.controllers.abb.write import (
     LONGEST_COMMENT,
     NAMES,
     PROCEDURE,
-    TURN_DEG_S,
     USUAL_CIRCLE,
     ZONE_MM,
     jointtargets,
     pose_texts,
     robtargets,
+    speed_data,
 )
 from wpcal.controllers.language.naming import comment_lines, own_name, safe_name, safe_names
 from wpcal.controllers.program.coordinated_program import ROBOTS, CoordinatedProgram, CoordinatedStep, SyncProgram
 
 SECOND_DECIMALS = 4  #: A move takes some tenths of a second: 0.1 ms is 0.03 % of its speed.
-JOINT_DEG_S = 20  #: The speed of the first move. Slow, because the arm can come from anywhere.
+FIRST_MM_S, JOINT_DEG_S = 50, 20  #: The speed of the first move. Slow, because the arm can come from anywhere.
 TASKS = ("T_ROB1", "T_ROB2")  #: Names of the motion tasks as delivered.
 LONGEST_PREFIX = len("tasks_")
 """Of the names of a seam that both tasks must share, and that differ from those of another seam."""
@@ -72,10 +72,9 @@ def write_sync_rapid(program: SyncProgram) -> dict[str, str]:
             "both modules must be of the same run: load and start both tasks together",
         ]
         first = [f"    MoveAbsJ {labels[0]},vStep,fine,{tool};"]
-        data = jointtargets(labels, program.joints[robot - 1])
-        files |= _module(
-            program, stem, robot, about=about, data=[_first_speed("vStep"), *data], first=first, moves=moves
-        )
+        speed = speed_data("vStep", FIRST_MM_S, JOINT_DEG_S)
+        data = [speed, *jointtargets(labels, program.joints[robot - 1])]
+        files |= _module(program, stem, robot, about=about, data=data, first=first, moves=moves)
     return files
 
 
@@ -117,18 +116,10 @@ def _module(
     return {f"{module}.mod": "\r\n".join(text)}
 
 
-def _first_speed(name: str) -> str:
-    return f"  LOCAL CONST speeddata {name}:=[50,{JOINT_DEG_S},50,{JOINT_DEG_S}];"
-
-
 def _about(program: CoordinatedProgram, robot: int, own: Sequence[str]) -> list[str]:
     arm = (program.cell.arm, program.cell.arm2)[robot - 1]
     together = "ID is the number of the mark, the same in both modules: load and start both tasks together"
     return [f"robot {robot} ({arm.name}) of two, task {TASKS[robot - 1]}", *program.notes, *own, together]
-
-
-def _speed(name: str, mm_s: float) -> str:
-    return f"  LOCAL CONST speeddata {name}:=[{mm_s:.6g},{TURN_DEG_S},{mm_s:.6g},{TURN_DEG_S}];"
 
 
 def _torch(program: CoordinatedProgram, stem: str) -> dict[str, str]:
@@ -142,10 +133,10 @@ def _torch(program: CoordinatedProgram, stem: str) -> dict[str, str]:
         "the tool must be declared on the controller; its z is the wire",
     ]
     data = [
-        _first_speed("vFirst"),
+        speed_data("vFirst", FIRST_MM_S, JOINT_DEG_S),
         f'  PERS wobjdata part_{stem}:=[FALSE,FALSE,"{HOLDER_UNIT}",[[0,0,0],[1,0,0,0]],[{frame}]];',
-        _speed("vWeld", program.speed_mm_s),
-        _speed("vAir", program.air_speed_mm_s),
+        speed_data("vWeld", program.speed_mm_s),
+        speed_data("vAir", program.air_speed_mm_s),
         *(() if arc is None else arc.declared),
         *jointtargets([f"{stem}_start"], program.joints1[:1]),
         *robtargets(labels, path.p_base, path.R_base, program.postures[0])[own],
@@ -198,7 +189,7 @@ def _holder(program: CoordinatedProgram, stem: str) -> dict[str, str]:
         f"    {word} {label}\\ID:={step.mark},vHeld,{'fine' if step.stops else 'z1'},{NO_TOOL};"
         for label, step in zip(labels[1:], steps, strict=True)
     ]
-    speed = _speed("vHeld", program.holder_speed_mm_s)  # both robots take the time of the slower one, the torch
-    data = [_first_speed("vFirst"), speed, *jointtargets(labels, program.joints2[rows])]
+    speed = speed_data("vHeld", program.holder_speed_mm_s)  # both robots take the time of the slower one, the torch
+    data = [speed_data("vFirst", FIRST_MM_S, JOINT_DEG_S), speed, *jointtargets(labels, program.joints2[rows])]
     first = [f"    MoveAbsJ {labels[0]},vFirst,fine,{NO_TOOL};"]
     return _module(program, stem, 2, about=_about(program, 2, about), data=data, first=first, moves=moves)

@@ -64,9 +64,9 @@ def write_rapid(program: WeldProgram) -> dict[str, str]:
     return _Rapid(program).files()
 
 
-def speed_data(name: str, mm_s: float) -> str:
+def speed_data(name: str, mm_s: float, deg_s: float = TURN_DEG_S) -> str:
     """Declare a speed."""
-    return f"  LOCAL CONST speeddata {name}:=[{mm_s:g},{TURN_DEG_S},{mm_s:g},{TURN_DEG_S}];"
+    return f"  LOCAL CONST speeddata {name}:=[{mm_s:g},{deg_s},{mm_s:g},{deg_s}];"
 
 
 def zone_data(name: str, mm: float) -> str:
@@ -228,12 +228,9 @@ class _Rapid(WeldWriter):
         if program.safe_point is not None:
             lines += self._targets([SAFE_POINT], program.safe_point)
         for path in program.paths:
-            targets = self._targets(self._labels(path), path)
+            targets = self._targets(self.labels(path), path)
             lines += targets[0 if self.planned is None else path.before :]  # a plan goes to joints before a seam
         return lines
-
-    def _labels(self, path: WeldPath) -> list[str]:
-        return path.labels(self.stems[path.seam.name], width=self.program.label_width)
 
     def _targets(self, labels: list[str], poses: WeldPath | SafePoint) -> list[str]:
         external = None
@@ -251,7 +248,7 @@ class _Rapid(WeldWriter):
     def _seam(self, path: WeldPath) -> list[str]:
         arc = self.arcs[path.seam.name]
         names = {"speed": self._speed(path), "arc": "" if arc is None else arc.text}
-        return self.seam(path, self._labels(path), Around(start=names))
+        return self.seam(path, self.labels(path), Around(start=names))
 
     def weld_move(self, path: WeldPath, via: str, to: str, *, stops: bool, is_last: bool) -> list[str]:
         arc, word, zone = self.arcs[path.seam.name], "C" if via else "L", "fine" if stops else "z1"

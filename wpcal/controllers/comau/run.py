@@ -126,10 +126,6 @@ class Interpreter(BlockInterpreter):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
-    def routine(self, name: str, arguments: Any = ()) -> Any:
-        """Run a routine; upper and lower case are the same."""
-        return super().routine(name.upper(), arguments)
-
     def execute(self, node: Node) -> None:
         """Run one line."""
         if node.text.startswith("--"):
@@ -137,7 +133,7 @@ class Interpreter(BlockInterpreter):
             return
         tokens = tokens_of(node.text, WORDS)
         word = tokens[0].upper()
-        blocks = {"IF": self._if, "WHILE": self._while, "FOR": self._for, "REPEAT": self._until}
+        blocks = {"IF": self._if, "WHILE": self.loop_while, "FOR": self._for, "REPEAT": self.until}
         if word in blocks:
             blocks[word](node, tokens)
         elif word in {"MOVE", "MOVEFLY"}:
@@ -194,13 +190,6 @@ class Interpreter(BlockInterpreter):
             if words[0].upper() == "ELSE" or self.value(words[1:-1]):
                 self.block(body)
                 return
-
-    def _while(self, node: Node, tokens: list[str]) -> None:
-        self.loop(node, lambda: self.value(tokens[1:-1]))
-
-    def _until(self, node: Node, _: list[str]) -> None:
-        self.block(node.branches[0][1])
-        self.loop(node, lambda: not self.value(tokens_of(node.close, WORDS)[1:]))
 
     def _for(self, node: Node, tokens: list[str]) -> None:
         words = [token.upper() for token in tokens]

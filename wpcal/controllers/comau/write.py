@@ -120,12 +120,9 @@ class _Pdl2(WeldWriter):
         """Return the positions by their names: the frame first."""
         found = {PART: positions(self.T_base_frame.t_mm[None], self.T_base_frame.R[None])[0]}
         for poses in self.program.groups:
-            labels = [SAFE_POINT] if isinstance(poses, SafePoint) else self._labels(poses)
+            labels = [SAFE_POINT] if isinstance(poses, SafePoint) else self.labels(poses)
             found |= dict(zip(labels, positions(*poses.poses_in(self.T_base_frame)), strict=True))
         return found
-
-    def _labels(self, path: WeldPath) -> list[str]:
-        return path.labels(self.stems[path.seam.name], width=self.program.label_width)
 
     def _about(self) -> list[str]:
         program, arc = self.program, self.program.arc
@@ -147,7 +144,7 @@ class _Pdl2(WeldWriter):
 
     def _seam(self, path: WeldPath) -> list[str]:
         head = self.comments([path.seam.name, describe_path(path)], mark="  -- ")
-        return [*head, *self.seam(path, self._labels(path), SWITCH.around(path, self.program.arc))]
+        return [*head, *self.seam(path, self.labels(path), SWITCH.around(path, self.program.arc))]
 
     def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
         speed = f"  $LIN_SPD := {self.program.weld_speed_mm_s(path) / 1000.0:g}"

@@ -29,9 +29,9 @@ from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, SIGNS, Parser, Syntax, tokens_of
 from wpcal.controllers.run.interpreter import Interpreter as Base
 from wpcal.controllers.run.interpreter import matching, matrix_of, numbers_of, stated_frame
-from wpcal.controllers.run.machine import inverted
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import inverse_pose
 
 TOKEN = re.compile(r"'[^']*'|\d+(?:\.\d+)?|\.\d+|[A-Za-z$_][\w$]*|<>|<=|>=|[-+*/=<>()\[\],.!:]")
 SYNTAX = Syntax(
@@ -176,7 +176,7 @@ class Interpreter(Base):
     def name(self, name: str) -> Any:
         """Return the present place, or the name of what has numbers."""
         if name == "LPOS":
-            return _values(inverted(self.T_frame()) @ self.machine.reading(self.T_tool()))
+            return _values(inverse_pose(self.T_frame()) @ self.machine.reading(self.T_tool()))
         if name in {*self.registers, "DI", "RI", "P", "UFRAME", "UTOOL"}:
             return name
         raise ProgramError(f"{name} is not followed")
@@ -347,7 +347,7 @@ class Interpreter(Base):
         if "INC" in options:
             if np.any(np.abs(values[3:]) > 0.0):
                 raise ProgramError("INC with a turn")
-            T = inverted(T_frame) @ self.machine.T_base_tool(self.T_tool())
+            T = inverse_pose(T_frame) @ self.machine.T_base_tool(self.T_tool())
             T[:3, 3] += values[:3]
         for option in ("Offset", "Tool_Offset"):
             if option in options:
@@ -377,7 +377,7 @@ class Interpreter(Base):
         if hit is None:
             return self._jump(f"JMP LBL[{label}]")
         if register:
-            self.registers["PR"][int(register)] = _values(inverted(self.T_frame()) @ hit)
+            self.registers["PR"][int(register)] = _values(inverse_pose(self.T_frame()) @ hit)
         return None
 
     # -- instructions ----------------------------------------------------------------------------------------------

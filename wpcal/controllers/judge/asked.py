@@ -205,9 +205,8 @@ def _is_home(motion: Motion, asked: Asked) -> bool:
 
 def _stands(motion: Motion, before: Motion | None) -> bool:
     """Tell whether a motion leads to where the tool is: arcs of some languages begin so."""
-    if before is not None and motion.place.external != before.place.external:
-        return False
-    if motion.place.blends or motion.via is not None or motion.via_joints is not None:
+    turns = before is not None and motion.place.external != before.place.external
+    if turns or motion.place.blends or motion.via is not None or motion.via_joints is not None:
         return False
     if motion.joints is not None:
         joints = None if before is None else before.joints

@@ -28,11 +28,12 @@ from wpcal.controllers.kawasaki.grammar import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, LeaveError, Node, Steps, tree
 from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
-from wpcal.controllers.run.machine import about, inverted, rigid, turns_of
+from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
+from wpcal.core.same_bits import inverse_pose
 
 MOST_NAME = 15  #: Characters of a name.
 TOKEN = re.compile(
@@ -77,11 +78,11 @@ class Transformation:
 
     def __neg__(self) -> Transformation:
         """Invert."""
-        return Transformation(inverted(self.T))
+        return Transformation(inverse_pose(self.T))
 
     def __sub__(self, other: Transformation) -> Transformation:
         """Compose with the inverted."""
-        return Transformation(self.T @ inverted(other.T))
+        return Transformation(self.T @ inverse_pose(other.T))
 
 
 def _about(axis: str, angle: Any) -> Transformation:
@@ -226,7 +227,7 @@ class Interpreter(BlockInterpreter):
         return self.is_on(str(abs(number))) == (number > 0)
 
     def _seen(self, T_base_flange: FloatArray) -> FloatArray:
-        return inverted(self.T_base) @ T_base_flange @ self.T_tool()
+        return inverse_pose(self.T_base) @ T_base_flange @ self.T_tool()
 
     def _set(self, name: str, value: Any) -> None:
         if len(name.lstrip("$#")) > MOST_NAME:
@@ -237,10 +238,6 @@ class Interpreter(BlockInterpreter):
         target[name.upper()] = value
 
     # -- running ---------------------------------------------------------------------------------------------------
-
-    def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
-        """Run a program; upper and lower case are the same."""
-        return super().routine(name.upper(), arguments)
 
     def whole(self, body: Sequence[Node]) -> None:
         """Run a program; labels are outside of blocks."""
@@ -268,7 +265,7 @@ class Interpreter(BlockInterpreter):
         text = re.sub(r"^\d+\s+", "", node.text)
         tokens = tokens_of(re.sub(r"\bBY\b", ",", text) if "SHIFT" in text.upper() else text, WORDS)
         word = tokens[0].upper()
-        blocks = {"IF": self._if, "FOR": self._for, "WHILE": self._while, "DO": self._until}
+        blocks = {"IF": self._if, "FOR": self._for, "WHILE": self.loop_while, "DO": self.until}
         if word in blocks:
             blocks[word](node, tokens)
         elif word == "POINT" or tokens[1:2] == ["="]:
@@ -327,13 +324,6 @@ class Interpreter(BlockInterpreter):
 
         self.loop(node, goes_on)
 
-    def _while(self, node: Node, tokens: list[str]) -> None:
-        self.loop(node, lambda: self.value(tokens[1:-1]))
-
-    def _until(self, node: Node, tokens: list[str]) -> None:
-        self.block(node.branches[0][1])
-        self.loop(node, lambda: not self.value(tokens_of(node.close, WORDS)[1:]))
-
     # -- moves -----------------------------------------------------------------------------------------------------
 
     def _goal(self, tokens: list[str]) -> Any:
@@ -391,7 +381,7 @@ class Interpreter(BlockInterpreter):
         self.machine.switch(Does.OFF)
 
     def _here(self) -> Transformation:
-        return Transformation(inverted(self.T_base) @ self.machine.T_base_tool(self.T_tool()))
+        return Transformation(inverse_pose(self.T_base) @ self.machine.T_base_tool(self.T_tool()))
 
     def _draw(self, tokens: list[str], *, in_tool: bool) -> None:
         values = self.parser([*tokens, ")"]).values(")")
@@ -431,7 +421,7 @@ class Interpreter(BlockInterpreter):
         if not (self._signal(signal) and self._refuses(mode)):
             hit = self.machine.search(self.T_base @ goal.T, self.T_tool(), self.speed)
             if hit is not None and self.latch is not None:
-                self.latched.append(Transformation(self._seen(hit @ inverted(self.T_tool()))))
+                self.latched.append(Transformation(self._seen(hit @ inverse_pose(self.T_tool()))))
 
     def _refuses(self, mode: str) -> bool:
         """Tell whether a search in this mode does not begin while the signal is on."""

@@ -130,7 +130,7 @@ class _As(WeldWriter):
             points += self._points([SAFE_POINT], program.safe_point)
         seams = list[str]()
         for (_, last), path in zip(between, program.paths, strict=False):
-            labels = path.labels(self.stems[path.seam.name], width=program.label_width)
+            labels = self.labels(path)
             seams += [f".PROGRAM {PROGRAM}{self.stems[path.seam.name]}()", *self._seam(path, labels, last), ".END"]
             points += self._points(labels, path)
         for row, path in enumerate(program.paths):

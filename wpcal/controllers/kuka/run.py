@@ -23,9 +23,10 @@ from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, called_i
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import BreakError, LeaveError
-from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Place, inverted
+from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Place
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError, entries_of
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import inverse_pose
 
 IGNORED = re.compile(
     r"\$(?:VEL|ACC|VEL_AXIS|ACC_AXIS|APO|ORI_TYPE|CIRC_TYPE|BWDSTART|LOAD|ADVANCE|IPO_MODE|TIMER|CMD)\b.*|[LF]DAT_ACT"
@@ -179,7 +180,7 @@ class Interpreter:
     def _seen(self, T_base_flange: FloatArray | None) -> Aggregate:
         if T_base_flange is None:
             raise ProgramError("$POS_INT before an interrupt")
-        T = inverted(self._frame("$BASE")) @ T_base_flange @ self._frame("$TOOL")
+        T = inverse_pose(self._frame("$BASE")) @ T_base_flange @ self._frame("$TOOL")
         return frame_value(T, "E6POS", {"S": 2, "T": 2, **{f"E{i}": 0.0 for i in range(1, 7)}})
 
     def part(self, value: Any, name: str) -> Any:
@@ -200,7 +201,7 @@ class Interpreter:
     def call(self, name: str, arguments: list[Any]) -> Any:
         """Return the value of a function."""
         if name == "INV_POS" and isinstance(arguments[0], Aggregate):
-            return frame_value(inverted(arguments[0].matrix()))
+            return frame_value(inverse_pose(arguments[0].matrix()))
         if name in {"ABS", "SQRT"}:
             return abs(arguments[0]) if name == "ABS" else math.sqrt(arguments[0])
         if name == "EK" and len(arguments) == 3:  # the part that a positioner carries
@@ -502,7 +503,7 @@ class Interpreter:
         now, base = self.machine.T_base_tool(self._frame("$TOOL")), self._frame("$BASE")
         if not in_tool and not np.array_equal(shift[:3, :3], np.eye(3)):
             raise ProgramError("a relative turn in $BASE is not followed")
-        self._travel(now @ shift if in_tool else base @ shift @ inverted(base) @ now, is_line=True)
+        self._travel(now @ shift if in_tool else base @ shift @ inverse_pose(base) @ now, is_line=True)
 
     def _do_ptp_rel(self, s: KrlStatement) -> None:
         (by,) = self._targets(s, 1)
@@ -530,7 +531,7 @@ class Interpreter:
             raise ProgramError("LIN to joint angles")
         base = self._frame("$BASE")
         if set(PLACES) - set(target.values):
-            now = frame_value(inverted(base) @ self.machine.T_base_tool(self._frame("$TOOL")))
+            now = frame_value(inverse_pose(base) @ self.machine.T_base_tool(self._frame("$TOOL")))
             target = Aggregate({**now.values, **target.values})
         return base @ target.matrix()
 
@@ -551,7 +552,7 @@ class Interpreter:
             return
         if self.system["$ADVANCE"] and (self.next is None or self.next.word != "WAIT"):
             raise ProgramError("RESUME with an advance run: neither $ADVANCE=0 nor a WAIT behind the motion")
-        self.hit = hit @ inverted(T_tool)
+        self.hit = hit @ inverse_pose(T_tool)
         self.running, self.in_handler, self.is_braked = interrupt, True, False
         self._routine(interrupt.call, [])
         if not self.is_braked:

@@ -174,7 +174,7 @@ class _Krl(WeldWriter):
             if isinstance(poses, SafePoint):
                 lines.append(f"DECL E6POS WP_SAFE={values[0]}")
                 continue
-            labels = self._labels(poses)
+            labels = self.labels(poses)
             along = labels[poses.weld_rows] if has_folds(poses, self.program) else []
             names = [f"X{label}" if label in along else label for label in labels]
             points = [f"DECL E6POS {name}={value}" for name, value in zip(names, values, strict=True)]
@@ -189,9 +189,6 @@ class _Krl(WeldWriter):
             return known
         outer = self.planned.external_texts(poses.external, DEG_DECIMALS)
         return [f"{form}{_external(axes)}" for form, axes in zip(known, outer, strict=True)]
-
-    def _labels(self, path: WeldPath) -> list[str]:
-        return path.labels(self.stems[path.seam.name], width=self.program.label_width)
 
     def _about(self) -> list[str]:
         program = self.program
@@ -253,7 +250,7 @@ class _Krl(WeldWriter):
             end={"folds": folds},
             after=[air],
         )
-        return [f"; {self.stems[path.seam.name]}", air, *self.seam(path, self._labels(path), around)]
+        return [f"; {self.stems[path.seam.name]}", air, *self.seam(path, self.labels(path), around)]
 
     def weld_moves(self, path: WeldPath, along: Sequence[str]) -> list[str]:
         if has_folds(path, self.program):

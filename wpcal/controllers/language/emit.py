@@ -8,7 +8,7 @@ from functools import partial
 from typing import ClassVar
 
 from wpcal.controllers.language.naming import NameRules, comment_lines, safe_name, safe_names
-from wpcal.controllers.language.post import AirSpeeds, Post
+from wpcal.controllers.language.post import AirMoves, Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import ArcSettings, end_time_s, has_weave, refuse
 from wpcal.controllers.program.describe import describe_path
@@ -33,7 +33,7 @@ class Around:
 NOTHING = Around()
 
 
-class WeldWriter(AirSpeeds):
+class WeldWriter(AirMoves):
     """Writes one weld program."""
 
     format: ClassVar[str]  #: The name of the format.
@@ -46,6 +46,8 @@ class WeldWriter(AirSpeeds):
     #: then be run alone.
     calls_seams: ClassVar[bool] = True
     sets_tool: ClassVar[bool] = False  #: Whether programs can set the tool data.
+    stems: dict[str, str]  #: The names of the seams here.
+    post: Post
 
     def __init__(self, program: WeldProgram) -> None:
         self.program, self.planned = program, program.planned
@@ -58,6 +60,10 @@ class WeldWriter(AirSpeeds):
         main = safe_name(self.program.controller.program_name, self.names)
         rules = replace(self.names, keywords=f"{self.names.keywords} {main.lower()}")
         return main, safe_names([path.seam.name for path in self.program.paths], rules, room=room)
+
+    def labels(self, path: WeldPath) -> list[str]:
+        """Return the names of the points of a path."""
+        return path.labels(self.stems[path.seam.name], width=self.program.label_width)
 
     def zone(self, number: int) -> tuple[float, float]:
         """Return the zone of the joint move of this number, mm and as a share of it; zeros where it stops."""
@@ -106,10 +112,6 @@ class WeldWriter(AirSpeeds):
         first = len(planned.air) + 2 * row
         to, back = ([self.joint_move(one) for one in numbers] for _, numbers in list(planned.numbered())[first:][:2])
         return [*(line for move in to for line in move), *seam, *(line for move in back for line in move)]
-
-    def air_moves(self, points: Sequence[str]) -> list[str]:
-        """Return linear moves off the seams."""
-        return [line for point in points for line in self.post.air_move(point, speed=self.air)]
 
     def way_to(self, path: WeldPath, points: Sequence[str]) -> list[str]:
         """Return the moves to a seam; a plan has gone to its approach in the joints."""

@@ -126,8 +126,10 @@ class Blocks:
         return lines
 
 
-class AirSpeeds:
-    """Speeds off seams and searches, as a language writes them."""
+class AirMoves:
+    """Moves off seams and searches, as a language writes them."""
+
+    post: Blocks
 
     @property
     def air(self) -> str:
@@ -138,6 +140,10 @@ class AirSpeeds:
     def first(self) -> str:
         """The speed of the only joint move, to the first point."""
         return self.air
+
+    def air_moves(self, points: Sequence[str]) -> list[str]:
+        """Return linear moves."""
+        return [line for point in points for line in self.post.air_move(point, speed=self.air)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from wpcal.controllers.language.naming import NameRules, comment_lines, own_name
-from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, AirSpeeds, Blocks, whole_template
+from wpcal.controllers.language.post import ENDING, TOUCH_BLOCKS, AirMoves, Blocks, whole_template
 from wpcal.controllers.program.describe import NOT_CHECKED
 from wpcal.controllers.program.in_run import SETTLED_MM, STEPS
 from wpcal.controllers.program.touch_program import TouchProgram, TouchSteps
@@ -50,7 +50,7 @@ class SearchText:
     steps: TouchSteps
 
 
-class TouchWriter(AirSpeeds):
+class TouchWriter(AirMoves):
     """Writes one touch program: a language says how points, speeds and signals are written, and has templates."""
 
     format: ClassVar[str]  #: The name of the format.
@@ -60,6 +60,7 @@ class TouchWriter(AirSpeeds):
     outputs: ClassVar[Numbers | None] = None
     has_package: ClassVar[bool] = False  #: Whether searches of a touch-sensing package are written.
     is_upper: ClassVar[bool] = False  #: Whether names of programs are upper case.
+    post: TouchPost
     way_points: ClassVar[Sequence[str]] = ()
     """As moves name the poses from the last search to a weld program; a language with them corrects its frame."""
 
@@ -160,10 +161,6 @@ class TouchWriter(AirSpeeds):
     def leave(self, search: SearchText) -> list[str]:
         """Return the moves from where a search ended."""
         return self.air_moves([search.at[mark] for mark in "SR"])
-
-    def air_moves(self, points: Sequence[str]) -> list[str]:
-        """Return linear moves off the searches."""
-        return [line for point in points for line in self.post.air_move(point, speed=self.air)]
 
     def back(self, search: SearchText) -> list[str]:
         """Return the move from a contact on the way to the start."""

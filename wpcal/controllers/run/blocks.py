@@ -142,6 +142,7 @@ class BlockInterpreter(Interpreter):
 
     def routine(self, name: str, arguments: Sequence[Any] = ()) -> Any:
         """Run a routine to its end; return its value."""
+        name = name.upper() if self.words.is_upper else name
         routine = self.routines.get(name)
         if routine is None:
             raise ProgramError(f"{name} is not there")
@@ -180,6 +181,15 @@ class BlockInterpreter(Interpreter):
                 self.run.step(self.calls, file, node.line)
         except BreakError:
             pass
+
+    def loop_while(self, node: Node, tokens: list[str]) -> None:
+        """Run a block while what is between its first word and its last holds."""
+        self.loop(node, lambda: self.value(tokens[1:-1]))
+
+    def until(self, node: Node, _: list[str]) -> None:
+        """Run a block until what its last line says holds."""
+        self.block(node.branches[0][1])
+        self.loop(node, lambda: not self.value(tokens_of(node.close, self.words)[1:]))
 
     def execute(self, node: Node) -> None:
         """Run one line with its blocks."""

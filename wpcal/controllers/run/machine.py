@@ -116,10 +116,3 @@ def turns_of(axes: str, T: Matrix) -> list[float]:
     R = T[:3, :3]
     angles = {"ZYX": zyx_angles(R)[::-1], "ZYZ": zyz_angles(R), "XYZ": -zyx_angles(R.T)}[axes]
     return [math.degrees(angle) for angle in angles]
-
-
-def inverted(T: Matrix) -> Matrix:
-    """Return the inverse of a rigid matrix."""
-    back = np.eye(4)
-    back[:3, :3], back[:3, 3] = T[:3, :3].T, -T[:3, :3].T @ T[:3, 3]
-    return back

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.machine import Matrix, Place, about, inverted, rigid
+from wpcal.controllers.run.machine import Matrix, Place, about, rigid
 from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.run.trace import Motion, Switch, Trace, Unknown
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import inverse_pose
 from wpcal.robot.kinematics.arm import Arm
 
 NOWHERE = rigid(about("ZYX", (-63.0, 51.0, 23.0)), (77_777.0, -88_888.0, 99_999.0))
@@ -104,7 +105,7 @@ class Recorder:
         found = self.feel(T_base_tool)
         self._touches = found is not None
         if found is not None:
-            self.T_base_flange = found @ inverted(T_flange_tool)
+            self.T_base_flange = found @ inverse_pose(T_flange_tool)
         return found
 
     def switch(self, does: Does) -> None:
@@ -142,4 +143,4 @@ class Recorder:
         self.trace.motions.append(
             Motion(self.at, kind, start, goal, T_flange_tool, via, joints, via_joints, self._arc_on, seam, step)
         )
-        self.T_base_flange = None if goal is None else goal @ inverted(T_flange_tool)
+        self.T_base_flange = None if goal is None else goal @ inverse_pose(T_flange_tool)

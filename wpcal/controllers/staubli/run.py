@@ -187,7 +187,7 @@ class Interpreter(BlockInterpreter):
             return
         tokens = tokens_of(node.text, WORDS)
         word = tokens[0]
-        blocks = {"if": self._if, "while": self._while, "for": self._for, "do": self._until}
+        blocks = {"if": self._if, "while": self._while, "for": self._for, "do": self.until}
         if word in blocks:
             blocks[word](node, tokens)
         elif word == "return":
@@ -242,10 +242,6 @@ class Interpreter(BlockInterpreter):
 
     def _while(self, node: Node, tokens: list[str]) -> None:
         self.loop(node, lambda: self.value(tokens[1:]))
-
-    def _until(self, node: Node, _: list[str]) -> None:
-        self.block(node.branches[0][1])
-        self.loop(node, lambda: not self.value(tokens_of(node.close, WORDS)[1:]))
 
     def _for(self, node: Node, tokens: list[str]) -> None:
         if "=" not in tokens or "to" not in tokens:

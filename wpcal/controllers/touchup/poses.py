@@ -11,14 +11,16 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.controllers.judge.execute import execute, programs_of, text_at
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.registry import controller_of_program
-from wpcal.controllers.run.machine import Place
+from wpcal.controllers.run.machine import Place, rigid
 from wpcal.controllers.run.trace import Trace
 from wpcal.core.arrays import BoolArray, FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.input_file import read_bytes
+from wpcal.core.same_bits import inverse_pose
 from wpcal.seam.record_check import FARTHEST_MM
 
 NEAR_MM = 25.0  #: A pose that has another name is the same point, corrected, within this distance.
@@ -201,24 +203,16 @@ def common_motion(old: FloatArray, new: FloatArray) -> tuple[FloatArray, bool] |
     if stand > 0.5:
         return None
     for is_tool in (False, True):
-        a, b = (inverses(old), inverses(new)) if is_tool else (old, new)
-        begun = b @ inverses(a)
+        a, b = (inverse_pose(old), inverse_pose(new)) if is_tool else (old, new)
+        begun = b @ inverse_pose(a)
         shared = [_agree(T @ a, b, factor=ROUGHLY) for T in begun]
         rows = max(shared, key=np.sum)
         if rows.mean() > max(stand, LEAST_SHARE):
             T = _aligned(a[rows], b[rows])
             rows = _agree(T @ a, b)  # without those that were corrected by a little besides
             T = _aligned(a[rows], b[rows]) if rows.any() else T
-            return (inverses(T) if is_tool else T), is_tool
+            return (inverse_pose(T) if is_tool else T), is_tool
     return None
-
-
-def inverses(T: FloatArray) -> FloatArray:
-    """Return the inverses of rigid motions, shape (..., 4, 4)."""
-    back = np.zeros_like(T)
-    back[..., :3, :3], back[..., 3, 3] = np.swapaxes(T[..., :3, :3], -1, -2), 1.0
-    back[..., :3, 3] = -np.einsum("...ji,...j->...i", T[..., :3, :3], T[..., :3, 3])
-    return back
 
 
 LEAST_SHARE = 1 / 3  #: Of all poses, that so many move together to the last digit is no accident.
@@ -238,8 +232,4 @@ def _agree(a: FloatArray, b: FloatArray, *, factor: float = 1.0) -> BoolArray:
 def _aligned(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the motion T with T a ≈ b by least squares over the poses and their axes."""
     x, y = (np.concatenate([T[:, :3, 3], *(T[:, :3, 3] + ARM_MM * T[:, :3, k] for k in range(3))]) for T in (a, b))
-    u, _, vt = np.linalg.svd((y - y.mean(axis=0)).T @ (x - x.mean(axis=0)))
-    R = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R, y.mean(axis=0) - R @ x.mean(axis=0)
-    return T
+    return rigid(*kabsch(x, y, np.full(len(x), 1.0 / len(x))))

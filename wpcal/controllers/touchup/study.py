@@ -11,11 +11,12 @@ import numpy as np
 from wpcal.calibrate.corrections import ALL_KINDS, END_MM, Corrections, Explanation, KindOffset, SeamPlaces, Touched
 from wpcal.calibrate.errors.field_shift import FieldShift
 from wpcal.calibrate.errors.robot_field import FieldOrigin, RobotField
-from wpcal.controllers.touchup.poses import ProgramText, common_motion, inverses, pair_poses, seams_beside
+from wpcal.controllers.touchup.poses import ProgramText, common_motion, pair_poses, seams_beside
 from wpcal.controllers.touchup.seams import WeldedPart, apart_mm
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
+from wpcal.core.same_bits import inverse_pose
 from wpcal.results.folder import FinishedCalibration
 
 MOVED_MM = 0.05  #: A pose that differs by less was not moved: programs round.
@@ -102,7 +103,7 @@ class TouchUp:
         self._new = new
         if self.common is not None:
             T, is_tool = self.common
-            self._new = new @ inverses(T) if is_tool else inverses(T) @ new
+            self._new = new @ inverse_pose(T) if is_tool else inverse_pose(T) @ new
         self._where = self.part.frames_at(self._old[:, :3, 3], seams_beside(written.poses))
         self._require_seams()
         #: Rows of the changed program that a person changed; they stay as they are.

@@ -23,10 +23,11 @@ import numpy as np
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, text_of, tree
 from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax, tokens_of, without_comment
-from wpcal.controllers.run.machine import inverted, rigid
+from wpcal.controllers.run.machine import rigid
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.controllers.ur.grammar import GRAMMAR
 from wpcal.core.arrays import FloatArray
+from wpcal.core.same_bits import inverse_pose
 from wpcal.core.tangent import exp_rotation, log_rotation
 
 MM_PER_M = 1000.0
@@ -375,7 +376,7 @@ class Interpreter(BlockInterpreter):
 
     def fn_pose_inv(self, a: Any) -> _Pose:
         """Invert a pose."""
-        return _pose_of(inverted(_matrix(a)))
+        return _pose_of(inverse_pose(_matrix(a)))
 
     def fn_d2r(self, degrees: float) -> float:
         """Return rad."""

@@ -24,13 +24,13 @@ import numpy as np
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.interpreter import Interpreter as Base
 from wpcal.controllers.run.interpreter import matching, matrix_of, numbers_of, stated_frame
-from wpcal.controllers.run.machine import inverted
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.controllers.yaskawa.grammar import GRAMMAR
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, LANGUAGE, LONGEST_COMMENT, MM_DECIMALS
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
+from wpcal.core.same_bits import inverse_pose
 
 MESSAGE_LENGTH = 32  #: Characters that MSG shows.
 LABEL_LENGTH = 8
@@ -247,7 +247,7 @@ class Interpreter(Base):
         hit = self.machine.search(goal, self.T_tool(), float(speed), is_edge=False)
         self.is_found = hit is not None
         if hit is not None:
-            self.detected = hit @ inverted(self.T_tool())
+            self.detected = hit @ inverse_pose(self.T_tool())
 
     def _options(self, rest: str | None) -> None:
         if rest and not re.fullmatch(r"(?: PL=\d| ACC=\d+| DEC=\d+| NWAIT)*", rest):
@@ -324,7 +324,7 @@ class Interpreter(Base):
             T = self._T_frame(point) @ matrix_of(point.values)
         kind = {"BF": "BASE", "RF": "ROBOT", "UF#": "USER"}[frame]
         new = _Point(kind, user or "0", point.tool, ())
-        values = _values(inverted(self._T_frame(new)) @ T)
+        values = _values(inverse_pose(self._T_frame(new)) @ T)
         self.places[to.replace("PX", "P")] = _Point(kind, new.user, point.tool, values)
 
     def _set(self, name: str, value: str) -> None:
