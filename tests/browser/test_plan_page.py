@@ -15,7 +15,6 @@ from wpcal.planning.sequence.targets import SequenceTargets
 from wpcal.planning.sequence.timeline import build_timeline
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,6 @@ from wpcal.core.arrays import FloatArray
 from wpcal.planning.sequence.kept_plan import kept_plan_of, read_kept_plan
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 LANGUAGES = ("rapid", "krl")
 SAME_RAD = 1e-6  #: The languages write at least five decimals of a degree.
 VALUES = {"job": 3, "current_a": 200.0, "voltage_v": 24.0, "speed_mm_s": 7.0}

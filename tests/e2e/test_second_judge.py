@@ -11,7 +11,6 @@ from tests.second_judge import ARMS, FIXED, READERS, Planned, planned, rows_of
 from tests.whole_table import result_of
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 pytestmark = pytest.mark.skipif(
     not ROBOTS.is_dir(), reason="the folder of URDF files lies beside the checkout and is not here"
 )

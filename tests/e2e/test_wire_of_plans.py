@@ -15,7 +15,6 @@ from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.cli.part_option import read_part_option
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 ROBOT = Path(__file__).parents[3] / "shared" / "robots" / "irb2600_12_165" / "irb2600_12_165.urdf"
 pytestmark = pytest.mark.skipif(not ROBOT.is_file(), reason="the URDF files lie beside the checkout and are not here")
 TORCH, WIRE_MM, WIRE_RADIUS_MM = "robot-22", 18.0, 0.6

@@ -24,7 +24,6 @@ from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
 from wpcal.robot.kinematics.arm import Coupling
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,6 @@ from wpcal.weld.runs import RunChoice, Tacks, WeaveBy
 
 yaml = pytest.importorskip("yaml", reason="pyyaml is not installed")
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 
 NUMBER = r"[-+0-9.eE]+"
 WRITTEN_MM = 2e-3  #: Angles with five decimals move a point at 2 m by less.

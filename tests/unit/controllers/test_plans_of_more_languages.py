@@ -20,7 +20,6 @@ from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 
 WRITTEN_MM = 2e-3  #: Angles with six decimals move a point at 2 m by less.
 WRITTEN = 1e-6  #: Of entries of rotations.

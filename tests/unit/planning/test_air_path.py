@@ -18,7 +18,6 @@ from wpcal.planning.sequence.motion_check import MotionChecker, motion_per_axis
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 
 PILLARS = ((600.0, 400.0), (700.0, -450.0), (250.0, 650.0), (-450.0, 350.0), (-300.0, -600.0), (150.0, -750.0))
 HALF = np.array([80.0, 80.0, 350.0])
@@ -86,7 +85,7 @@ def test_moves_between_random_states_are_found_and_proved(cluttered, ends):
     found = [planner.path(a, b) for a, b in ends]
     again = AirPlanner(cell, checker).path(*ends[0])
     assert np.array_equal(found[0].q, again.q)  # seeded: the same move again
-    assert {path.found_by for path in found} == {"straight", "roadmap"}
+    assert {len(path.q) > 2 for path in found} == {False, True}
     for path, pair in zip(found, ends, strict=True):
         assert np.array_equal(path.q[[0, -1]], pair)
         assert path.check.is_free
@@ -94,12 +93,11 @@ def test_moves_between_random_states_are_found_and_proved(cluttered, ends):
         assert ((path.q >= low) & (path.q <= high)).all()
 
 
-def test_what_the_roadmap_does_not_find_is_searched_by_the_planner_of_ompl(cluttered, ends, monkeypatch):
+def test_a_way_that_is_not_found_is_one_line(cluttered, ends, monkeypatch):
     cell, checker = cluttered
     monkeypatch.setattr("wpcal.planning.sequence.roadmap.MOST_ROUNDS", 0)
-    found = AirPlanner(cell, checker).path(*ends[4])
-    assert found.found_by == "rrt-connect"
-    assert found.check.is_free
+    with pytest.raises(GeometryError, match="no free way was found"):
+        AirPlanner(cell, checker).path(*ends[4])
 
 
 def test_a_share_of_a_move_ends_before_the_first_collision(cluttered):

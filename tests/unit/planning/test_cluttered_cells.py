@@ -12,7 +12,6 @@ from wpcal.planning.sequence.air_path import AirPlanner
 from wpcal.planning.sequence.motion_check import MotionChecker
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 pytestmark = [
     pytest.mark.deep,
     pytest.mark.skipif(not ROBOTS.is_dir(), reason="the folder of URDF files lies beside the checkout and is not here"),

@@ -19,7 +19,6 @@ from wpcal.robot.kinematics.arm_file import arm_record
 from wpcal.robot.torch.file import find_torch
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 ON_SEAM_MM, STEP_RAD = 1e-6, np.radians(20.0)
 
 

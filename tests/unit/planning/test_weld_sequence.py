@@ -28,7 +28,6 @@ from wpcal.planning.sequence.timeline import build_timeline, sequence_csv, seque
 from wpcal.weld.runs import RunChoice
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 
 PATH_MM = 0.02
 """Between points that are 5 mm apart a straight line in the joints leaves a straight seam by less."""

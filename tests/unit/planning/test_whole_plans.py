@@ -11,7 +11,6 @@ from tests.cluttered_cells import FIXTURES, ROBOTS, urdf
 from tests.whole_table import ARMS, ASSEMBLIES, STEP, judged, texts_of, triangles_of
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-pytest.importorskip("ompl", reason="ompl is not installed")
 pytestmark = pytest.mark.skipif(
     not ROBOTS.is_dir(), reason="the folder of URDF files lies beside the checkout and is not here"
 )
