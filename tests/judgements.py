@@ -99,12 +99,12 @@ def everything_said(part: Path, folder: Path, *, is_whole: bool = False) -> Said
     return said
 
 
-def calibrated(part: Path, folder: Path) -> tuple[Path, Any]:
+def calibrated(part: Path, folder: Path, *options: Path | str) -> tuple[Path, Any]:
     """Calibrate a part at the advised points; return the result folder and what the command prints."""
     taught, out = folder / "taught.csv", folder / "out"
     taught.write_text(_taught_table(_advice(part)), encoding="utf-8")
     words = [word for name, value in OPTIONS.items() for word in (f"--{name.replace('_', '-')}", str(value))]
-    done = run_here("calibrate", part, taught, "-o", out, *words, "--json")
+    done = run_here("calibrate", part, taught, "-o", out, *words, *options, "--json")
     assert done.returncode in (0, 1), done.stderr
     return out, json.loads(done.stdout)
 

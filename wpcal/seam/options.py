@@ -93,7 +93,7 @@ class Reach:
 
     torch: TorchShape = opt(
         USUAL_TORCH,
-        "The torch with which reach is judged: one of wpcal torches, or a file of that form.",
+        "The torch with which reach is judged: one of wpcal torches, a file of that form, or a cell file.",
         metavar="NAME|FILE",
         read="wpcal.robot.torch.file:find_torch",
         show=lambda torch: torch.name,

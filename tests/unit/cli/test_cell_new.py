@@ -60,7 +60,6 @@ def test_j3_against_the_horizontal_keeps_the_forearm_level(urdf):
 
 def test_a_fanuc_program_is_written_with_the_coupling_only(urdf, tmp_path):
     pytest.importorskip("fcl", reason="python-fcl is not installed")
-    pytest.importorskip("ompl", reason="ompl is not installed")
     shutil.copytree(TEE, tmp_path / "tee")
     coupled, _ = new_cell(urdf, "--coupled", "joint_3:joint_2")
     asked = ("plan", coupled, tmp_path / "tee", "--only", "W2", "-f", "fanuc", "-o", tmp_path / "plan")

@@ -14,9 +14,10 @@ from wpcal.core.record_check import check_record, find_faults
 from wpcal.core.records import parse_json
 from wpcal.core.schemas import has_schema
 from wpcal.core.wording import shown
-from wpcal.planning.cell.cell_file import CELL_SCHEMA, read_cell
+from wpcal.planning.cell.cell_file import read_cell
 from wpcal.results.folder import RECORD_SCHEMAS
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, read_arm
+from wpcal.robot.torch.file import CELL_SCHEMA
 from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 from wpcal.seam.record_check import seam_faults
 from wpcal.weld.record import WELDS_SCHEMA, read_stated_welds

@@ -42,6 +42,8 @@ def _fitted(path: WeldPath, torch: TorchSettings, tolerance: PathTolerance, *, s
         free = with_moves(path, fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=True))
         if np.abs(spin_from_travel(free, torch)).max() <= torch.spin_range_rad + ROUND_OFF_RAD:
             return free
+    if torch.spin_range_rad == 0.0:  # a bent neck is free as it is turned, and in no other way
+        tolerance = replace(tolerance, side_rad=min(tolerance.side_rad, tolerance.wire_rad))
     return with_moves(path, fit_seam(path.seam, p, R, torch, tolerance, spin_is_free=False))
 
 

@@ -16,9 +16,8 @@ from wpcal.planning.cell.cell import Carrier, Cell, Rail
 from wpcal.planning.cell.shape import JOINTS, Shape
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.arm_file import find_arm, shipped_arms
-from wpcal.robot.torch.file import torch_from_fields
+from wpcal.robot.torch.file import CELL_SCHEMA, torch_from_fields
 
-CELL_SCHEMA = "wpcal/cell/1"
 Built = TypeVar("Built")
 
 

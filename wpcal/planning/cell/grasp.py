@@ -24,9 +24,10 @@ from wpcal.core.records import read_json
 from wpcal.core.tables import read_table
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.cell_file import CELL_SCHEMA, cell_from_record
+from wpcal.planning.cell.cell_file import cell_from_record
 from wpcal.planning.cell.shape import JOINTS
 from wpcal.robot.kinematics.arm_file import ARM_SCHEMA, shipped_arms
+from wpcal.robot.torch.file import CELL_SCHEMA
 
 NO_GRASP = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
 """Placeholder while the grasp is not known, so that the rest of the cell file can be checked."""

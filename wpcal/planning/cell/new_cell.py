@@ -19,7 +19,7 @@ from wpcal.core.same_bits import length, product
 from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.cell import Carrier, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
-from wpcal.planning.cell.cell_file import CELL_SCHEMA, default_home, rail_from_record, shapes_from_records
+from wpcal.planning.cell.cell_file import default_home, rail_from_record, shapes_from_records
 from wpcal.planning.cell.shape import BY_LENGTH, JOINTS
 from wpcal.planning.cell.workplace import is_usable, reach_mm
 from wpcal.robot.kinematics.arm import Arm, Coupling, arm_frames
@@ -27,8 +27,15 @@ from wpcal.robot.kinematics.arm_file import arm_record, find_arm
 from wpcal.robot.kinematics.forward import start_frames, walk
 from wpcal.robot.kinematics.inverse import solve_inverse
 from wpcal.robot.kinematics.urdf_bodies import read_link_hulls
-from wpcal.robot.torch.bodies import NOZZLE_TO_PART_MM, bodies_of_capsules, bodies_of_mesh, bodies_of_shape, hulled
-from wpcal.robot.torch.file import without_none
+from wpcal.robot.torch.bodies import (
+    NOZZLE_TO_PART_MM,
+    bodies_of_capsules,
+    bodies_of_mesh,
+    bodies_of_shape,
+    hulled,
+    mounted,
+)
+from wpcal.robot.torch.file import CELL_SCHEMA, without_none
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 
 HOME_DISTANCES, HOME_HEIGHTS = (0.7, 0.6, 0.8, 0.5), (0.8, 0.6, 1.0)
@@ -201,7 +208,7 @@ def _robot(new: NewCell, arm: Arm, files: dict[str, dict[str, Any]]) -> tuple[di
         "T_world_base": new.T_world_base.to_record(),
         "T_flange_tool": None if tool is None else tool.to_record(),
         "links": links,
-        "torch_shape": without_none(asdict(new.torch)),
+        "torch_shape": without_none(asdict(new.torch if tool is None else mounted(new.torch, tool))),
         "torch": [] if tool is None else _torch(new, tool),
     }
     if new.rail is not None:

@@ -85,8 +85,7 @@ class SequenceInput:
             return None
         return (
             f"the seams were felt with {felt.name} ({felt}), and the cell has {own.name} ({own}): the plan is made "
-            "with the bodies of the cell; find the seams again with --torch, or make the cell with --torch "
-            f"{felt.name}"
+            "with the bodies of the cell; find the seams again with --torch and the cell file"
         )
 
     def in_base(self, cell: Cell) -> tuple[RigidTransform, tuple[Seam, ...]]:

@@ -7,6 +7,7 @@ bends towards the flange.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import FormatError, InputError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.urdf_bodies import capsule_around, hull_corners, read_stl
-from wpcal.robot.torch.shape import TorchShape
+from wpcal.robot.torch.shape import Neck, TorchShape
 
 NOZZLE_TO_PART_MM = 3.0  #: The nozzle works near the part: this is above the errors of a calibration and of a path.
 NOZZLE_MM = 110.0  #: From the tip of the wire to where a usual swan neck bends.
@@ -40,6 +41,27 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
     return {"name": name, **more, "capsules": [capsule], "hull_mm": hull.tolist()}
 
 
+def mounted(shape: TorchShape, T_flange_tool: RigidTransform) -> TorchShape:
+    """Return the torch as it is on the flange: a straight one whose wire does not lead to the flange has a neck.
+
+    Its bodies are those of `bodies_of_shape`: behind the nozzle a body leads straight to the flange.
+    """
+    bend, flange = _bend(shape), T_flange_tool.inverse().t_mm
+    off = float(np.linalg.norm(flange[:2]))
+    if shape.neck is not None or off <= ON_WIRE_MM:
+        return shape
+    angle = float(np.degrees(np.arctan2(off, bend[2] - flange[2])))
+    from_mm, radius = -float(bend[2]) - shape.wire_mm, min(NECK_RADIUS_MM, _apart(bend, flange) / 2)
+    neck = Neck(round(angle, 3), from_mm, 0.0, radius, from_mm, radius)
+    length = round(_apart(bend, flange) - float(bend[2]), 3)
+    return replace(shape, name=f"{shape.name} on its flange", length_mm=length, neck=neck)
+
+
+def _bend(shape: TorchShape) -> FloatArray:
+    """Return where a torch without a stated neck leaves the line of its wire, in `tool`, mm."""
+    return np.array([0.0, 0.0, -max(NOZZLE_MM, shape.wire_mm + 2.0 * shape.nozzle_radius_mm)])
+
+
 def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[dict[str, Any]]:
     """Return the bodies of a torch with known sizes, and what joins it to the flange. Records of shapes in `tool`.
 
@@ -47,7 +69,7 @@ def bodies_of_shape(shape: TorchShape, T_flange_tool: RigidTransform) -> list[di
     """
     flange = T_flange_tool.inverse().t_mm
     if shape.neck is None:
-        bend = np.array([0.0, 0.0, -max(NOZZLE_MM, shape.wire_mm + 2.0 * shape.nozzle_radius_mm)])
+        bend = _bend(shape)
         return [_nozzle(shape, -float(bend[2])), *_joined(bend, flange, min(NECK_RADIUS_MM, _apart(bend, flange) / 2))]
     towards = np.array([flange[0], flange[1], 0.0])
     off = float(np.linalg.norm(towards))

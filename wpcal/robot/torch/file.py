@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from wpcal.core.errors import FormatError, InputError
-from wpcal.core.input_file import require_name
+from wpcal.core.input_file import read_bytes, require_name
 from wpcal.core.record_check import check_record
-from wpcal.core.records import read_json
+from wpcal.core.records import parse_json, read_json
 from wpcal.robot.torch.shape import Neck, TorchShape
 
-TORCH_SCHEMA, TORCHES_SCHEMA = "wpcal/torch/1", "wpcal/torches/1"
+TORCH_SCHEMA, TORCHES_SCHEMA, CELL_SCHEMA = "wpcal/torch/1", "wpcal/torches/1", "wpcal/cell/1"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +58,18 @@ def find_torch(name_or_path: str) -> TorchShape:
 
 
 def read_torch(path: Path) -> TorchShape:
-    """Read a torch file; its name is that of the file.
+    """Read a torch file, whose name it has, or the torch of a cell file.
 
     Raises `InputError` if the file cannot be opened, or its sizes are not those of a torch.
-    Raises `FormatError` if the file breaks the format.
+    Raises `FormatError` if the file breaks the format, or is a cell file that does not state a torch.
     """
-    return _shape(_record(path), path)
+    record = parse_json(read_bytes(path), path=str(path))
+    if not isinstance(record, dict) or record.get("schema") != CELL_SCHEMA:
+        return _shape(_record(path), path)
+    found = torch_of_seams({"torch": read_json(path, schema=CELL_SCHEMA)["torch_robot"].get("torch_shape")}, path)
+    if found is None:
+        raise FormatError("torch_robot states no torch_shape: make the cell again with wpcal cell new", path=str(path))
+    return found
 
 
 def torches_record(shapes: Sequence[TorchShape]) -> dict[str, Any]:

@@ -16,8 +16,12 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.motion import APPROACH_MM
+from wpcal.core.same_bits import product
+from wpcal.core.tangent import exp_rotation
+from wpcal.robot.moves.interpolation import turns_between
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.stations import start_mm
+from wpcal.seam.judge.torch_neck import bend_directions, spin_of_bend, torch_axes
 from wpcal.seam.judge.torch_poses import FeltPoses, are_steps_clear, find_solids_beside_neck, find_solids_met, turned
 from wpcal.seam.options import Reach
 from wpcal.seam.seam import Seam
@@ -377,8 +381,12 @@ class _Steps:
         """
         own = self.own
         backs = [back_directions(own.R[at], self.lean[pose]) for at, pose in ((rows, begin), (rows + 1, end))]
-        turn = turned(self.spin[end] - self.spin[begin])
-        turn_deg = np.maximum(np.degrees(np.abs(turn)), _swing_deg(*backs))
+        turn, turn_deg = np.zeros((len(rows), 3)), _swing_deg(*backs)
+        if own.torch.neck is not None:  # a controller turns the whole torch about one axis
+            places = (rows, backs[0], begin), (rows + 1, backs[1], end)
+            tools = [torch_axes(back, bend_directions(back, own.R[at], self.spin[pose])) for at, back, pose in places]
+            turn = turns_between(*tools)
+            turn_deg = np.degrees(np.linalg.norm(turn, axis=1))
         counts = np.ceil(np.maximum(self.step_mm[rows] / BETWEEN_MM, turn_deg / TURN_STEP_DEG)).astype(int) - 1
         counts = np.maximum(counts, 0)
         which = np.repeat(np.arange(len(rows)), counts)
@@ -386,13 +394,17 @@ class _Steps:
         share, at = (number / np.repeat(counts + 1, counts))[:, None], rows[which]
         back = backs[0][which] + share * (backs[1] - backs[0])[which]
         back /= np.linalg.norm(back, axis=1, keepdims=True)
+        spin = np.zeros(len(at))
+        if own.torch.neck is not None:
+            bend, _, back = np.moveaxis(product(exp_rotation(share * turn[which]), tools[0][which]), 2, 0)
+            spin = spin_of_bend(back, own.R[at], bend)
         between = replace(
             own.select(at),
             owner=which,
             p=own.p[at] + share * (own.p[at + 1] - own.p[at]),
             back=back,
             more_mm=np.zeros(len(at)),
-            spin_rad=self.spin[begin][which] + share[:, 0] * turn[which],
+            spin_rad=spin,
         )
         solid = find_solids_met(self.graph, self.trimmed, between, is_between=True)
         solid = np.where(solid < 0, find_solids_beside_neck(self.graph, self.trimmed, between), solid)

@@ -1,21 +1,26 @@
 """What neck and body of a torch meet: a neck bends to one side, and the torch may be turned about the wire (spin).
 
-Each straight piece of neck and body is felt by lines on its surface and on its axis, and by spokes at its begin.
+Each straight piece of neck and body is felt by lines on its surface and on its axis, by spokes at its begin, and by the
+edges that are inside.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.near_groups import find_near_faces, first_faces
+from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
+from wpcal.brep.tubes import edge_distances, tube_frames
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape, Tube
+from wpcal.seam.judge.material import NECK_STEP_MM, TOUCH_MM, place_tube
 
-AROUND = 16  #: Lines on the surface of a piece: 8 mm apart on a body of 44 mm.
-APPROACH_STEPS = 2
-"""Where the torch comes and goes, neck and body are felt at so many places on their way back along the wire."""
+PIECES = 200_000  #: Pairs of a pose and a piece of an edge in one array: some 50 MB.
+FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
 
 
 def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> FloatArray:
@@ -30,6 +35,18 @@ def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> Fl
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     turned = np.cos(spin_rad)[:, None] * u + np.sin(spin_rad)[:, None] * np.cross(back, u)
     return np.asarray(turned, dtype=np.float64)
+
+
+def spin_of_bend(back: FloatArray, R: FloatArray, bend: FloatArray) -> FloatArray:
+    """Return the spin at which necks bend in directions, shape (n,), rad; arguments and result of `bend_directions`."""
+    axes = torch_axes(back, bend_directions(back, R, np.zeros(len(back))))
+    across, beside = np.einsum("nij,ni->jn", axes[:, :, :2], bend)
+    return np.asarray(np.arctan2(beside, across), dtype=np.float64)
+
+
+def torch_axes(back: FloatArray, bend: FloatArray) -> FloatArray:
+    """Return the axes of the torch's own frame (`Tube`) in `part`, shape (n, 3, 3)."""
+    return np.stack([bend, np.cross(back, bend), back], axis=2)
 
 
 def neck_faces(
@@ -53,11 +70,11 @@ def neck_faces(
     `more_mm`: shape (n,). How far the torch goes back along the wire.
     """
     found = np.full(len(mouth), -1)
-    frames = np.stack([bend, np.cross(back, bend), back], axis=2)
-    for step in range(APPROACH_STEPS + 1):
-        far = step / APPROACH_STEPS * more_mm
+    frames = torch_axes(back, bend)
+    for step_mm in np.arange(0.0, more_mm.max(initial=0.0) + NECK_STEP_MM, NECK_STEP_MM):
+        far = np.minimum(step_mm, more_mm)
         for tube in torch.tubes:
-            rows = np.flatnonzero((found < 0) & ((step == 0) | (more_mm > 0)))
+            rows = np.flatnonzero((found < 0) & (step_mm < more_mm + NECK_STEP_MM))
             if len(rows) == 0:
                 continue
             origins, rays, lengths = _lines(tube, wider_mm)
@@ -66,6 +83,42 @@ def neck_faces(
             way = np.einsum("nij,kj->nki", frames[rows], rays)
             length = np.broadcast_to(lengths, way.shape[:2])
             found[rows] = first_faces(graph, trimmed, owner[rows], at, way, length)
+            rows = rows[found[rows] < 0]
+            *axis, end = place_tube(tube, mouth[rows] + far[rows, None] * back[rows], back[rows], bend[rows])
+            ends = np.zeros(len(rows)), np.full(len(rows), end)
+            found[rows] = edges_in_tubes(graph, trimmed, owner[rows], axis, ends, tube.radius_mm - TOUCH_MM)
+    return found
+
+
+def edges_in_tubes(
+    graph: BrepGraph,
+    trimmed: TrimmedFaces,
+    owner: IntArray,
+    axis: Sequence[FloatArray],
+    ends_mm: tuple[FloatArray, FloatArray],
+    radius_mm: float,
+) -> IntArray:
+    """Return a face with an edge inside each of n tubes, or -1: corners that reach in between two lines.
+
+    `owner`: shape (n,). Ascending.
+    `axis`: shapes (n, 3). Places and unit directions in `part`; a tube leads from one to the other of `ends_mm`.
+    """
+    (p, way), (low, high) = axis, ends_mm
+    first = first_of_groups(owner, way)
+    begin, end = (p + at[:, None] * way for at in (low, high))
+    near = find_near_faces(graph, trimmed, begin, end, first, within_mm=radius_mm)
+    row, box = near.pairs(np.repeat(np.arange(len(first)), np.diff(first, append=len(p))))
+    row, face = np.unique(np.stack([row, trimmed.patch_boxes.face[box]]), axis=1)
+    count = np.diff(trimmed.start)[face]
+    before = np.cumsum(count) - count
+    frames = tube_frames(way)
+    found, pair = np.full(len(p), -1), np.repeat(np.arange(len(face)), count)
+    for rows in np.split(np.arange(len(pair)), np.flatnonzero(np.diff(np.arange(len(pair)) // PIECES)) + 1):
+        own = pair[rows]
+        piece, at = trimmed.start[face[own]] + rows - before[own], row[own]
+        p0, p1 = (np.einsum("kij,kj->ki", frames[at], corner[piece] - p[at]) for corner in (trimmed.p0, trimmed.p1))
+        is_met = edge_distances(p0, p1, low[at], high[at]) < radius_mm
+        found[at[is_met]] = face[own[is_met]]
     return found
 
 
@@ -75,14 +128,15 @@ def _lines(tube: Tube, wider_mm: float) -> tuple[FloatArray, FloatArray, FloatAr
     length = float(np.linalg.norm(way))
     way = way / length
     side = np.array([0.0, 1.0, 0.0])  # normal to every piece: the neck bends in the plane of x and z
-    turn = np.arange(AROUND) * 2.0 * np.pi / AROUND
+    count = max(FEWEST, 2 * math.ceil(math.pi * tube.radius_mm / APART_MM))
+    turn = np.arange(count) * 2.0 * np.pi / count
     unit = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * np.cross(way, side)
-    radius = (tube.radius_mm + wider_mm) / np.cos(np.pi / AROUND)
+    radius = (tube.radius_mm + wider_mm) / np.cos(np.pi / count)
     along = np.concatenate([np.zeros((1, 3)), radius * unit, radius / 2.0 * unit[::2]])
-    spokes = np.broadcast_to(tube.start, (AROUND, 3))
+    spokes = np.broadcast_to(tube.start, (count, 3))
     origins = np.concatenate([tube.start + along, spokes])
     rays = np.concatenate([np.broadcast_to(way, along.shape), unit])
-    return origins, rays, np.concatenate([np.full(len(along), length), np.full(AROUND, radius)])
+    return origins, rays, np.concatenate([np.full(len(along), length), np.full(count, radius)])
 
 
 def are_necks_clear(
@@ -102,7 +156,7 @@ def are_necks_clear(
     `begin`: shape (g,). The first pose of each group.
     """
     clear = np.ones(len(begin), dtype=bool)
-    frames = np.stack([bend, np.cross(back, bend), back], axis=2)
+    frames = torch_axes(back, bend)
     for tube in torch.tubes:
         p0, p1 = (mouth + np.einsum("nij,j->ni", frames, at) for at in (tube.start, tube.end))
         near = find_near_faces(graph, trimmed, p0, p1, begin, within_mm=tube.radius_mm + within_mm)

@@ -16,17 +16,15 @@ from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
 from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.brep.tubes import edge_distances, tube_frames
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import NEAR_ROOT_MM, TOUCH_MM, WIRE_RADIUS_MM
-from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, neck_faces
+from wpcal.seam.judge.torch_neck import are_necks_clear, bend_directions, edges_in_tubes, neck_faces
 
 MOST_WIDER_MM = 0.15
 """The wire is felt wider by at most this: otherwise it would meet the plates of a joint of 60 degrees."""
 AROUND = 16
 """Lines on the outermost circle: 4 mm apart on a nozzle of 22 mm. There are half as many on the circle inside it."""
-PIECES = 200_000  #: Pairs of a pose and a piece of an edge in one array: some 50 MB.
 CHUNK = 4000  #: Poses handled in one array: some 50 MB.
 SMALL_TURN_RAD = 0.2
 """Between two poses that differ by less, the end of the torch stays within 1.5 mm of the straight way."""
@@ -106,7 +104,9 @@ def _solids_met(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses, *, is
         rim = _circle(left.back, nozzle_mm / np.cos(np.pi / AROUND), AROUND)
         face[rows] = stage(graph, trimmed, left, rim, is_between=is_between)
     rows = np.flatnonzero(face < 0)
-    face[rows] = _edges_in_nozzle(graph, trimmed, poses.select(rows))
+    own = poses.select(rows)
+    ends, radius = (own.mouth_mm + own.torch.taper_mm, own.end_mm), own.torch.nozzle_radius_mm - TOUCH_MM
+    face[rows] = edges_in_tubes(graph, trimmed, own.owner, (own.p, own.back), ends, radius)
     if not is_between:
         rows = np.flatnonzero(face < 0)
         face[rows] = _pocket_faces(graph, trimmed, poses.select(rows))
@@ -185,27 +185,6 @@ def _other_lines(
     ways = np.broadcast_to(poses.back[:, None], inner.shape)
     rays = np.concatenate([outer_rays, ways, across], axis=1)
     return first_faces(graph, trimmed, poses.owner, origins, rays, np.concatenate([outer_far, far, 2 * half], axis=1))
-
-
-def _edges_in_nozzle(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> IntArray:
-    """Return a face with an edge inside the nozzle at each pose, or -1: corners that reach in between two lines."""
-    low, high = poses.mouth_mm + poses.torch.taper_mm, poses.end_mm
-    first, radius = first_of_groups(poses.owner, poses.back), poses.torch.nozzle_radius_mm - TOUCH_MM
-    begin, end = (poses.p + at[:, None] * poses.back for at in (low, high))
-    near = find_near_faces(graph, trimmed, begin, end, first, within_mm=radius)
-    row, box = near.pairs(np.repeat(np.arange(len(first)), np.diff(first, append=len(poses))))
-    row, face = np.unique(np.stack([row, trimmed.patch_boxes.face[box]]), axis=1)
-    count = np.diff(trimmed.start)[face]
-    before = np.cumsum(count) - count
-    frames = tube_frames(poses.back)
-    found, pair = np.full(len(poses), -1), np.repeat(np.arange(len(face)), count)
-    for rows in np.split(np.arange(len(pair)), np.flatnonzero(np.diff(np.arange(len(pair)) // PIECES)) + 1):
-        own = pair[rows]
-        piece, at = trimmed.start[face[own]] + rows - before[own], row[own]
-        p0, p1 = (np.einsum("kij,kj->ki", frames[at], p[piece] - poses.p[at]) for p in (trimmed.p0, trimmed.p1))
-        is_met = edge_distances(p0, p1, low[at], high[at]) < radius
-        found[at[is_met]] = face[own[is_met]]
-    return found
 
 
 def _pocket_faces(graph: BrepGraph, trimmed: TrimmedFaces, poses: FeltPoses) -> IntArray:
