@@ -44,6 +44,7 @@ def test_many_points_pass_and_three_do_not():
 @pytest.mark.parametrize("stated", [True, False])
 @pytest.mark.parametrize("n", [3, 4, 5, 6, 8, 12])
 def test_a_verdict_is_seldom_wrong_on_every_part(n, stated, criterion, noise):
-    study = pooled_study(n, noise=noise, criterion=criterion, stated=stated)
+    trials = 400 if noise == "t3" else 100  # near the bound: 12 to 21 of 400, 52 of 1600 (n = 6, stated)
+    study = pooled_study(n, noise=noise, criterion=criterion, stated=stated, trials=trials)
     assert study.passed_outside <= MOST_WRONG * study.trials
     assert study.failed_inside <= MOST_WRONG * study.trials

@@ -174,7 +174,7 @@ class ErrorBudget:
         drawn = np.sqrt(np.einsum("sni,sni->sn", off, off).max(axis=1))
         freedom = float(self.freedom(points[[int(np.argmax(errors))]])[0])
         if math.isfinite(freedom):
-            rng = np.random.default_rng()
+            rng = np.random.default_rng(0)
             rng.bit_generator.state = state
             drawn = drawn * np.sqrt((freedom - 2.0) / rng.chisquare(freedom, JOINT_SAMPLES))
         return frozen(np.sort(drawn))
