@@ -15,67 +15,27 @@ CHARACTERS = 30_000
 LEAST_S = 0.03  #: Less is not measured.
 TRIES = 4  #: The processor may be busy.
 HOSTILE = {
-    "as": (
-        ".PROGRAM a()\n",
-        "  LMOVE a",
-        ("LMOVE a ", "C2MOVE ", "C2MOVE a   ", " fi ", " fi \n", ",", "a[", "a[1,", "POINT a = TRANS(", " till"),
-    ),
-    "comau": (
-        "PROGRAM a\n",
-        "  MOVE LINEAR TO",
-        ("a := POS(", "MOVE LINEAR TO ", "MOVE CIRCULAR TO a VIA ", "$UFRAME := ", "(", ",", " "),
-    ),
+    "as": (".PROGRAM a()\n", "  LMOVE a", "LMOVE a |C2MOVE |C2MOVE a   | fi | fi \n|,|a[|a[1,|POINT a = TRANS(| till"),
+    "comau": ("PROGRAM a\n", "  MOVE LINEAR TO", "a := POS(|MOVE LINEAR TO |MOVE CIRCULAR TO a VIA |$UFRAME := |(|,| "),
     "fanuc": (
         "/PROG A\n/MN\n/POS\n",
         "  1:L P[1]",
-        (
-            "P[1]{\n",
-            "P[1",
-            "GP1 :",
-            '"',
-            "{ ",
-            ",",
-            " ",
-            "/POS\n",
-            'P[1:"a"]{ GP1: X = 1 mm, ',
-            "C P[1]\n :  ",
-            "Offset,",
-        ),
+        'P[1]{\n|P[1|GP1 :|"|{ |,| |/POS\n|P[1:"a"]{ GP1: X = 1 mm, |C P[1]\n :  |Offset,',
     ),
     "inform": (
         "/JOB\n//NAME A\n//POS\n",
         "MOVL C00001",
-        (
-            "C00000=",
-            "C00000 = 1,",
-            "///USER 1\n",
-            ",",
-            " ",
-            "///POSTYPE USER\n",
-            "MOVL C00000 V=1.0\n",
-            "SMOVL C00000 +MOVJ ",
-        ),
+        "C00000=|C00000 = 1,|///USER 1\n|,| |///POSTYPE USER\n|MOVL C00000 V=1.0\n|SMOVL C00000 +MOVJ ",
     ),
     "urscript": (
         "def a():\n",
         "  movel(",
-        (
-            "p[",
-            "p[1,",
-            "movel(",
-            "movec(p[1,2,3,4,5,6],",
-            " ",
-            ",",
-            "pose_trans(",
-            "wpt_goal =",
-            "movej([1,2]\n",
-            "set_tcp(p[ ",
-            ") ,",
-        ),
+        "p[|p[1,|movel(|movec(p[1,2,3,4,5,6],| |,|pose_trans(|wpt_goal =|movej([1,2]\n|set_tcp(p[ |) ,",
     ),
-    "val3": ("", "  movel(a[1]", ("movel(", "movec(a[1],", " ", "a[", '<Data name="a">', "&amp;", "<!--")),
+    "val3": ("", "  movel(a[1]", 'movel(|movec(a[1],| |a[|<Data name="a">|&amp;|<!--'),
 }
-CASES = [(name, unit) for name, (_, _, units) in HOSTILE.items() for unit in units]
+"""The head of a file, the begin of a line, and what is repeated, with a bar between."""
+CASES = [(name, unit) for name, (_, _, units) in HOSTILE.items() for unit in units.split("|")]
 
 
 def seconds(brand: str, text: str) -> float:
