@@ -192,6 +192,11 @@ class Cell:
             )
         return self.T_carrier_part
 
+    def joint_of(self, column: int) -> tuple[int, str]:
+        """Return the number of the robot, 1 or 2, and the name of the joint of a column of two robots."""
+        robot, joint = divmod(column, JOINTS)
+        return robot + 1, (self.arm, self.arm2)[robot].joints[joint].name
+
     @property
     def arm2(self) -> Arm:
         """Robot 2."""

@@ -181,8 +181,7 @@ def extent_mm(shape: Shape) -> float:
     """Return the largest side of the box around a body, mm; its hull counts alone if it has one."""
     if len(shape.hull):
         return float(np.ptp(shape.hull, axis=0).max())
-    r = shape.radius_mm[:, None]
-    low, high = (np.minimum(shape.p, shape.q) - r).min(axis=0), (np.maximum(shape.p, shape.q) + r).max(axis=0)
+    low, high = shape.box
     return float((high - low).max())
 
 

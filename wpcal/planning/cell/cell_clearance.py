@@ -27,7 +27,7 @@ from wpcal.planning.cell.clearance import pair_margins, stacked
 from wpcal.planning.cell.distance_field import DistanceField, cover_of
 from wpcal.planning.cell.hulls import HullMeasure, convex_hull_object, import_fcl
 from wpcal.planning.cell.segments import part_distances
-from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.cell.shape import JOINTS, corners_of_box
 from wpcal.robot.kinematics.forward import Frames
 
 
@@ -340,8 +340,7 @@ def _over_floor(body: Body) -> bool:
 
 def _corners(part: TriangleMaterial) -> FloatArray:
     """Return the corners of the part's box, shape (8, 3), mm."""
-    low, high = part.corners.min(axis=(0, 1)), part.corners.max(axis=(0, 1))
-    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    return corners_of_box(part.corners.min(axis=(0, 1)), part.corners.max(axis=(0, 1)))
 
 
 def _outline(part: TriangleMaterial) -> FloatArray:

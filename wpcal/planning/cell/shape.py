@@ -49,3 +49,15 @@ class Shape:
         for name, values in (("p", p), ("q", q), ("radius_mm", radius), ("hull", hull)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+
+    @property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest corner of the box around all of the body, in its own frame, shape (3,) each, mm."""
+        r = self.radius_mm[:, None]
+        low, high = np.minimum(self.p, self.q) - r, np.maximum(self.p, self.q) + r
+        return np.concatenate([low, self.hull]).min(axis=0), np.concatenate([high, self.hull]).max(axis=0)
+
+
+def corners_of_box(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the corners of a box, shape (8, 3)."""
+    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T

@@ -346,7 +346,6 @@ def _require_speeds(run: CellRun, cell: Cell, joints: FloatArray, s_mm: FloatArr
     share = rate / cell.speeds
     if share.max(initial=0.0) > 1.0:
         row, column = np.unravel_index(int(np.argmax(share)), share.shape)
-        robot, joint = divmod(int(column), joints.shape[1] // 2)
-        name = (cell.arm, cell.arm2)[robot].joints[joint].name
-        what = f"joint {name} of robot {robot + 1} would need {100.0 * share.max():.0f} % of its speed"
+        robot, name = cell.joint_of(int(column))
+        what = f"joint {name} of robot {robot} would need {100.0 * share.max():.0f} % of its speed"
         raise GeometryError(f"{what} at s = {s_mm[row]:.1f} mm")

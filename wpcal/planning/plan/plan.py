@@ -19,7 +19,6 @@ from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import InputError
 from wpcal.core.motion import WELD_SPEED_MM_S
 from wpcal.planning.cell.cell import Cell
-from wpcal.planning.cell.shape import JOINTS
 
 
 class CollisionVerdict(Enum):
@@ -130,6 +129,4 @@ def _first_limit(plan: Plan, cell: Cell) -> SpeedLimit | None:
     if not np.isfinite(allowed).any():
         return None
     row, column = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
-    robot, joint = divmod(int(column), JOINTS)
-    arm = (cell.arm, cell.arm2)[robot]
-    return SpeedLimit(robot + 1, arm.joints[joint].name, float(plan.s_mm[row]), float(allowed[row, column]))
+    return SpeedLimit(*cell.joint_of(int(column)), float(plan.s_mm[row]), float(allowed[row, column]))

@@ -18,7 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.clearance import Clearance
 from wpcal.planning.cell.hulls import hull_clearance
-from wpcal.planning.cell.shape import Shape
+from wpcal.planning.cell.shape import corners_of_box
 from wpcal.planning.plan.plan import CollisionVerdict
 from wpcal.robot.kinematics.forward import Frames
 
@@ -159,18 +159,9 @@ def _largest_motion(clearance: Clearance, cell: Cell, q: FloatArray) -> float:
     largest = 0.0
     for body in clearance.pairs.bodies:
         frame = Frames(*(axis[:, None] for axis in frames[body.carrier]))
-        steps = np.diff(frame.point(_box_corners(body.shape).T[:, :, None]), axis=2)
+        steps = np.diff(frame.point(corners_of_box(*body.shape.box).T[:, :, None]), axis=2)
         largest = max(largest, float(np.linalg.norm(steps, axis=0).max(initial=0.0)))
     return largest
-
-
-def _box_corners(shape: Shape) -> FloatArray:
-    """Return the corners of a box around all of a body, in its own frame, shape (8, 3), mm."""
-    r = shape.radius_mm[:, None]
-    low, high = (np.minimum(shape.p, shape.q) - r).min(axis=0), (np.maximum(shape.p, shape.q) + r).max(axis=0)
-    if len(shape.hull):
-        low, high = np.minimum(low, shape.hull.min(axis=0)), np.maximum(high, shape.hull.max(axis=0))
-    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
 def _off_chords(tip: FloatArray, refine: int) -> FloatArray:

@@ -253,15 +253,14 @@ def _out_of_reach(problem: PlanningProblem, flanges: tuple[FloatArray, FloatArra
 
 def joint_limit_obstacle(problem: PlanningProblem, column: int, excess_rad: float, s_mm: float) -> Obstacle:
     """Return the obstacle of one of the twelve joints that is beyond its limit."""
-    robot, joint = divmod(column, JOINTS)
-    name = (problem.cell.arm, problem.cell.arm2)[robot].joints[joint].name
+    robot, name = problem.cell.joint_of(column)
     beyond = math.degrees(excess_rad)
     return Obstacle(
         constraint=Constraint.JOINT_LIMITS,
-        says=f"joint {name} of robot {robot + 1}: at best {beyond:.1f} deg beyond its limit at s = {s_mm:.1f} mm",
-        advice=f"turn or move the base of robot {robot + 1}, or hold the part differently (T_flange_part)",
+        says=f"joint {name} of robot {robot}: at best {beyond:.1f} deg beyond its limit at s = {s_mm:.1f} mm",
+        advice=f"turn or move the base of robot {robot}, or hold the part differently (T_flange_part)",
         s_mm=s_mm,
-        robot=robot + 1,
+        robot=robot,
         joint=name,
         best=beyond,
         asked=0.0,

@@ -14,7 +14,6 @@ import numpy as np
 from wpcal.planning.cell.cell_check import check_cell
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import PLACE, ROTATION, SLOPE, TRAVEL, WORK
-from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.plan.recheck import PathCheck
 from wpcal.planning.search.diagnosis import (
     Constraint,
@@ -102,16 +101,15 @@ def _between(problem: PlanningProblem, refused: Sequence[PathCheck]) -> Obstacle
 def _speed(problem: PlanningProblem, path: CandidatePath) -> Obstacle:
     allowed = problem.cell.allowed_mm_s(path.joints, problem.path.s_mm)
     row, column = (int(i) for i in np.unravel_index(int(np.argmin(allowed)), allowed.shape))
-    robot, joint = divmod(column, JOINTS)
-    name = (problem.cell.arm, problem.cell.arm2)[robot].joints[joint].name
+    robot, name = problem.cell.joint_of(column)
     s_mm, best = float(problem.path.s_mm[row]), float(allowed[row, column])
     return Obstacle(
         constraint=Constraint.JOINT_SPEEDS,
-        says=f"joint {name} of robot {robot + 1} allows {best:.1f} mm/s at s = {s_mm:.1f} mm, "
+        says=f"joint {name} of robot {robot} allows {best:.1f} mm/s at s = {s_mm:.1f} mm, "
         f"{problem.speed_mm_s:g} mm/s asked",
         advice="use a lower --speed-mm-s",
         s_mm=s_mm,
-        robot=robot + 1,
+        robot=robot,
         joint=name,
         best=best,
         asked=problem.speed_mm_s,

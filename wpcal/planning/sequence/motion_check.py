@@ -27,7 +27,7 @@ from wpcal.planning.cell.bodies import bodies_of
 from wpcal.planning.cell.cell import CARRIER, TOOL, Cell
 from wpcal.planning.cell.cell_clearance import CellClearance, Margins
 from wpcal.planning.cell.clearance import stacked
-from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.cell.shape import JOINTS, corners_of_box
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.forward import Frames
 
@@ -113,8 +113,8 @@ def _boxes(cell: Cell) -> dict[int, FloatArray]:
     found = {}
     for carrier, balls in _balls(cell, None).items():
         if carrier <= TOOL and len(balls):
-            low, high = (balls[:, :3] - balls[:, 3:]).min(axis=0), (balls[:, :3] + balls[:, 3:]).max(axis=0)
-            found[carrier] = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+            low, high = balls[:, :3] - balls[:, 3:], balls[:, :3] + balls[:, 3:]
+            found[carrier] = corners_of_box(low.min(axis=0), high.max(axis=0))
     return found
 
 
