@@ -69,7 +69,10 @@ export function table(columns, rows, { rowOf = () => ({}), caption = null } = {}
   const head = el(
     "tr",
     {},
-    columns.map((column) => el("th", { scope: "col", class: kind(column), "aria-sort": column.sorted }, column.title)),
+    columns.map((column) => {
+      if (!column.title) return el("td", { class: kind(column) }); // a heading without text is none
+      return el("th", { scope: "col", class: kind(column), "aria-sort": column.sorted }, column.title);
+    }),
   );
   const line = (row) =>
     el(
