@@ -200,18 +200,22 @@ def _take_apart(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> Decompos
     cost = np.array([COST[member.kind] + COST_ROOT * len(member.roots) for member, _ in pairs])
     chosen = _cheapest(cost, covers, surface.face)
     members = tuple(pairs[row][0] for row in np.flatnonzero(chosen))
-    straight = [member.kind is not MemberKind.SHEET for member in members]
-    if any(member.is_slender for member in members):  # a ring in a foot as thick was cast with it
-        straight = [one or _is_ring(graph, member) for one, member in zip(straight, members, strict=True)]
+    straight = _are_straight(graph, members)
     share, straight_share = (float(own.any(axis=0).mean()) for own in (covers[chosen], covers[chosen][straight]))
     explained = _explained(graph, surface, members, covers[chosen])
     return Decomposition(members, share, straight_share, explained)
 
 
+def _are_straight(graph: BrepGraph, members: tuple[Member, ...]) -> list[bool]:
+    """Tell which members are no formed sheets, or pieces of rings beside slender ones, which others cover in part."""
+    has_slender = any(member.is_slender for member in members)  # a ring in a foot as thick was cast with it
+    return [member.kind is not MemberKind.SHEET or (has_slender and _is_ring(graph, member)) for member in members]
+
+
 def _is_ring(graph: BrepGraph, member: Member) -> bool:
-    """Tell whether a formed sheet is a piece of a tube or ring that others cover in part: round and hollow."""
+    """Tell whether a formed sheet is round about one axis and hollow: a stud is as thick as it is wide."""
     faces = list(member.faces)
-    is_hollow = member.thickness_mm < graph.face_param[faces, 0]  # a stud is as thick as it is wide
+    is_hollow = member.thickness_mm < graph.face_param[faces, 0]
     return bool((is_hollow & (graph.face_kind[faces] == SurfaceKind.CYLINDER)).all())
 
 
