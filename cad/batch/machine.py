@@ -59,16 +59,20 @@ def run_sent_job(job: SentJob, *contents: bytes) -> tuple[Any, dict[str, bytes]]
             value = Failure(" ".join(str(error).split()), getattr(error, "errno", None) or 0)
         finally:
             if job.batch in _over:  # it was given up meanwhile
-                end_batch(job.batch)
+                end_batch(job.batch, watch_s=END_S)
     return value, {}
 
 
-def end_batch(batch: str) -> None:
-    """End the processes of a batch on this worker, and remove its files. No further job of it is run."""
+def end_batch(batch: str, watch_s: float = 0.0) -> None:
+    """End the processes of a batch on this worker, and remove its files. No further job of it is run.
+
+    `watch_s`: So long the files are removed again that processes write which are not ended yet.
+    """
     _over.add(batch)
     with _lock:
-        if _now is not None:
-            _now.end_batch(batch)
+        now = _now
+    if now is not None:
+        now.end_batch(batch, watch_s)
 
 
 _over: set[str] = set()
@@ -129,15 +133,15 @@ class _Machine:
         shutil.rmtree(out)
         return value, files
 
-    def end_batch(self, batch: str) -> None:
-        """End the processes of a batch, and remove its files."""
+    def end_batch(self, batch: str, watch_s: float) -> None:
+        """End the processes of a batch, and remove its files; see `end_batch`."""
 
         def is_of_batch(key: Any) -> bool:
             return bool(key[0] == batch)
 
         self._order(lambda jobs: jobs.end_groups(is_of_batch))
-        until = time.monotonic() + END_S
-        while (self._folder / batch).is_dir() and time.monotonic() < until:
+        begun = time.monotonic()
+        while (now := time.monotonic() - begun) < watch_s or ((self._folder / batch).is_dir() and now < END_S):
             shutil.rmtree(self._folder / batch, ignore_errors=True)
             time.sleep(STEP_S)
 

@@ -59,7 +59,10 @@ def doubt_what_is_buried(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
     found = list(seams)
     for row, seam in enumerate(seams):
         out, buried = mm[seam.solids] if seam.accepted and len(seam.solids) == 2 else (1.0, 0.0)
-        if buried >= MOST_BURIED * (out + buried) and not judge.both_said(seam) and not seam.source.is_chosen:
+        said = (
+            judge.both_said(seam) or seam.source.is_chosen or any(f.rule == Rule.HELD_FAST.key for f in seam.findings)
+        )
+        if not said and buried >= MOST_BURIED * (out + buried):  # a ring that is held is in its groove by purpose
             words = f"{buried:.0f} of {out + buried:.0f} mm along which the two meet are inside a solid"
             found[row] = weighed(seam, (*seam.findings, Rule.BURIED.found(words)), judge.level)
     return found
