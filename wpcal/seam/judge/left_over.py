@@ -59,10 +59,13 @@ def doubt_what_is_buried(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
     found = list(seams)
     for row, seam in enumerate(seams):
         out, buried = mm[seam.solids] if seam.accepted and len(seam.solids) == 2 else (1.0, 0.0)
-        said = (
-            judge.both_said(seam) or seam.source.is_chosen or any(f.rule == Rule.HELD_FAST.key for f in seam.findings)
-        )
-        if not said and buried >= MOST_BURIED * (out + buried):  # a ring that is held is in its groove by purpose
+        if not _is_settled(judge, seam) and buried >= MOST_BURIED * (out + buried):
             words = f"{buried:.0f} of {out + buried:.0f} mm along which the two meet are inside a solid"
             found[row] = weighed(seam, (*seam.findings, Rule.BURIED.found(words)), judge.level)
     return found
+
+
+def _is_settled(judge: Judge, seam: Seam) -> bool:
+    """Tell whether a person chose a seam, or a ring is held: it lies in its groove by purpose."""
+    held = any(one.rule == Rule.HELD_FAST.key for one in seam.findings)
+    return held or judge.both_said(seam) or seam.source.is_chosen
