@@ -54,7 +54,7 @@ def read_pick_part(
     candidates, with_sections = find_seams(workpiece, options, replace(choice, edits=()))
     graph = with_sections.graph
     trimmed = replace(workpiece.trimmed, graph=graph)
-    seams = apply_edits(graph, trimmed, candidates, choice.edits, options)
+    seams = apply_edits(graph, trimmed, candidates, choice.edits, options) if choice.edits else candidates
     progress(f"drawing the part: {workpiece.size}")
     source = workpiece.file
     part_glb, mesh_issues = draw_part(source)

@@ -22,7 +22,7 @@ Chinese, Japanese, Russian."""
 NOT_MATERIAL = re.compile(r"requirement|removal|condition|side|finish|thickness|id$", re.IGNORECASE)
 """What makes such a name say something else: the maximum material condition of a tolerance, for example."""
 DENSITY = re.compile(r"densit|\bdichte\b|plotno|gęstość|密度|плотность", re.IGNORECASE)
-MENTIONED = re.compile(rb"material|werkstoff|materia|matiere|mat\\X\\E9riau|densit|dichte|\\X2\\", re.IGNORECASE)
+MENTIONED = (b"werkstoff", b"materia", b"matiere", rb"mat\x\e9riau", b"densit", b"dichte", b"\\x2\\")
 """A file whose text has none of these names no material: it is not searched further."""
 EMPTY = re.compile(
     r"\W*(none|unknown|default|generic|not specified|nicht festgelegt|undefined|user.?defined)?\W*", re.I
@@ -51,7 +51,8 @@ def read_materials(file: Part21File) -> dict[str, ProductMaterial]:
     Returns: Products about which the file says nothing are left out, and so are products of one name about which it
     says different things.
     """
-    if MENTIONED.search(file.text) is None:
+    lowered = file.text.lower()
+    if not any(word in lowered for word in MENTIONED):
         return {}
     texts: dict[int, list[str]] = defaultdict(list)
     densities: dict[int, float] = {}
