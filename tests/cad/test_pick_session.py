@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from cad.workpiece.fit_taught import CalibrateOptions
 from cad.workpiece.moving import MovingChoice
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.core.errors import FormatError, GeometryError, InputError
-from wpcal.touch.advice import advise
+from wpcal.touch.advice import advise, advise_set
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 SHOWN_MM = 0.5 * 10.0**-ERROR_DIGITS + 1e-15  #: Predicted errors are rounded for the page.
@@ -163,6 +164,8 @@ def test_suggested_points_promise_what_advise_promises(part: PickPart) -> None:
     assert tuple(found["features"]) == expected.chosen.names
     assert (found["error_95_mm"], found["seam"]) == (expected.chosen.error_95_mm, expected.chosen.seam)
     assert len(session.suggest(named(*found["features"]))["features"]) == 1
+    more = partial(advise_set, candidates, seams, points=5, sigma_mm=0.2, have=expected.chosen.features)
+    assert [len(more(shares=each).features) for each in ((1.0, 0.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))] == [5, 7, 6]
 
 
 def test_what_was_touched_is_not_suggested_and_no_point_is_said_to_help_that_does_not(part: PickPart) -> None:

@@ -34,10 +34,8 @@ PARTS = {
 DAYS = {"good": (0.1, 0.0), "scattered": (0.35, 0.0), "mistyped": (0.1, 10.0)}
 """How the points are touched: standard deviation per axis, and by how much the second one is mistyped, mm."""
 REPORT_S, PROGRAM_S = 240.0, 300.0
-POINT_S = 24.0  #: Typing of each point beyond `FEW_POINTS`: how many the scatter asks for is not ours to say.
-FEW_POINTS = 6
-LETTER_S, READ_S = 1.0, 5.0
-ARROWS = 2  #: Keys with which a line typed before is fetched, and left again.
+POINT_S, FEW_POINTS = 24.0, 6  #: Typing of each point beyond six: how many the scatter asks for is not ours to say.
+LETTER_S, READ_S, ARROWS = 1.0, 5.0, 2  #: The keys with which a line typed before is fetched, and left again.
 MOST_ROUNDS = 6  #: Touches that wpcal may ask for until it is content, or says that it cannot be.
 R, T_MM = Rotation.from_euler("xyz", (0.4, -0.3, 31.0), degrees=True), np.array([940.0, -310.0, 205.0])
 

@@ -352,9 +352,8 @@ def welds_between(members: list[Any], body: Any, name: str) -> Iterator[Weld]:
             free.append(is_free(triangles, p, way, out / np.linalg.norm(out)))
         if len(free) == 3:
             cls = OPTIONAL if edge.length < SHORT_MM or not any(free) else SURE if all(free) else PROBABLE
-            points = np.array(
-                [tuple(edge.position_at(s)) for s in np.linspace(0, 1, 2 if edge.geom_type == b.GeomType.LINE else 61)]
-            )
+            count = 2 if edge.geom_type == b.GeomType.LINE else 61
+            points = np.array([tuple(edge.position_at(s)) for s in np.linspace(0, 1, count)])
             yield Weld(f"W{number}", (name,), "hollow corner", cls, points)
 
 
@@ -371,13 +370,8 @@ def write(seed: int, folder: Path) -> None:
             path.write_bytes(plain_step_text([(name, body.wrapped, TopLoc_Location())], name, pcurves=False))
             part = {"file": path.name, "sha256": sha256(path), "source": "generated", "licence": "MIT"}
             welds = [weld.to_record() for weld in welds_between(members, body, name)] if len(members) > 1 else []
-            head = {
-                "schema": SCHEMA,
-                "name": name,
-                "about": family.__doc__,
-                "part": part,
-                "made": {"how": "by construction", "date": "2026-11-27"},
-            }
+            made = {"how": "by construction", "date": "2026-11-27"}
+            head = {"schema": SCHEMA, "name": name, "about": family.__doc__, "part": part, "made": made}
             record = head | {"bodies": [{"name": name, "what": "fused", "welded": bool(welds)}], "welds": welds}
             path.with_suffix(".json").write_text(to_json(record), encoding="utf-8")
 

@@ -101,7 +101,12 @@ def test_rough_touches_without_a_stated_error_do_not_pass():
 
 
 def test_the_next_point_is_asked_for_when_it_helps_and_stands_in_the_sentence():
-    few = judged(BOX[[0, 3, 5, 6]], noise(4, 0.3), teaching=TeachingError(sigma_mm=0.3), suggest=lambda _: ("H4",))
+    asked: list[float] = []
+    suggest = lambda shares: asked.extend(shares) or ("H4",)  # noqa: E731
+    few = judged(BOX[[0, 3, 5, 6]], noise(4, 0.3), teaching=TeachingError(sigma_mm=0.3), suggest=suggest)
+    assert asked == pytest.approx(
+        [few.tolerance_mm / few.judgement.error_95_mm] * 4
+    )  # a stated error is no better known
     assert (few.verdict, few.judgement.next_points, few.judgement.seam) == (VerdictKind.UNSURE, ("H4",), "W1")
     assert few.judgement.to_record()["seam"] == "W1"
     own = few.predict_error_mm(SEAM).max()
