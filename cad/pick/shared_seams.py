@@ -20,7 +20,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import sha256_of
 from wpcal.core.records import read_json, to_json, write_file
 from wpcal.pages.report import seam_columns
-from wpcal.seam.edit import PlacedEdit, apply_edits, read_edits
+from wpcal.seam.edit import PlacedEdit, read_edits
 from wpcal.seam.options import Judging
 from wpcal.seam.record import SEAMS_SCHEMA, seams_record
 
@@ -94,7 +94,7 @@ class SharedSeams:
         with self._lock:
             if revision != self._session.seams_revision:
                 return {**self._state(), "is_stale": True}
-            if self._search is None or solid not in self._part.graph.solid_names:
+            if self._search is None or solid not in self._part.workpiece.graph.solid_names:
                 raise InputError(f"{solid}: nothing can be said about this solid here")
             before, session = self._part, self._session
             part = self._search(_with_said(self.judging, solid, said))
@@ -131,8 +131,7 @@ class SharedSeams:
             return {**self._state(), "warning": self._store()}
 
     def _take(self, edits: tuple[PlacedEdit, ...]) -> None:
-        part, options = self._part, self._part.seam_options
-        seams = apply_edits(part.graph, part.trimmed, part.candidates, edits, options)
+        seams = self._part.decided(edits)
         self._edits = edits
         self._session.use_seams(seams)
 

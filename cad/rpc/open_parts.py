@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TypeAlias
@@ -22,7 +22,6 @@ from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.core.errors import ErrorCode, InputError
 from wpcal.core.progress import Progress
 from wpcal.seam import Seam, SeamOptions
-from wpcal.seam.member.note import MemberNotes
 from wpcal.taught.features import Touchable
 from wpcal.taught.user_frames import ProgramReading
 
@@ -84,12 +83,8 @@ class OpenPart:
         return PickSession(self._pick_part(SeamOptions(), (), self.workpiece), program=reading)
 
     def _pick_part(self, options: SeamOptions, seams: tuple[Seam, ...], with_seams: Workpiece) -> PickPart:
-        file, notes = self.workpiece.file, with_seams.member_notes
-        plain = replace(self.workpiece, source=None, member_notes=notes or MemberNotes(options.judging, ()))
-        plain.__dict__["trimmed"] = self.workpiece.trimmed
-        return PickPart(
-            file.file_name, file.sha256, plain, self.touchables, seams, (), with_seams.graph, options, None, ()
-        )
+        file, plain = self.workpiece.file, with_seams.without_kernel()
+        return PickPart(file.file_name, file.sha256, plain, self.touchables, seams, (), options, None, ())
 
 
 def read_part(path: Path, progress: Progress) -> OpenPart:

@@ -12,7 +12,6 @@ from cad.session.rows import Rows
 from cad.session.touches import planned_touches
 from cad.workpiece.advise_bodies import advise_bodies
 from cad.workpiece.bodies import BodiesOptions
-from cad.workpiece.workpiece import Workpiece
 from wpcal.taught.features import ReferenceFeature
 
 FIRST_POINTS = 4  #: As many are suggested at first: they hold the whole part. Then one at a time.
@@ -22,7 +21,6 @@ SAME_MM = 1e-3  #: A feature this near to a touched point of the model is that p
 
 def next_for_bodies(
     part: PickPart,
-    weldment: Workpiece,
     rows: Rows,
     named: tuple[Sequence[ReferenceFeature], Sequence[ReferenceFeature]],
     choice: BodiesOptions,
@@ -47,7 +45,7 @@ def next_for_bodies(
         and not (np.linalg.norm(made - item.feature.p_mm, axis=1) < SAME_MM).any()
     ]
     found = advise_bodies(
-        weldment,
+        part.workpiece,
         [seam for seam in part.seams if seam.accepted],
         free,
         choice,

@@ -19,7 +19,6 @@ from cad.workpiece.fit_part import fit_part
 from cad.workpiece.fit_taught import CalibrateOptions, name_taught, prepare_fit
 from cad.workpiece.moved_record import bodies_record
 from cad.workpiece.moving import MovingChoice
-from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate import CalibrationResult, Criterion
 from wpcal.calibrate.errors.prediction import Sigma
 from wpcal.controllers.taught_program import is_program, parse_program
@@ -54,7 +53,6 @@ class PickSession:
     moving: MovingChoice = field(default_factory=MovingChoice)  #: Whether bodies may have moved.
     groups: tuple[BodyGroup, ...] = ()  #: Bodies of several solids, or with a tack tolerance of their own.
     _busy: threading.Lock = field(default_factory=threading.Lock)
-    _weldment: Workpiece | None = None
 
     def choose(self, moving: MovingChoice) -> None:
         """Let bodies have moved from now on, or not.
@@ -64,7 +62,7 @@ class PickSession:
         with self._busy:
             choice = moving.to_options(self.groups)
             if choice is not None:
-                find_bodies(self._with_sections().trimmed, choice)
+                find_bodies(self.part.workpiece.trimmed, choice)
             self.moving = moving
 
     def use_seams(self, seams: tuple[Seam, ...]) -> None:
@@ -96,25 +94,17 @@ class PickSession:
             named = name_taught(taught, workpiece.features, options=options, T_nominal_part=self.T_nominal_part)
             observed = prepare_fit(named.taught, workpiece, T_nominal_part=self.T_nominal_part)
             choice = self.moving.to_options(self.groups)
-            weldment = None if choice is None else self._with_sections()
             found = fit_part(
                 workpiece,
                 observed,
                 self.part.seams,
                 replace(options, bodies=choice),
                 T_nominal_part=self.T_nominal_part,
-                weldment=weldment,
             )
-            bodies = None if found.moved is None else bodies_record(found.moved, self.part.graph)
+            bodies = None if found.moved is None else bodies_record(found.moved, workpiece.graph)
             revision, moving = self.seams_revision, self.moving.to_record()
         record = _fit_record(rows, named.taught, found.result, found.u95_mm, bodies)
         return {**record, "seams_revision": revision, "moving": moving}
-
-    def _with_sections(self) -> Workpiece:
-        """Return the workpiece with the curves on which its seams lie; its trimmed faces are found once."""
-        if self._weldment is None or self._weldment.graph is not self.part.graph:
-            self._weldment = replace(self.part.workpiece, graph=self.part.graph)
-        return self._weldment
 
     def read(self, raw: bytes, *, name: str, uframe: str = "") -> tuple[Rows, tuple[str, ...]]:
         """Return the points of a table or a controller's program as rows.
@@ -159,9 +149,9 @@ class PickSession:
         sigma_mm = Sigma.expected(self.options.teaching.per_axis_mm).mm
         if choice is not None:
             with self._busy:
-                part, weldment = self.part, self._with_sections()
+                part = self.part
             ball_mm = self.options.ball_mm
-            return next_for_bodies(part, weldment, rows, (have, others), choice, sigma_mm=sigma_mm, ball_mm=ball_mm)
+            return next_for_bodies(part, rows, (have, others), choice, sigma_mm=sigma_mm, ball_mm=ball_mm)
         chosen = advise_set(
             [item for item in self.part.touchables if item.feature.kind.is_point and item.feature.name not in taken],
             [seam for seam in self.part.seams if seam.accepted],

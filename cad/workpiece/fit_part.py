@@ -46,9 +46,8 @@ def fit_part(
     options: CalibrateOptions,
     *,
     T_nominal_part: RigidTransform | None = None,
-    weldment: Workpiece | None = None,
 ) -> FittedPart:
-    """Fit what was observed; `weldment`: the workpiece with the curves on which its seams lie, by default the same."""
+    """Fit what was observed; `workpiece`: with the curves on which its seams lie."""
 
     def fitted(size: PartSize) -> FittedPart:
         asked, own = replace(options, teaching=size.teaching(options.teaching)), observed.of_model(size)
@@ -58,7 +57,7 @@ def fit_part(
         result, u95 = run_fit(own, seams, options=asked, T_nominal_part=T_nominal_part, suggest=suggest)
         if options.bodies is None:
             return FittedPart(result, u95, tuple(seams)) if options.rigid else _following(result, u95, seams)
-        moved = fit_weldment(weldment or workpiece, own, result, seams, asked, options.bodies)
+        moved = fit_weldment(workpiece, own, result, seams, asked, options.bodies)
         return FittedPart(moved.result, moved.u95_mm, moved.told_seams(), moved)
 
     size = PartSize.stated(options.part_celsius, options.expansion_per_k)

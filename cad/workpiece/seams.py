@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -72,11 +73,20 @@ def find_seams(
     options, choice = options or SeamOptions(), choice or SeamChoice()
     of = (options, choice.marked, choice.edges, choice.added_edges, workpiece.features if choice.places else ())
     found = workpiece.answer("seams", of, partial(_find, workpiece, options, choice))
-    graph = found.graph or workpiece.graph
-    trimmed = without_beads(graph, workpiece.trimmed).with_graph(graph)
-    workpiece = replace(workpiece, graph=graph, issues=(*workpiece.issues, *found.issues), member_notes=found.notes)
-    measured = replace(options, play=found.notes.play)
-    return apply_edits(graph, trimmed, found.seams, choice.edits, measured), workpiece
+    workpiece = workpiece.with_sections(found.graph or workpiece.graph, found.notes, found.issues)
+    return decide(workpiece, found.seams, choice.edits, options), workpiece
+
+
+def decide(
+    workpiece: Workpiece, candidates: Sequence[Seam], edits: Sequence[PlacedEdit], options: SeamOptions
+) -> tuple[Seam, ...]:
+    """Carry out decisions as `wpcal.seam.edit.apply_edits` does, past modelled beads and with the play of the part.
+
+    `workpiece`: As `find_seams` returns it, with the seams that it found as `candidates`.
+    """
+    graph, notes = workpiece.graph, workpiece.member_notes
+    measured = options if notes is None else replace(options, play=notes.play)
+    return apply_edits(graph, without_beads(graph, workpiece.trimmed), candidates, edits, measured)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

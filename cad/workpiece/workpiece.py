@@ -6,7 +6,7 @@ Importing this module does not load the CAD kernel: a process without it can hol
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -73,6 +73,18 @@ class Workpiece:
     def judged(self) -> tuple[Touchable, ...]:
         """How well each feature can be touched; computed once."""
         return tuple(judge_features(self.graph, self.features, trimmed=self.trimmed))
+
+    def with_sections(self, graph: BrepGraph, notes: MemberNotes, issues: Sequence[Issue]) -> Workpiece:
+        """Return the workpiece with the curves on which its seams lie, and what its solids are taken for."""
+        found = replace(self, graph=graph, issues=(*self.issues, *issues), member_notes=notes)
+        vars(found).update(trimmed=self.trimmed.with_graph(graph))
+        return found
+
+    def without_kernel(self) -> Workpiece:
+        """Return the workpiece as another process can hold it: without its file and its shapes."""
+        found = replace(self, source=None, shapes=())
+        vars(found).update(trimmed=self.trimmed)
+        return found
 
     def answer(self, what: str, of: Sequence[object], make: Callable[[], Answer]) -> Answer:
         """Return an answer that is kept, or find it; parameters as in `AnswerCache.answer`.

@@ -200,7 +200,7 @@ def pick_part() -> PickPart:
     workpiece, options = Workpiece(graph, find_features(graph)), SeamOptions()
     found = detect_seams(graph, options, trimmed=workpiece.trimmed)
     touchables = judge_features(graph, workpiece.features, trimmed=workpiece.trimmed)
-    return PickPart("tee.step", "0" * 64, workpiece, touchables, found, found, graph, options, None, ())
+    return PickPart("tee.step", "0" * 64, workpiece, touchables, found, found, options, None, ())
 
 
 def request(data: bytes, path: Path) -> object:
