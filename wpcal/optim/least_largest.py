@@ -1,7 +1,7 @@
 r"""A batched primal-dual interior-point method for residuals that are linear in the motion.
 
-Every problem of a batch has residual vectors :math:`r_i(\xi) = d_i + J_i \xi`, of one to three numbers each. Two
-problems are solved, both convex:
+Every problem of a batch has residual vectors :math:`r_i(\xi) = d_i + J_i \xi`, of one to three numbers each, with the
+same J. Two problems are solved, both convex:
 
 .. math:: \min_{\xi, s} s \quad\text{with}\quad |r_i|^2 \le s, \qquad\qquad
           \min_\xi \sum |r_i|^2 \quad\text{with}\quad |r_i|^2 \le s_0 .
@@ -32,8 +32,8 @@ def least_largest(
     """Find the motion of least largest residual.
 
     `d`: shape (B, n, 3). Residuals without motion, mm.
-    `J`: shape (B, n, 3, k). Their derivatives.
-    `curvature`: ndarray, shape (B, k, k), optional. Hessian, positive semidefinite, that the residuals add to the
+    `J`: shape (n, 3, k). Their derivatives.
+    `curvature`: shape (k, k), optional. Hessian, positive semidefinite, that the residuals add to the
     weighted sum of their squares because they are not linear. It holds the motion back where the model is flat.
 
     Returns `motions`: shape (B, k). The best ones met on the way; without `curvature` never worse than no motion.
@@ -55,11 +55,11 @@ def _solve(
     d: FloatArray, J: FloatArray, most_mm: FloatArray | None, goal: float, curvature: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     unit = np.linalg.norm(d, axis=2).max(axis=1)
-    answer, weights = np.zeros((len(d), J.shape[3])), np.zeros(d.shape[:2])
+    answer, weights = np.zeros((len(d), J.shape[2])), np.zeros(d.shape[:2])
     rows = np.flatnonzero(unit > EXACT_MM)
     scale = unit[rows]
-    bend = np.zeros((len(rows), J.shape[3], J.shape[3])) if curvature is None else curvature[rows]
-    work = _Work(d[rows] / scale[:, None, None], J[rows], None if most_mm is None else most_mm[rows] / scale, bend)
+    bend = np.zeros((J.shape[2], J.shape[2])) if curvature is None else curvature
+    work = _Work(d[rows] / scale[:, None, None], J, None if most_mm is None else most_mm[rows] / scale, bend)
     best = np.ones(len(rows))
     for _ in range(MOST_STEPS):
         if not len(rows):
@@ -84,8 +84,8 @@ class _Work:
         batch, n = d.shape[:2]
         self.bend = bend
         self.d, self.J, self.is_bounded = d, J, most is not None
-        self.flat = J.reshape(batch, 3 * n, J.shape[3])
-        self.xi = np.zeros((batch, J.shape[3]))
+        self.squares = 2.0 * (J.transpose(0, 2, 1) @ J).reshape(n, -1)
+        self.xi = np.zeros((batch, J.shape[2]))
         self._evaluate()
         self.s = 1.1 * self.largest if most is None else most**2
         self.w = np.full((batch, n), 1.0 / n)
@@ -93,19 +93,19 @@ class _Work:
 
     def keep(self, chosen: BoolArray) -> None:
         """Go on with some of the problems only."""
-        for name in ("d", "J", "bend", "flat", "xi", "f", "C", "largest", "s", "w", "z"):
+        for name in ("d", "xi", "f", "C", "largest", "s", "w", "z"):
             setattr(self, name, getattr(self, name)[chosen])
 
     def _evaluate(self) -> None:
-        r = self.d + (self.flat @ self.xi[..., None])[..., 0].reshape(self.d.shape)
+        r = self.d + (self.xi @ self.J.reshape(-1, self.J.shape[2]).T).reshape(self.d.shape)
         self.f = np.einsum("bij,bij->bi", r, r)
-        self.C = 2.0 * (r[:, :, None, :] @ self.J)[:, :, 0]
+        self.C = np.ascontiguousarray(2.0 * (r.swapaxes(0, 1) @ self.J).swapaxes(0, 1))
         self.largest = self.f.max(axis=1)
 
     @property
     def _bent(self) -> FloatArray:
         """Gradient of the curvature's own term."""
-        return np.asarray((self.bend @ self.xi[..., None])[..., 0])
+        return np.asarray(self.xi @ self.bend)
 
     @property
     def _pull(self) -> FloatArray:
@@ -120,12 +120,11 @@ class _Work:
 
     def step(self) -> None:
         """One predictor and corrector step of every problem."""
-        k = self.J.shape[3]
+        k = self.J.shape[2]
         D = self.w / self.z
         DC = D[:, :, None] * self.C
         K = np.zeros((len(self.w), k + 1, k + 1))
-        weighted = (self.J * self._pull[:, :, None, None]).reshape(self.flat.shape)
-        K[:, :k, :k] = 2.0 * (self.flat.transpose(0, 2, 1) @ weighted) + self.C.transpose(0, 2, 1) @ DC + self.bend
+        K[:, :k, :k] = (self._pull @ self.squares).reshape(-1, k, k) + self.C.transpose(0, 2, 1) @ DC + self.bend
         if self.is_bounded:
             K[:, k, k] = 1.0
         else:
@@ -152,7 +151,7 @@ class _Work:
         """Newton direction for w z = target with the multipliers and slacks eliminated."""
         push = target / self.z - D * broken
         pull = push + 1.0 if self.is_bounded else push
-        k = self.J.shape[3]
+        k = self.J.shape[2]
         rhs = np.empty((len(self.w), k + 1, 1))
         rhs[:, :k, 0] = -(pull[:, None, :] @ self.C)[:, 0] - self._bent
         rhs[:, k, 0] = 0.0 if self.is_bounded else push.sum(axis=1) - 1.0

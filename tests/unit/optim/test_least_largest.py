@@ -12,14 +12,14 @@ BATCH, N = 20, 11
 
 def numbers_of(rank: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Residuals that give `rank` numbers each, as touches on faces, edges and points do."""
-    Q = np.linalg.qr(rng.normal(size=(BATCH, N, 3, 3)))[0][..., :rank]
+    Q = np.linalg.qr(rng.normal(size=(N, 3, 3)))[0][..., :rank]
     A = Q @ Q.swapaxes(-1, -2)
     d = (A @ rng.normal(size=(BATCH, N, 3, 1)))[..., 0]
-    return d, A @ rng.normal(size=(BATCH, N, 3, 6))
+    return d, A @ rng.normal(size=(N, 3, 6))
 
 
 def largest(d: np.ndarray, J: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(d + np.einsum("bnik,bk->bni", J, xi), axis=2).max(axis=1)
+    return np.linalg.norm(d + np.einsum("nik,bk->bni", J, xi), axis=2).max(axis=1)
 
 
 def test_single_numbers_have_the_value_of_a_linear_programme() -> None:
@@ -28,7 +28,7 @@ def test_single_numbers_have_the_value_of_a_linear_programme() -> None:
     found = largest(d, J, xi)
     for k in range(BATCH):
         axis = d[k] / np.linalg.norm(d[k], axis=1, keepdims=True)
-        g, a = np.einsum("ni,nik->nk", axis, J[k]), np.einsum("ni,ni->n", axis, d[k])
+        g, a = np.einsum("ni,nik->nk", axis, J), np.einsum("ni,ni->n", axis, d[k])
         A = np.block([[g, -np.ones((N, 1))], [-g, -np.ones((N, 1))]])
         best = linprog([0] * 6 + [1], A_ub=A, b_ub=np.concatenate([-a, a]), bounds=[(None, None)] * 7)
         assert found[k] == pytest.approx(best.fun, rel=SAME)
@@ -42,7 +42,7 @@ def test_several_numbers_have_the_value_of_slsqp(rank: int) -> None:
     for k in range(0, BATCH, 5):
 
         def slack(z: np.ndarray, k: int = k) -> np.ndarray:
-            return np.asarray(z[6] - np.sum((d[k] + J[k] @ z[:6]) ** 2, axis=1))
+            return np.asarray(z[6] - np.sum((d[k] + J @ z[:6]) ** 2, axis=1))
 
         start = np.append(np.zeros(6), np.sum(d[k] ** 2, axis=1).max())
         oracle = minimize(
@@ -60,10 +60,8 @@ def test_the_sum_of_squares_is_least_within_the_bound() -> None:
     most = 1.05 * largest(d, J, least_largest(d, J)[0])
     xi = least_squares_within(d, J, most)
     assert (largest(d, J, xi) <= most * (1.0 + SAME)).all()
-    free = np.array([-np.linalg.lstsq(j.reshape(-1, 6), r.ravel())[0] for r, j in zip(d, J, strict=True)])
-    sums = [
-        np.sum((d + np.einsum("bnik,bk->bni", J, z)) ** 2, axis=(1, 2)) for z in (free, xi, xi + 1e-4 * (free - xi))
-    ]
+    free = np.array([-np.linalg.lstsq(J.reshape(-1, 6), r.ravel())[0] for r in d])
+    sums = [np.sum((d + np.einsum("nik,bk->bni", J, z)) ** 2, axis=(1, 2)) for z in (free, xi, xi + 1e-4 * (free - xi))]
     assert (sums[0] <= sums[1] * (1.0 + SAME)).all()
     nearer = largest(d, J, xi + 1e-4 * (free - xi)) <= most
     assert (nearer <= (sums[2] >= sums[1] * (1.0 - 1e-3))).all()

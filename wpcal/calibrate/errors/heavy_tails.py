@@ -49,7 +49,7 @@ def has_heavy_tails(
     rng = np.random.default_rng(0)
     used = np.arange(n) if n <= EXCESS_POINTS else rng.choice(n, EXCESS_POINTS, replace=False)
     errors = rng.standard_normal((SHAPE_SAMPLES, len(used), 3))
-    errors = np.einsum("nij,mnj->mni", seen[used], errors).reshape(SHAPE_SAMPLES, -1)
+    errors = (errors.swapaxes(0, 1) @ seen[used]).swapaxes(0, 1).reshape(SHAPE_SAMPLES, -1)
     Q = np.linalg.qr((roots[used] @ jacobians[used]).reshape(-1, 6))[0]
     simulated = _kurtosis((errors - errors @ Q @ Q.T).reshape(SHAPE_SAMPLES, -1, 3))
     found = _kurtosis(np.einsum("nij,nj->ni", roots, residuals)[None])[0]
@@ -64,5 +64,5 @@ def motion_square(first: RigidTransform, second: RigidTransform) -> FloatArray:
 
 
 def _kurtosis(residuals: FloatArray) -> FloatArray:
-    squares = np.sum(residuals**2, axis=2)
+    squares = np.einsum("mni,mni->mn", residuals, residuals)
     return np.asarray(squares.shape[1] * np.sum(squares**2, axis=1) / np.sum(squares, axis=1) ** 2)

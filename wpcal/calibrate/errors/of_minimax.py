@@ -67,7 +67,7 @@ def _root(covariances: FloatArray) -> FloatArray:
 def _simulated(J: FloatArray, A: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Scaled motions by least squares and by minimax of errors (m, n, 3), shapes (m, 6)."""
     m, n = errors.shape[:2]
-    residuals = (A @ errors[..., None])[..., 0]
+    residuals = np.ascontiguousarray((errors.swapaxes(0, 1) @ A).swapaxes(0, 1))
     flat = J.reshape(3 * n, 6)
     first = -np.linalg.solve(flat.T @ flat, flat.T @ residuals.reshape(m, 3 * n).T).T
     left = residuals + (first @ flat.T).reshape(m, n, 3)
@@ -75,5 +75,5 @@ def _simulated(J: FloatArray, A: FloatArray, errors: FloatArray) -> tuple[FloatA
     block = max(MOST_ROWS // n, 1)
     for k in range(0, m, block):
         part = left[k : k + block]
-        further[k : k + block] = least_largest(part, np.broadcast_to(J, (len(part), n, 3, 6)), goal=EXCESS_GOAL)[0]
+        further[k : k + block] = least_largest(part, J, goal=EXCESS_GOAL)[0]
     return np.asarray(first), np.asarray(first + further)

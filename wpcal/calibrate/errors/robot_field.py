@@ -298,6 +298,7 @@ def evidence_of(rows: ResidualRows, s: float | None, field: RobotField | None) -
     return nodes, nodes.evidence(rows)
 
 
+@lru_cache(maxsize=8)
 def believe(rows: ResidualRows | None, s: float | None, field: RobotField | None) -> Belief:
     """Weigh teaching errors, amplitudes and lengths by their priors and the residuals.
 

@@ -74,23 +74,18 @@ class PointProblem(FitProblem):
         Raises `GeometryError` when the points do not fix a rotation.
         Raises `InputError` when the weighted criterion finds no covariances.
         """
+        if criterion is Criterion.ROBUST and len(rows := self._agreeing()) < len(self.pairs):
+            return self._squares(rows)
+        if criterion in (Criterion.ROBUST, Criterion.LEAST_SQUARES):
+            return replace(_least_squares(self), criterion=criterion)
         pairs, rows = self.pairs, np.arange(len(self.pairs))
         equal: tuple[RigidTransform, ...] = ()
         if criterion is Criterion.MINIMAX:
             found = self.minimax or solve_minimax(pairs, nominal=self.nominal)
             T, objective, bound, equal = found.T, found.objective_mm, found.lower_bound_mm, found.equal
-        elif criterion is Criterion.WEIGHTED:
+        else:
             T = fit_weighted(pairs)
             objective, bound = weighted_root_mean_square(pairs, T), weighted_lower_bound(pairs)
-        else:
-            if criterion is Criterion.ROBUST:
-                rows = self._agreeing()
-            fitted = pairs.select(rows) if len(rows) < len(pairs) else pairs
-            T = fit_least_squares(fitted, nominal=self.nominal)
-            other = other_least_squares(fitted, T)
-            equal = () if other is None else (other,)
-            r = pairs.p_target[rows] - T.apply(pairs.p_source[rows])
-            objective = bound = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
         budget = self._budget(criterion, T, rows)
         is_heavy = False
         if criterion is Criterion.MINIMAX:
@@ -99,6 +94,15 @@ class PointProblem(FitProblem):
             if is_heavy:
                 budget = budget.moved_by(motion_square(squares, T))
         return CriterionFit(criterion, T, objective, bound, budget, rows, is_heavy, equal)
+
+    def _squares(self, rows: IntArray) -> CriterionFit:
+        """Fit some of the points, indices of shape (m,), by least squares."""
+        fitted = self.pairs.select(rows) if len(rows) < len(self.pairs) else self.pairs
+        T = fit_least_squares(fitted, nominal=self.nominal)
+        other = other_least_squares(fitted, T)
+        objective = float(np.sqrt(np.mean(np.sum((fitted.p_target - T.apply(fitted.p_source)) ** 2, axis=1))))
+        budget, equal = self._budget(Criterion.ROBUST, T, rows), () if other is None else (other,)
+        return CriterionFit(Criterion.ROBUST, T, objective, objective, budget, rows, equal=equal)
 
     def distances_mm(self, T: RigidTransform) -> FloatArray:
         """Distances of the taught points from the moved model points, mm, shape (n,)."""
@@ -177,6 +181,12 @@ class PointProblem(FitProblem):
         return replace(
             ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess), tool_mm=self.teaching.tool_mm
         )
+
+
+@lru_cache(maxsize=4)
+def _least_squares(problem: PointProblem) -> CriterionFit:
+    """Fit all points; a robust fit that leaves out none is the same."""
+    return problem._squares(np.arange(len(problem.pairs)))
 
 
 @lru_cache(maxsize=8)

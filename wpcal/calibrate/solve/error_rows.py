@@ -80,6 +80,8 @@ class ErrorRows:
         `R`, `t`: ndarray, shapes (..., 3, 3), (..., 3).
         """
         r = self.q - self.p @ np.swapaxes(R, -1, -2) - t[..., None, :]
+        if self.isotropic:
+            return np.asarray(self.weights * np.einsum("...ni,...ni->...n", r, r))
         return np.asarray(np.einsum("...ni,...nij,...nj->...n", r, self.information, r))
 
     def sum_of_squares(self) -> float:

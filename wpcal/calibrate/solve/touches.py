@@ -174,11 +174,11 @@ def fit_minimax(touches: Touches, start: Pose) -> Pose:
     for _ in range(MOST_ROUNDS):
         if best.largest_mm <= LEAST_LARGEST_MM:
             return best
-        steps, found = least_largest(best.at.d[None], scale.jacobian(best.at)[None])
+        steps, found = least_largest(best.at.d[None], scale.jacobian(best.at))
         step, weights = steps[0], found[0]
         if not best.moved(touches, step, scale).largest_mm < best.largest_mm:
-            bend = _curvature(touches, best, scale, weights)[None]
-            step = least_largest(best.at.d[None], scale.jacobian(best.at)[None], curvature=bend)[0][0]
+            bend = _curvature(touches, best, scale, weights)
+            step = least_largest(best.at.d[None], scale.jacobian(best.at), curvature=bend)[0][0]
         for _ in range(MOST_HALVINGS):
             trial = best.moved(touches, step, scale)
             if trial.largest_mm < best.largest_mm:
@@ -221,7 +221,7 @@ def _without_ties(touches: Touches, best: Pose, scale: _Scale, carry: BoolArray)
         left = d[~carry] + (J[~carry] @ back)
         along = -np.linalg.lstsq(rest, left.ravel(), rcond=LEAST_SINGULAR)[0]
         if np.linalg.norm(left + (rest @ along).reshape(-1, 3), axis=1).max() > unit:
-            along = least_squares_within(left[None], rest.reshape(1, len(left), 3, -1), np.array([unit]))[0]
+            along = least_squares_within(left[None], rest.reshape(len(left), 3, -1), np.array([unit]))[0]
         step = back + free @ along
         trial = trial.moved(touches, step, scale)
         if float(np.abs(step).max()) <= SETTLED * unit:

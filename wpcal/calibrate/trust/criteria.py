@@ -13,6 +13,7 @@ import numpy as np
 
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.prediction import Sigma, TeachingError
+from wpcal.calibrate.solve.least_squares import distances
 from wpcal.calibrate.trust.blame import Diagnosis
 from wpcal.calibrate.trust.residuals import ResidualEvidence
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -228,8 +229,7 @@ def three_point_frames(model: FloatArray, real: FloatArray) -> tuple[float, floa
     if len(model) < 4 or not held.any():
         return None
     R, origin = b[held] @ a[held].transpose(0, 2, 1), chosen[held, 0]
-    off = np.einsum("kij,knj->kni", R, model - model[origin, None]) + real[origin, None] - real
-    largest = np.linalg.norm(off, axis=2).max(axis=1)
+    largest = distances(model, real, R, real[origin] - (R @ model[origin, :, None])[..., 0]).max(axis=1)
     return float(largest.min()), float(largest.max())
 
 
