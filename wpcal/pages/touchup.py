@@ -24,6 +24,7 @@ STYLE = (
 .p{break-inside:avoid}
 """
 )
+SEAM_HEADS = "<th>seam<th>corrected<th>was off, mm<th>95 % before, mm<th>95 % now, mm<th class=t>remark"
 WIDTH, HEIGHT, MARGIN = 860.0, 460.0, 40.0
 ARROW = 60.0  #: The largest correction is drawn as long as this, in pixels.
 VIEW = np.array([[0.8, -0.6, 0.0], [-0.3, -0.4, 0.87]])
@@ -40,20 +41,20 @@ def build_touch_up_page(found: TouchUp, title: str, command: Sequence[str]) -> s
         *(f"<p>{escaped(each)}</p>" for each in sentences(found)),
         *_picture(found),
         "<h2>Seams</h2>",
-        *_table("<th>seam<th>corrected<th>was off, mm<th>95 % before, mm<th>95 % now, mm<th class=t>", _seams(found)),
+        *_table("Seams", SEAM_HEADS, _seams(found)),
         "<p class=n>Corrections of a seam that is not taken are kept, but no conclusion is drawn from them. Keys: a "
         "takes a seam, r sets it aside.</p>",
         *(f"<p>{box}</p>" for box in _boxes(found)),
         "<p class=n>This command writes the program:</p>",
         f"<p><code id=command>{escaped(shlex.join([*command, '-o', 'NEW']))}</code></p>",
         "<h2>Line by line</h2>",
-        *_table("<th>place<th class=t>seam<th class=t>what<th>mm", _lines(found)),
+        *_table("Line by line", "<th>place<th class=t>seam<th class=t>what<th>mm", _lines(found)),
     ]
     return build_still_page(title=title, style=STYLE, body="\n".join(body), script="touchup.js")
 
 
-def _table(heads: str, rows: Iterator[str]) -> Iterator[str]:
-    yield f"<div class=w tabindex=0 role=region aria-label=Table><table><tr>{heads}</tr>"
+def _table(name: str, heads: str, rows: Iterator[str]) -> Iterator[str]:
+    yield f"<div class=w tabindex=0 role=region aria-label='{name}'><table><tr>{heads}</tr>"
     yield from rows
     yield "</table></div>"
 
