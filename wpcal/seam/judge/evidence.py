@@ -259,8 +259,10 @@ class Judge:
         """Return the diameter of the hole inside which a seam runs along the rim; None if it does not."""
         wall, base = seam.pieces.wall, seam.pieces.base
         hole = self.hole_of_face.get(int(wall[0]))
+        if hole is None:
+            return None
         is_round = (self.graph.face_kind[base] == SurfaceKind.CYLINDER) & (self.graph.face_outward[base] > 0)
-        if hole is None or is_round.any() or not np.isin(wall, self.holes.face[hole]).all():
+        if is_round.any() or not np.isin(wall, self.holes.face[hole]).all():
             return None
         return 2.0 * float(self.holes.radius[hole])
 

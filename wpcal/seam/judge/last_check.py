@@ -14,13 +14,13 @@ import numpy as np
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.material import ExactMaterial, find_solids_around
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.judge.evidence import weighed
 from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.rules import Rule
-from wpcal.seam.seam import Seam
+from wpcal.seam.seam import Seam, SeamFrames
 
 OFF_END_MM = 0.01  #: The ends are asked this far from the end: a seam may end on the face of a solid.
 
@@ -32,9 +32,7 @@ def refuse_frames_in_material(
     rows = [row for row, seam in enumerate(seams) if seam.accepted and len(seam.frames) > 1]
     if not rows:
         return tuple(seams)
-    points = [_wire_starts(seams[row]) for row in rows]
-    owner = np.repeat(np.arange(len(rows)), [len(own) for own in points])
-    every = np.concatenate(points)
+    owner, every = _wire_starts([seams[row] for row in rows])
     point, solid = find_solids_around(ExactMaterial(graph, trimmed), every)
     found = list(seams)
     for number in np.unique(owner[point]).tolist():
@@ -49,13 +47,21 @@ def refuse_frames_in_material(
     return tuple(found)
 
 
-def _wire_starts(seam: Seam) -> FloatArray:
-    """Return where the wire comes out of the joint at every frame, shape (n, 3), those of the ends a little inward."""
-    frames = seam.frames
-    lean = np.zeros((len(frames), 2)) if seam.lean_rad is None else np.nan_to_num(seam.lean_rad)
-    q = frames.p + start_mm(seam) * back_directions(frames.R, lean)
-    if seam.closed:
-        return q
-    share = np.minimum(OFF_END_MM / np.maximum(np.diff(frames.s_mm)[[0, -1]], OFF_END_MM), 0.5)
-    ends = [q[0] + share[0] * (q[1] - q[0]), q[-1] + share[1] * (q[-2] - q[-1])]
-    return np.concatenate([ends[:1], q[1:-1], ends[1:]])
+def _wire_starts(seams: Sequence[Seam]) -> tuple[IntArray, FloatArray]:
+    """Return where the wire comes out of the joint at every frame, shape (n, 3), those of the ends a little inward.
+
+    The first is the number of the seam of each, shape (n,).
+    """
+    counts = np.array([len(seam.frames) for seam in seams])
+    frames = SeamFrames.joined([seam.frames for seam in seams])
+    lean = [np.zeros((len(seam.frames), 2)) if seam.lean_rad is None else seam.lean_rad for seam in seams]
+    start = np.repeat([start_mm(seam) for seam in seams], counts)
+    q = frames.p + start[:, None] * back_directions(frames.R, np.nan_to_num(np.concatenate(lean)))
+    is_open = np.array([not seam.closed for seam in seams])
+    last = np.cumsum(counts) - 1
+    inward = q.copy()
+    first, last = (last - counts + 1)[is_open], last[is_open]
+    for end, inner in ((first, first + 1), (last, last - 1)):
+        share = OFF_END_MM / np.maximum(np.abs(frames.s_mm[inner] - frames.s_mm[end]), OFF_END_MM)
+        inward[end] = q[end] + np.minimum(share, 0.5)[:, None] * (q[inner] - q[end])
+    return np.repeat(np.arange(len(seams)), counts), inward

@@ -6,7 +6,7 @@ along the seam or across it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -20,6 +20,7 @@ from wpcal.core.same_bits import product
 from wpcal.core.tangent import exp_rotation
 from wpcal.robot.moves.interpolation import turns_between
 from wpcal.robot.torch.shape import TorchShape
+from wpcal.seam.judge.alike import find_alike
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.judge.torch_neck import bend_directions, spin_of_bend, torch_axes
 from wpcal.seam.judge.torch_poses import FeltPoses, are_steps_clear, find_solids_beside_neck, find_solids_met, turned
@@ -116,6 +117,14 @@ class Felt:
         spin = self.spin_rad if np.nan_to_num(self.spin_rad).any() else None
         return replace(seam, lean_rad=self.lean_rad, spin_rad=spin)
 
+    def beside(self, solids: Mapping[int, int]) -> Felt:
+        """Return the same at a seam that is alike: the solids there, by those here."""
+        at, after = (
+            np.array([solids.get(one, one) for one in own.tolist()], dtype=np.int64)
+            for own in (self.solid, self.solid_after)
+        )
+        return Felt(self.lean_rad, self.spin_rad, at, after)
+
     @property
     def is_free(self) -> bool:
         """Whether the torch gets along the whole seam."""
@@ -161,12 +170,25 @@ def feel_seams(
         return []
     leans = Leans.of(reach)
     own = _straight(seams, reach.torch, stations)
+    alike = find_alike(graph, trimmed, own, leans.rad)
+    firsts = np.unique(alike.first)
+    rows = np.isin(own.owner, firsts)
+    own = replace(own.select(rows), owner=np.searchsorted(firsts, own.owner[rows]))
+    felt = dict(zip(firsts.tolist(), _felt_each(graph, trimmed, own, leans, stations), strict=True))
+    return [
+        felt[first].beside(alike.solids[row]) if first != row else felt[first]
+        for row, first in enumerate(alike.first.tolist())
+    ]
+
+
+def _felt_each(graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: Leans, stations: FeltAt) -> list[Felt]:
+    """Feel seams whose straight poses are given, each by itself."""
     free = np.zeros((len(own), len(leans.rad), len(leans.spin_rad)), dtype=bool)
     free[:, 0], solid = _feel(graph, trimmed, own, leans, slice(0, 1))
-    cuts = np.cumsum([len(seam.frames) for seam in seams])[:-1]
+    cuts = np.flatnonzero(np.diff(own.owner)) + 1
     for tier in leans.tiers:
         is_felt = ~free.any(axis=(1, 2))
-        if tier.start == 1 and reach.torch.neck is not None:  # a lean may be better than a turn of the neck
+        if tier.start == 1 and own.torch.neck is not None:  # a lean may be better than a turn of the neck
             same_spin = np.array([rows[:, 0].all(axis=0).any() for rows in np.split(free, cuts)])
             is_felt |= ~same_spin[own.owner]
         if tier.start >= leans.small and stations is not FeltAt.DENSE:
@@ -301,6 +323,7 @@ class _Steps:
         self.joined = own.owner[1:] == own.owner[:-1]
         #: The solid met between a station and the next one, -1 for none, by its row and the poses at both.
         self.known: dict[tuple[int, int, int], int] = {}
+        self.untold: set[tuple[int, int, int]] = set()  #: Those of which it is known only that something is met.
         self.barred: dict[int, list[tuple[int, int]]] = {}  #: Changes of pose that meet a solid, by row.
 
     def felt(self, chosen: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -325,7 +348,7 @@ class _Steps:
         is_asked &= self.joined & held[1:] & held[:-1]
         rows = np.flatnonzero(is_asked & ~are_steps_clear(self.graph, self.trimmed, leant)[:-1])
         asked = list(zip(rows.tolist(), chosen[rows].tolist(), chosen[rows + 1].tolist(), strict=True))
-        self.feel(set(asked))
+        self.feel(set(asked), is_told=True)
         after[rows] = [self.known[each] for each in asked]
         return lean, spin, after
 
@@ -337,16 +360,24 @@ class _Steps:
             is_there = rows[:-1] & rows[1:] & self.joined & free[:-1, first] & free[1:, last]
             yield from ((row, (first, last)) for row in np.flatnonzero(is_there).tolist())
 
-    def feel(self, asked: Set[tuple[int, int, int]]) -> None:
-        """Feel steps: the row of a station, and the poses there and at the next one."""
-        new = sorted(asked - self.known.keys())
-        if not new:
+    def feel(self, asked: Set[tuple[int, int, int]], *, is_told: bool = False) -> None:
+        """Feel steps: the row of a station, and the poses there and at the next one.
+
+        Most that meet something meet it midway, so that is felt first; `is_told` asks for the solid, too.
+        """
+        is_known = self.known.keys() - self.untold if is_told else self.known.keys()
+        new = np.array(sorted(asked - is_known)).reshape(-1, 3)
+        if not len(new):
             return
-        rows, begin, end = np.array(new).T
-        for (row, *pair), solid in zip(new, self._met(rows, begin, end).tolist(), strict=True):
-            self.known[row, pair[0], pair[1]] = solid
-            if solid >= 0 and pair[0] != pair[1]:
-                self.barred.setdefault(row, []).append((pair[0], pair[1]))
+        solid = np.full(len(new), -1) if is_told else self._met(*new.T, is_midway=True)
+        is_free = solid < 0
+        solid[is_free] = self._met(*new[is_free].T)
+        half = set(map(tuple, new[~is_free].tolist()))
+        self.untold = (self.untold | half) - (asked if is_told else set())
+        for (row, first, last), met in zip(new.tolist(), solid.tolist(), strict=True):
+            if met >= 0 and first != last and (row, first, last) not in self.known:
+                self.barred.setdefault(row, []).append((first, last))
+            self.known[row, first, last] = met
 
     def runs(self, free: BoolArray, is_open: BoolArray) -> list[IntArray]:
         """Return the rows of stations one after the other whose poses are chosen together."""
@@ -374,10 +405,10 @@ class _Steps:
         is_own = owner == owner[rows, None]
         return np.asarray(is_own & (s >= s[rows, None] - CHANGE_MM) & (s <= s[rows + 1, None] + CHANGE_MM))
 
-    def _met(self, rows: IntArray, begin: IntArray, end: IntArray) -> IntArray:
+    def _met(self, rows: IntArray, begin: IntArray, end: IntArray, *, is_midway: bool = False) -> IntArray:
         """Return the solid that is met between stations `rows` and the next ones, -1 for none; all of shape (k,).
 
-        `begin`, `end`: numbers of the poses there.
+        `begin`, `end`: numbers of the poses there. `is_midway`: felt at the pose in the middle only.
         """
         own = self.own
         backs = [back_directions(own.R[at], self.lean[pose]) for at, pose in ((rows, begin), (rows + 1, end))]
@@ -391,7 +422,10 @@ class _Steps:
         counts = np.maximum(counts, 0)
         which = np.repeat(np.arange(len(rows)), counts)
         number = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
-        share, at = (number / np.repeat(counts + 1, counts))[:, None], rows[which]
+        if is_midway:
+            some = number == np.repeat((counts + 1) // 2, counts)
+            which, number = which[some], number[some]
+        share, at = (number / (counts[which] + 1))[:, None], rows[which]
         back = backs[0][which] + share * (backs[1] - backs[0])[which]
         back /= np.linalg.norm(back, axis=1, keepdims=True)
         spin = np.zeros(len(at))

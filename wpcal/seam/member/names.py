@@ -10,7 +10,7 @@ import re
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from wpcal.seam.member.words import (
     CODES,
@@ -207,7 +207,7 @@ def _words(tokens: list[str], *, short: bool = False) -> Iterator[_Word]:
     )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Table:
     """Words by how they are compared: whole, by their end, their begin or a part of them, and phrases."""
 
@@ -217,12 +217,17 @@ class _Table:
     parts: list[tuple[str, Kind, str]]
     phrases: dict[str, list[tuple[tuple[str, ...], Kind, str]]]
 
+    @cached_property
+    def _affixes(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        return tuple(end for end, _, _ in self.suffixes), tuple(begin for begin, _, _ in self.prefixes)
+
     def by_part(self, forms: tuple[str, ...]) -> tuple[Kind, str] | None:
         """Return the kind and language of a word of which a token has the end, the begin or a part."""
-        for end, kind, lang in self.suffixes:
+        ends, begins = self._affixes  # most tokens have none
+        for end, kind, lang in self.suffixes if any(form.endswith(ends) for form in forms) else ():
             if any(form.endswith(end) for form in forms):
                 return kind, lang
-        for begin, kind, lang in self.prefixes:
+        for begin, kind, lang in self.prefixes if any(form.startswith(begins) for form in forms) else ():
             if any(form.startswith(begin) for form in forms):
                 return kind, lang
         for part, kind, lang in self.parts:
