@@ -12,6 +12,7 @@ from cad.session.rows import Rows
 from cad.session.touches import planned_touches
 from cad.workpiece.advise_bodies import advise_bodies
 from cad.workpiece.bodies import BodiesOptions
+from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.taught.features import ReferenceFeature
 
 FIRST_POINTS = 4  #: As many are suggested at first: they hold the whole part. Then one at a time.
@@ -25,7 +26,7 @@ def next_for_bodies(
     named: tuple[Sequence[ReferenceFeature], Sequence[ReferenceFeature]],
     choice: BodiesOptions,
     *,
-    sigma_mm: float,
+    teaching: TeachingError,
     ball_mm: float,
 ) -> dict[str, Any]:
     """Choose the features that lower the error of the worst seam most.
@@ -49,7 +50,7 @@ def next_for_bodies(
         [seam for seam in part.seams if seam.accepted],
         free,
         choice,
-        sigma_mm=sigma_mm,
+        teaching=teaching,
         seam_options=part.seam_options,
         have=have if planned is None else (),
         touched=None if planned is None else planned[0],
@@ -59,6 +60,6 @@ def next_for_bodies(
         "features": [touch.name for touch in found.touches],
         "error_95_mm": found.error_95_mm,
         "seam": found.seam,
-        "sigma_mm": sigma_mm,
+        "sigma_mm": teaching.per_axis_mm,
         "touches": [touch.to_record() for touch in found.touches],
     }

@@ -151,7 +151,8 @@ class PickSession:
             with self._busy:
                 part = self.part
             ball_mm = self.options.ball_mm
-            return next_for_bodies(part, rows, (have, others), choice, sigma_mm=sigma_mm, ball_mm=ball_mm)
+            teaching = replace(self.options.teaching, sigma_mm=sigma_mm, bound_mm=None)
+            return next_for_bodies(part, rows, (have, others), choice, teaching=teaching, ball_mm=ball_mm)
         chosen = advise_set(
             [item for item in self.part.touchables if item.feature.kind.is_point and item.feature.name not in taken],
             [seam for seam in self.part.seams if seam.accepted],
@@ -181,8 +182,7 @@ class PickSession:
 
         If bodies may have moved, no error is predicted: that of the part as one piece is too small.
         """
-        sigma_mm = Sigma.expected(self.options.teaching.per_axis_mm).mm
-        found = predict_touches(self.part, rows, sigma_mm=sigma_mm, ball_mm=self.options.ball_mm)
+        found = predict_touches(self.part, rows, teaching=self.options.teaching, ball_mm=self.options.ball_mm)
         return {**found, "error_95_mm": None, "seam": ""} if self.moving.is_on else found
 
 

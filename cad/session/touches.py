@@ -13,6 +13,8 @@ from cad.session.rows import Rows
 from wpcal.calibrate import Criterion, TeachingError
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.of_touches import budget_of_touches
+from wpcal.calibrate.errors.prediction import Sigma
+from wpcal.calibrate.errors.robot_field import foresee
 from wpcal.calibrate.observe.touches import Touches
 from wpcal.calibrate.solve.touches import Pose
 from wpcal.calibrate.trust.held_motions import held_motions
@@ -53,7 +55,7 @@ def touch_on_face(part: PickPart, point: FloatArray, normal: FloatArray) -> dict
     }
 
 
-def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: float) -> dict[str, Any]:
+def predict_touches(part: PickPart, rows: Rows, *, teaching: TeachingError, ball_mm: float) -> dict[str, Any]:
     """Predict what rows promise, with or without coordinates: the touches as they are planned.
 
     Raises `WpcalError` when a row cannot be understood.
@@ -62,7 +64,7 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
     an edge), in `part`. ``error_95_mm`` and ``seam``: the largest predicted error of the accepted seams, and where;
     without seams, or while the touches leave the part free, null. ``free``: which motion is free, or empty.
     """
-    planned = planned_touches(part, rows, ball_mm)
+    planned, sigma_mm = planned_touches(part, rows, ball_mm), Sigma.expected(teaching.per_axis_mm).mm
     nothing: dict[str, Any] = {"touches": [], "error_95_mm": None, "seam": "", "free": "", "sigma_mm": sigma_mm}
     if planned is None:
         return nothing
@@ -79,7 +81,11 @@ def predict_touches(part: PickPart, rows: Rows, *, sigma_mm: float, ball_mm: flo
         held_motions(touches, pose)
     except GeometryError as error:
         return {**nothing, "touches": arrows, "free": str(error)}
-    budget = budget_of_touches(touches, pose, Criterion.LEAST_SQUARES, TeachingError(sigma_mm=sigma_mm))
+    stated = replace(teaching, sigma_mm=sigma_mm, bound_mm=None)
+    budget = budget_of_touches(touches, pose, Criterion.LEAST_SQUARES, stated)
+    assert budget.belief.rows is not None  # of touches that hold the part
+    belief = foresee(budget.belief.rows, 1.0 if touches.covariances is not None else sigma_mm, teaching.robot)
+    budget = replace(budget, belief=belief, scale=belief.scale)
     return {**nothing, "touches": arrows, **_worst(part.seams, budget)}
 
 

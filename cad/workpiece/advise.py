@@ -14,6 +14,7 @@ from cad.workpiece.bodies import BodiesOptions
 from cad.workpiece.seams import SeamChoice, find_seams
 from cad.workpiece.workpiece import Workpiece, open_workpiece
 from wpcal.calibrate import Criterion
+from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.core.errors import InputError
 from wpcal.core.options import opt
@@ -123,7 +124,7 @@ def advise_weldment(
         asked.seams,
         asked.allowed,
         bodies,
-        sigma_mm=options.sigma_mm,
+        teaching=TeachingError(sigma_mm=options.sigma_mm, robot=options.robot),
         seam_options=seam_options,
         have=asked.have,
         count=options.points,

@@ -11,11 +11,12 @@ from cad.workpiece.moved_bodies import USUAL_CONTACT_SHARE, meeting_points
 from cad.workpiece.touched_bodies import bodies_at, bodies_touched
 from cad.workpiece.workpiece import Workpiece
 from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.observe.bodies import KeptContacts
 from wpcal.calibrate.observe.contacts import find_kept_contacts
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.observe.touches import Touches
-from wpcal.core.arrays import FloatArray
+from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.transform import RigidTransform
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.moved import moved_seams
@@ -63,7 +64,7 @@ def advise_bodies(
     allowed: Sequence[Touchable],
     choice: BodiesOptions,
     *,
-    sigma_mm: float,
+    teaching: TeachingError,
     seam_options: SeamOptions,
     have: Sequence[ReferenceFeature] = (),
     touched: Touches | None = None,
@@ -78,14 +79,15 @@ def advise_bodies(
     not reached without them.
     """
     tacked = tacked_bodies(workpiece, seams, choice, seam_options)
-    model = tacked.model()
+    model, sigma_mm = tacked.model(), Sigma.expected(teaching.per_axis_mm).mm
     taught = {feature.name for feature in have}
     usual = max(TOUCHES_PER_BODY * len(tacked.bodies) - len(taught), 1)
     if count is None and tolerance_mm is None:
         count = usual
-    rows = [_of_features(workpiece, tacked, model, have, sigma_mm)]
+    made = [_of_features(workpiece, tacked, model, have, sigma_mm)]
     if touched is not None:
-        rows.append(_of_touches(touched, tacked, model, sigma_mm))
+        made.append(_of_touches(touched, tacked, model, sigma_mm))
+    rows, places, _ = (np.concatenate(each) for each in zip(*made, strict=True))
     free = [item for item in allowed if item.feature.name not in taught]
     for is_easy in (True, False):
         advice = advise_moved(
@@ -93,24 +95,28 @@ def advise_bodies(
             _choices(workpiece, tacked, model, free, sigma_mm, is_easy=is_easy),
             tacked.seams,
             HowMany(count, tolerance_mm, usual),
-            have=np.concatenate(rows),
+            have=(rows, places),
+            teaching=teaching,
         )
         if not advice.why_not:
             break
     return advice
 
 
-def _of_touches(touched: Touches, tacked: Tacked, model: MovedModel, sigma_mm: float) -> FloatArray:
-    """Return the rows of touches on faces, edges and points, shape (n, 3, m)."""
-    near = touched.targets.nearest(touched.rows, touched.p_base)
-    return model.rows(near.p, near.projector / sigma_mm, bodies_touched(touched, tacked.face_body))
+def _of_touches(
+    touched: Touches, tacked: Tacked, model: MovedModel, sigma_mm: float
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return the rows of touches on faces, edges and points, their places and bodies, as `_of_features`."""
+    near, body = touched.targets.nearest(touched.rows, touched.p_base), bodies_touched(touched, tacked.face_body)
+    return model.rows(near.p, near.projector / sigma_mm, body), near.p, body
 
 
 def _of_features(
     workpiece: Workpiece, tacked: Tacked, model: MovedModel, features: Sequence[ReferenceFeature], sigma_mm: float
-) -> FloatArray:
-    """Return the rows of features, each taught as a point with an error per axis, shape (n, 3, m).
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return rows, places and bodies of features, each taught as a point with an error per axis.
 
+    Their shapes are (n, 3, m), (n, 3) and (n,).
     A tip that slides along an edge feels nothing: a place on an edge counts across its edge only.
     """
     p = np.array([feature.p_mm for feature in features]).reshape(-1, 3)
@@ -119,7 +125,7 @@ def _of_features(
     for k, feature in enumerate(features):
         if feature.kind in HARD_TO_FIND and feature.direction is not None:
             felt[k] -= np.outer(feature.direction, feature.direction)
-    return model.rows(p, felt / sigma_mm, body)
+    return model.rows(p, felt / sigma_mm, body), p, body
 
 
 def _choices(
@@ -146,9 +152,6 @@ def _choices(
                 break
         kept += own[farthest_rows(p[own], each)].tolist() if len(own) else []
     features = [allowed[k].feature for k in sorted(kept)]
-    return TouchChoices(
-        tuple(feature.name for feature in features),
-        tuple(where_it_is(feature) for feature in features),
-        body[sorted(kept)],
-        _of_features(workpiece, tacked, model, features, sigma_mm),
-    )
+    rows, p, body = _of_features(workpiece, tacked, model, features, sigma_mm)
+    names, where = tuple(each.name for each in features), tuple(where_it_is(each) for each in features)
+    return TouchChoices(names, where, body, p, rows)

@@ -8,12 +8,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.linalg import null_space
 from scipy.special import chdtrc
 
 from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.errors.prediction import TeachingError
-from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.observe.bending import MODES
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.touches import Touches
@@ -225,7 +223,8 @@ def fit_moved_bodies(
     begin = partial(begin_bodies, touches, body, start=start, sigma_mm=sigma_mm, contacts=contacts)
     begun, modes, scale = begin(bodies), None, None
     if teaching is not None:
-        rows = _error_rows(begun[0].whitened(begun[1]).without_contacts(), touches)
+        rigid = begun[0].whitened(begun[1]).without_contacts()
+        rows = rigid.select(~np.isin(np.arange(len(rigid.r)), wrong_rows(rigid))).error_rows(touches.p_base)
         modes = ErrorModes.of(touches.p_base, teaching.believe(rows, 1.0), teaching.tool_mm)
         scale = fit_scale(rows, len(touches), 1.0, teaching.robot)
     seen = begun[0].whitened(begun[1], modes).without_contacts()
@@ -245,17 +244,6 @@ def fit_moved_bodies(
     return MovedBodies(
         fit, evidence, source, counts, tuple(names), tuple(bodies.names[b] for b in far), tuple(doubtful), kept, scale
     )
-
-
-def _error_rows(touched: Whitened, touches: Touches) -> ResidualRows:
-    """Return what the touches that are not wrong show of the robot's error, where motions of bodies are errors, too."""
-    seen = touched.select(~np.isin(np.arange(len(touched.r)), wrong_rows(touched)))
-    about = touches.p_base - touches.p_base.mean(axis=0)
-    Q = null_space(seen.J.T)
-    L = np.linalg.cholesky(np.eye(Q.shape[1]) + (Q.T @ seen.B) @ (seen.B.T @ Q))
-    rest, root, owner = np.linalg.solve(L, Q.T).T, seen.J[:, 3:6], seen.touch
-    z = rest.T @ np.einsum("mi,mi->m", root, about[owner])
-    return ResidualRows(about, owner, root, rest, rest.T @ seen.r, z, float(np.mean(np.sum(root**2, axis=1))))
 
 
 def wrong_rows(touched: Whitened) -> IntArray:

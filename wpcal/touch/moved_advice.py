@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wpcal.calibrate.errors.of_bodies import MeetingPoints
+from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.observe.bodies import Bodies, TackTolerance
 from wpcal.core.arrays import FloatArray, IntArray, as_points
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
@@ -18,6 +19,7 @@ from wpcal.touch.searches.plan import MOST_TOUCHES, SeamPrediction, Served
 from wpcal.touch.weldment import (
     OFTEN,
     UNKNOWN_MM,
+    CommonErrors,
     MovedModel,
     MovedSearch,
     SeamPoints,
@@ -38,6 +40,7 @@ class TouchChoices:
     names: tuple[str, ...]
     where: tuple[str, ...]  #: length n. Each in words.
     body: IntArray  #: shape (n,). The body that each touch lies on.
+    p_part: FloatArray  #: shape (n, 3). mm.
     rows: FloatArray  #: shape (n, q, m). In units of the error of the touch: see `MovedModel.rows`.
 
 
@@ -133,20 +136,30 @@ class HowMany:
 
 
 def advise_moved(
-    model: MovedModel, choices: TouchChoices, seams: SeamPoints, asked: HowMany, *, have: FloatArray | None = None
+    model: MovedModel,
+    choices: TouchChoices,
+    seams: SeamPoints,
+    asked: HowMany,
+    *,
+    have: tuple[FloatArray, FloatArray] | None = None,
+    teaching: TeachingError | None = None,
 ) -> MovedAdvice:
     """Choose touches that lower the largest error of the seams of a weldment most.
 
-    `have`: shape (r, q, m). Rows of touches that were made already; on some bodies there may be none.
+    `have`: Rows and places of touches that were made already, shapes (r, q, m) and (r, 3); on some bodies there may be
+    none.
+    `teaching`: What is stated of the robot and the tool. By default they are without errors, as in `fit_moved_bodies`.
     Raises `GeometryError` when there is no seam point, nothing to choose from, or all touches leave the part free.
     """
     if len(seams.seams) == 0:
         raise GeometryError("there is no seam where the error counts", code=ErrorCode.NO_SEAM)
     if len(choices.names) == 0:
         raise GeometryError("there is nothing to touch")
-    start = model.prior() + (0.0 if have is None else _information(have))
-    deciding = model.seam_rows(seams.points.select(deciding_points(seams.points)))
-    search = MovedSearch.with_floor(choices.rows, deciding, start)
+    made, places = (choices.rows[:0], choices.p_part[:0]) if have is None else have
+    start, common = model.prior() + _information(made), None
+    if teaching is not None:
+        common = CommonErrors(teaching, 6 * len(model.bodies), choices.p_part, made, places, seams.points.p_part)
+    search = _deciding(model, choices, seams, start, common)
     least, why, tolerance_mm = asked.count or 1, "", asked.tolerance_mm
     if tolerance_mm is None:
         chosen = search.chosen(start, least)
@@ -156,9 +169,8 @@ def advise_moved(
             head = f"{tolerance_mm:g} mm is not reached: {counted(len(chosen), 'touch')} leave {error:.2f} mm"
             why = f"{head}, {_why_not(search, start, (model, choices, seams), tolerance_mm, len(chosen))}"
     order = search.in_order(start, chosen)
-    every = MovedSearch(choices.rows, model.seam_rows(seams.points))
-    C = inverse(start + every.information(order))
-    errors = every.errors(C)
+    every = MovedSearch(choices.rows, model.seam_rows(seams.points), common=common)
+    errors = every.errors_with(start, order)
     worst = int(np.argmax(errors))
     if errors[worst] > NOT_HELD_MM and len(chosen) == len(choices.names):
         raise GeometryError("the touches that are possible leave a motion of the whole part free")
@@ -169,14 +181,23 @@ def advise_moved(
         error_95_mm=float(errors[worst]),
         seam=seams.seams[worst],
         by_seam_mm=tuple((name, float(errors[rows].max())) for name, rows in _rows_of(seams).items()),
-        joint_95_mm=every.joint_error(C),
-        unseen_mm=_unseen(model, every, C, worst),
+        joint_95_mm=every.joint_error_with(start, order),
+        unseen_mm=_unseen(model, every, inverse(start + every.information(order)), worst),
         why_not=why,
         touches=tuple(told[: len(order)]),
         next_touch=None if best is None else told[-1],
         model=model,
         tolerance_mm=tolerance_mm,
     )
+
+
+def _deciding(
+    model: MovedModel, choices: TouchChoices, seams: SeamPoints, start: FloatArray, common: CommonErrors | None
+) -> MovedSearch:
+    """Return the search that looks at the points which decide."""
+    points = seams.points.select(deciding_points(seams.points))
+    own = None if common is None else replace(common, seams=points.p_part)
+    return MovedSearch.with_floor(choices.rows, model.seam_rows(points), start, own)
 
 
 def _information(rows: FloatArray) -> FloatArray:
@@ -258,7 +279,13 @@ def _why_not(
     common = search.joint_error(inverse(start + OFTEN * once))
     if common > tolerance_mm:
         return shared_error_words(common)
-    best = search.joint_error(inverse(start + once))
+    exact = search.joint_error_with(start + OFTEN * once, range(len(choices.names)))
+    if exact > tolerance_mm:
+        return (
+            f"of which {exact:.2f} mm come from the robot's own error, the size of the part and the tool: state what "
+            "is known of the robot (--robot-mm)"
+        )
+    best = search.joint_error_with(start, range(len(choices.names)))
     rest = f"more than {counted(count, 'touch')} are not planned"
     if best > tolerance_mm:
         rest = f"all {len(choices.names)} places that can be touched {best:.2f} mm"
@@ -311,5 +338,5 @@ def advise_touches(
     unit = n / np.linalg.norm(n, axis=1, keepdims=True)
     rows = model.rows(p, unit[:, None, :] / sigma_mm, own)
     words = tuple(f"({' '.join(f'{v:g}' for v in place)}) on {name}" for place, name in zip(p, body, strict=True))
-    choices = TouchChoices(tuple(f"P{k + 1}" for k in range(len(p))), words, own, rows)
-    return advise_moved(model, choices, seams, HowMany(count, tolerance_mm))
+    choices = TouchChoices(tuple(f"P{k + 1}" for k in range(len(p))), words, own, p, rows)
+    return advise_moved(model, choices, seams, HowMany(count, tolerance_mm), teaching=TeachingError(sigma_mm))

@@ -20,10 +20,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wpcal.calibrate.errors.modes import ErrorModes
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, joint_error, meeting_jacobian
-from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
+from wpcal.calibrate.errors.prediction import COVERAGE, TeachingError, length_quantile
+from wpcal.calibrate.errors.robot_field import foresee
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions
+from wpcal.calibrate.solve.bodies_problem import Whitened
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.tangent import point_jacobian
 from wpcal.core.transform import RigidTransform
@@ -126,6 +129,36 @@ class Tacked:
         return MovedModel(self.bodies, centre, max(length, 1.0), shared, self.contacts)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CommonErrors:
+    """The robot's own error, the part's scale and the tool's error, before anything is touched.
+
+    They count in what is told and reached, and do not change which touch is better than which.
+    """
+
+    teaching: TeachingError
+    bodies: int  #: Number of unknowns of the bodies.
+    places: FloatArray  #: shape (n, 3). Of the possible touches, in `part`, mm.
+    made: FloatArray  #: shape (r, q, m). Rows of the touches that were made already.
+    made_places: FloatArray  #: shape (r, 3).
+    seams: FloatArray  #: shape (k, 3). Of the seam points.
+
+    def joined(self, C: FloatArray, rows: FloatArray, chosen: Sequence[int]) -> tuple[ErrorModes, FloatArray]:
+        """Return the errors, and the covariance of all unknowns and theirs: `fit_moved_bodies`, without residuals.
+
+        `C`: shape (m, m). Of the unknowns, by the errors of the touches alone. `rows`: shape (n, q, m).
+        """
+        own = np.concatenate([self.made, rows[list(chosen)]])
+        places = np.concatenate([self.made_places, self.places[list(chosen)]])
+        touch, number = np.nonzero(own.any(axis=2))
+        seen, of_bodies = own[touch, number], slice(6, 6 + self.bodies)
+        common = np.delete(seen, np.arange(6, 6 + self.bodies), axis=1)
+        touched = Whitened(np.zeros(len(seen)), common, seen[:, of_bodies], touch, 0)
+        belief = foresee(touched.error_rows(places), 1.0, self.teaching.robot)
+        modes = ErrorModes.of(places, belief, self.teaching.tool_mm)
+        return modes, modes.with_unknowns(C, C @ own.transpose(0, 2, 1) @ own[:, :, 3:6], places)
+
+
 LARGEST = 16.0  #: The sum of errors to this power: the largest decides, and below it the next.
 MOST_SEAM_POINTS = 160
 """Seam points that the search looks at; the errors reported are those over all points."""
@@ -150,9 +183,12 @@ class MovedSearch:
     seams: FloatArray  #: shape (k, 3, m). Of the seam points, mm: see `MovedModel.seam_rows`.
     #: shape (k,). The variance of each seam point that no touch can lower, mm²: see `with_floor`.
     floor: FloatArray = field(default_factory=lambda: np.zeros(1))
+    common: CommonErrors | None = None
 
     @classmethod
-    def with_floor(cls, rows: FloatArray, seams: FloatArray, start: FloatArray) -> MovedSearch:
+    def with_floor(
+        cls, rows: FloatArray, seams: FloatArray, start: FloatArray, common: CommonErrors | None = None
+    ) -> MovedSearch:
         """Return the search that also judges what touches can lower.
 
         Where the largest error comes from a motion that no touch sees, every choice leaves nearly the same error. What
@@ -162,7 +198,7 @@ class MovedSearch:
         """
         H = rows.reshape(-1, rows.shape[2])
         unseen = inverse(start + OFTEN * H.T @ H)
-        return cls(rows, seams, np.einsum("kim,mn,kin->k", seams, unseen, seams))
+        return cls(rows, seams, np.einsum("kim,mn,kin->k", seams, unseen, seams), common)
 
     def information(self, chosen: Sequence[int]) -> FloatArray:
         """Return what touches add to the information, shape (m, m)."""
@@ -176,6 +212,26 @@ class MovedSearch:
     def joint_error(self, C: FloatArray) -> float:
         """Return the length, mm, that no seam point's error exceeds, with 95 % probability; C has the shape (m, m)."""
         return joint_error(self.seams, C)
+
+    def errors_with(self, start: FloatArray, chosen: Sequence[int]) -> FloatArray:
+        """Return the 95 % errors of the seam points after chosen touches, shape (k,), mm; `start` is (m, m)."""
+        J, C, modes = self._judged(start, chosen)
+        found = J @ C @ J.transpose(0, 2, 1)
+        if modes is not None and self.common is not None:
+            found += (modes.rest_of(self.common.seams) + modes.tool_mm**2)[:, None, None] * np.eye(3)
+        return length_quantile(found, COVERAGE)
+
+    def joint_error_with(self, start: FloatArray, chosen: Sequence[int]) -> float:
+        """Return the length, mm, that no seam point's error exceeds after chosen touches, with 95 % probability."""
+        J, C, modes = self._judged(start, chosen)
+        return joint_error(J, C, None if modes is None or self.common is None else modes.rest(self.common.seams))
+
+    def _judged(self, start: FloatArray, chosen: Sequence[int]) -> tuple[FloatArray, FloatArray, ErrorModes | None]:
+        C = inverse(start + self.information(chosen))
+        if self.common is None or not len(self.common.made) + len(chosen):
+            return self.seams, C, None
+        modes, C = self.common.joined(C, self.rows, chosen)
+        return np.concatenate([self.seams, modes.at(self.common.seams)], axis=2), C, modes
 
     def scores(self, C: FloatArray) -> FloatArray:
         """Return how large the errors are after each possible touch, shape (n,), mm."""
@@ -251,19 +307,19 @@ class MovedSearch:
         Returns `chosen`: list of int. If no number reaches it, few that are nearly as good as all, `most` at most.
         Returns `error_mm`: float. What they reach.
         """
-        goal = max(tolerance_mm, NEARLY * self._joint(start, range(len(self.rows))))
+        goal = max(tolerance_mm, NEARLY * self.joint_error_with(start, range(len(self.rows))))
         least = max(least, min(usual, most)) if goal > tolerance_mm else least
         chosen = self.chosen(start, least)
-        error = self._joint(start, chosen)
+        error = self.joint_error_with(start, chosen)
         while error > goal and len(chosen) < most:
             best = self.added(start, chosen)
             if best is None:
                 break
             chosen.append(best)
-            error = self._joint(start, chosen)
+            error = self.joint_error_with(start, chosen)
         while error <= goal and len(chosen) > least:
             fewer = self.exchanged(start, self._without_one(start, chosen))
-            reached = self._joint(start, fewer)
+            reached = self.joint_error_with(start, fewer)
             if reached > goal:
                 break
             chosen, error = fewer, reached
@@ -276,25 +332,13 @@ class MovedSearch:
         k = int(np.argmin(left))
         return chosen[:k] + chosen[k + 1 :]
 
-    def _joint(self, start: FloatArray, chosen: Sequence[int]) -> float:
-        return self.joint_error(inverse(start + self.information(chosen)))
-
     def errors_after(self, start: FloatArray, order: Sequence[int]) -> FloatArray:
         """Return the errors of the seam points before the first touch, and after each in an order.
 
         `start`: ndarray, shape (m, m).
         Returns ndarray, shape (n + 1, k). mm.
         """
-        C = inverse(start)
-        S = self.seams @ C @ self.seams.transpose(0, 2, 1)
-        found = [length_quantile(S, COVERAGE)]
-        for k in order:
-            X = C @ self.rows[k].T
-            D = np.linalg.inv(np.eye(X.shape[1]) + self.rows[k] @ X)
-            A = self.seams @ X
-            C, S = C - X @ D @ X.T, S - A @ D @ A.transpose(0, 2, 1)
-            found.append(length_quantile(S, COVERAGE))
-        return np.stack(found)
+        return np.stack([self.errors_with(start, order[:count]) for count in range(len(order) + 1)])
 
     def in_order(self, start: FloatArray, chosen: Sequence[int]) -> list[int]:
         """Return chosen touches in the order in which each lowers the errors most; `start` has the shape (m, m)."""

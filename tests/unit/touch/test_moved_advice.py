@@ -8,8 +8,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tests.weldments import Weldment, fit_bodies, uprights
+from tests.weldments import Weldment, uprights
 from wpcal.calibrate.errors.of_bodies import MeetingPoints, meeting_errors
+from wpcal.calibrate.errors.prediction import TeachingError
+from wpcal.calibrate.errors.robot_field import RobotField
+from wpcal.calibrate.moved import fit_moved_bodies
 from wpcal.calibrate.observe.bodies import KeptContacts, TackTolerance
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.transform import RigidTransform
@@ -45,7 +48,7 @@ def choices(part: Weldment, model: MovedModel, some: list[int] | None = None) ->
     """The touches of the weldment, each of one number."""
     k = list(range(len(part.p))) if some is None else some
     rows = model.rows(part.p[k], part.n[k][:, None, :] / SIGMA_MM, part.body[k])
-    return TouchChoices(tuple(f"T{i}" for i in k), tuple("" for _ in k), part.body[k], rows)
+    return TouchChoices(tuple(f"T{i}" for i in k), tuple("" for _ in k), part.body[k], part.p[k], rows)
 
 
 def advised(part: Weldment, some: list[int] | None = None, **options: float) -> MovedAdvice:
@@ -53,15 +56,19 @@ def advised(part: Weldment, some: list[int] | None = None, **options: float) -> 
     return advise_moved(own.model(), choices(part, own.model(), some), own.seams, HowMany(**options))  # type: ignore[arg-type]
 
 
-def test_the_predicted_error_is_the_one_after_the_fit() -> None:
+@pytest.mark.parametrize("robot", [None, RobotField(0.3, 400.0)])
+def test_the_predicted_error_is_the_one_after_the_fit(robot: RobotField | None) -> None:
     """Touches without errors on a part that did not move: the covariance of the fit is that of the plan."""
     own = tacked(PART)
     T = RigidTransform.identity(target="base", source="part")
     still = PART.drawn(np.random.default_rng(0), scale=0.0)
     touches = PART.touched(replace(still, T_base_part=T), 0.0, np.random.default_rng(0))
-    found = fit_bodies(touches, PART.body, PART.bodies, T, sigma_mm=SIGMA_MM)
-    error = meeting_errors(found, own.seams.points)
-    advice = advised(PART, count=len(PART.p))
+    teaching = None if robot is None else TeachingError(robot=robot, tcp_bias_mm=0.2)
+    stated = {"sigma_mm": SIGMA_MM, "estimate": False, "teaching": teaching}
+    found = fit_moved_bodies(touches, PART.body, PART.bodies, T, **stated).fit  # type: ignore[arg-type]
+    error, model = meeting_errors(found, own.seams.points), own.model()
+    asked = HowMany(len(PART.p))
+    advice = advise_moved(model, choices(PART, model), own.seams, asked, teaching=teaching)
     assert advice.error_95_mm == pytest.approx(error.total_mm.max(), rel=1e-6)
     assert advice.unseen_mm == pytest.approx(error.unseen_mm[int(np.argmax(error.total_mm))], rel=1e-6)
 
@@ -109,7 +116,11 @@ def test_a_body_without_a_touch_is_touched_next() -> None:
     model = own.model()
     made = np.flatnonzero(PART.body != 3)
     advice = advise_moved(
-        model, choices(PART, model), own.seams, HowMany(1), have=choices(PART, model, made.tolist()).rows
+        model,
+        choices(PART, model),
+        own.seams,
+        HowMany(1),
+        have=(choices(PART, model, made.tolist()).rows, PART.p[made]),
     )
     (touch,) = advice.touches
     assert (touch.body, touch.seam) == ("U3", "W3")
@@ -139,7 +150,7 @@ def test_what_cannot_be_reached_says_why() -> None:
     k = np.arange(len(PART.p))
     long_wire = -2.0 / SIGMA_MM * PART.n[:, 2:][:, None, :]  # all see 2 mm of the wire that points down
     rows = model.rows(PART.p, PART.n[:, None, :] / SIGMA_MM, PART.body, long_wire)
-    some = TouchChoices(tuple(f"T{i}" for i in k), ("",) * len(k), PART.body, rows)
+    some = TouchChoices(tuple(f"T{i}" for i in k), ("",) * len(k), PART.body, PART.p, rows)
     advice = advise_moved(model, some, own.seams, HowMany(tolerance_mm=1.5))
     assert "--post" in advice.why_not
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.calibrate.errors.robot_field import Belief, correlation
-from wpcal.calibrate.observe.touches import Touches
 from wpcal.core.arrays import FloatArray
 
 LEAST_MODE_MM = 0.02
@@ -50,9 +49,20 @@ class ErrorModes:
         own = _covariance(self.belief, points, points) - A @ A.T
         return np.asarray(own + self.belief.rest_mm**2 * np.eye(len(points)) + self.tool_mm**2)
 
-    def rest_of(self, touches: Touches) -> FloatArray:
-        """Return the variance per axis of what no unknown stands for, at each of n touches, shape (n,), mm²."""
-        return np.maximum(np.diag(self.rest(touches.p_base)) - self.tool_mm**2, 0.0)
+    def rest_of(self, places: FloatArray) -> FloatArray:
+        """Return the variance per axis of what no unknown stands for, at touches, shapes (n, 3) and (n,), mm²."""
+        A = _covariance(self.belief, places, self.places) @ self.vectors
+        return np.asarray(np.maximum(self.belief.a2.sum() - (A**2).sum(axis=1), 0.0) + self.belief.rest_mm**2)
+
+    def with_unknowns(self, covariance: FloatArray, gain: FloatArray, places: FloatArray) -> FloatArray:
+        """Return the covariance of what a fit finds, then of -z: readings off by F z + r move it by G (F z + r).
+
+        `covariance`: shape (m, m). Of what is found, by errors of the touches alone.
+        `gain`: shape (n, m, 3). G. `places`: shape (n, 3). Of the touches.
+        """
+        moved = np.einsum("nki,niq->kq", gain, self.at(places))
+        own = covariance + moved @ moved.T + np.einsum("nki,nli,n->kl", gain, gain, self.rest_of(places))
+        return np.block([[own, -moved], [-moved.T, np.eye(len(self))]])
 
 
 def _covariance(belief: Belief, a: FloatArray, b: FloatArray) -> FloatArray:

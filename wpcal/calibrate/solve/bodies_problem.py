@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import null_space
 
 from wpcal.calibrate.errors.modes import ErrorModes
+from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.observe.bodies import Bodies, KeptContacts
 from wpcal.calibrate.observe.motions import Motions, left_jacobian
 from wpcal.calibrate.observe.touches import Linearised, Touches
@@ -44,6 +46,18 @@ class Whitened:
         B = self.B.copy()
         B[:, 6 * body : 6 * body + 6] *= FREE
         return replace(self, B=B)
+
+    def error_rows(self, places: FloatArray) -> ResidualRows:
+        """Return what touches show of the robot's error, where motions of bodies are errors, too.
+
+        `places`: shape (n, 3). Of the touches, mm.
+        """
+        about = places - places.mean(axis=0)
+        Q = null_space(self.J.T)
+        L = np.linalg.cholesky(np.eye(Q.shape[1]) + (Q.T @ self.B) @ (self.B.T @ Q))
+        rest, root, owner = np.linalg.solve(L, Q.T).T, self.J[:, 3:6], self.touch
+        z = rest.T @ np.einsum("mi,mi->m", root, about[owner])
+        return ResidualRows(about, owner, root, rest, rest.T @ self.r, z, float(np.mean(np.sum(root**2, axis=1))))
 
     def residual_matrix(self) -> FloatArray:
         """Return P with rᵀ P r the sum of squares that pose and motions leave, shape (m, m)."""
@@ -185,15 +199,13 @@ class Problem:
         known, q = self.of_bodies.stop, 0 if modes is None else len(modes)
         inverse = np.linalg.inv(H)[:known]
         bodies_part, own = inverse[:, 6:known], inverse[:, :known]
-        S, found, unseen = np.eye(known + q), np.eye(known + q), np.zeros((known + q, known + q))
+        S, found, unseen = np.eye(known + q), own, np.zeros((known + q, known + q))
         unseen[:known, :known] = bodies_part @ bodies_part.T
         if modes is not None:
-            gain = -np.einsum("kl,nil,nij->knj", inverse, self.jacobian(state), state.weights)
-            moved = gain.reshape(known, -1) @ modes.at(self.touches.p_base).reshape(-1, q)
-            rest = np.einsum("kni,lni,n->kl", gain, gain, modes.rest_of(self.touches))
-            own = own + moved @ moved.T + rest
-            found[:known, known:], found[known:, :known] = -moved, -moved.T
-        found[:known, :known] = own
+            gain: FloatArray = np.asarray(
+                -inverse @ self.jacobian(state).transpose(0, 2, 1) @ state.weights, dtype=np.float64
+            )
+            found = modes.with_unknowns(own, gain, self.touches.p_base)
         S[:6, :6] = translation_adjoint(self.pivot) / np.repeat([self.length_mm, 1.0], 3)
         S[6:known, 6:known] = np.diag(self.scales)
         return S @ found @ S.T, S @ unseen @ S.T
@@ -207,7 +219,7 @@ class Problem:
         q, weights, n = 0 if modes is None else len(modes), state.weights, len(self.touches)
         by_robot = np.zeros((n, 3, 0))
         if modes is not None:
-            weights = state.at.information(self.own + modes.rest_of(self.touches)[:, None, None] * np.eye(3))
+            weights = state.at.information(self.own + modes.rest_of(self.touches.p_base)[:, None, None] * np.eye(3))
             by_robot = -state.at.A @ modes.at(self.touches.p_base)
         values, vectors = np.linalg.eigh(weights)
         roots = np.sqrt(np.maximum(values, 0.0))[..., None] * vectors.transpose(0, 2, 1)

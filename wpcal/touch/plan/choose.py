@@ -16,7 +16,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.budget import ErrorBudget
-from wpcal.calibrate.errors.prediction import COVERAGE, Sigma
+from wpcal.calibrate.errors.prediction import COVERAGE, Sigma, TeachingError
 from wpcal.calibrate.errors.robot_field import ResidualRows, RobotField, foresee
 from wpcal.calibrate.observe.bodies import Bodies
 from wpcal.calibrate.trust.residuals import LEAST_REDUNDANCY
@@ -222,10 +222,10 @@ def advise_searches(
     ways, common = contacts.normal / sigma[:, None], design.shared / sigma[:, None]
     rows = model.rows(contacts.p, ways[:, None, :], body, common[:, None, :])
     words = [face_words(graph, contacts.select(np.array([k])), int(face)) for k, face in enumerate(contacts.face)]
-    choices = TouchChoices(tuple(f"S{k + 1}" for k in range(len(strokes))), tuple(words), body, rows)
+    choices = TouchChoices(tuple(f"S{k + 1}" for k in range(len(strokes))), tuple(words), body, contacts.p, rows)
     bodies = len(tacked.bodies)
     asked = HowMany(options.count(bodies), options.tolerance_mm, options.usual(bodies))
-    return advise_moved(model, choices, tacked.seams, asked)
+    return advise_moved(model, choices, tacked.seams, asked, teaching=TeachingError(robot=options.robot))
 
 
 def fewest_set(
