@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.errors.of_points import isotropic_covariance, points_excess
+from wpcal.calibrate.errors.linear_fit import LinearFit, isotropic_covariance
 from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
 from wpcal.calibrate.trust.criteria import Criterion
 from wpcal.core.arrays import FloatArray, as_points, frozen
@@ -61,6 +61,6 @@ def run_coverage_study(
     rms = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1))
     covariance = isotropic_covariance(p - centre, sigma_mm)
     if criterion is Criterion.MINIMAX:
-        covariance = covariance + sigma_mm**2 * points_excess(p - centre)
+        covariance = covariance + sigma_mm**2 * LinearFit.of_points(p - centre).excess()
     predicted = float(error_95(seam, covariance)[0])
     return CoverageStudy(frozen(np.linalg.norm(moved - seam[0], axis=1)), frozen(rms), predicted)

@@ -10,7 +10,7 @@ from rich.table import Table
 from cad.workpiece.seams import find_seams
 from cad.workpiece.workpiece import open_workpiece
 from wpcal.calibrate import Criterion, TeachingError
-from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.linear_fit import budget_of_design
 from wpcal.calibrate.errors.prediction import COVERAGE
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core.arrays import FloatArray

@@ -12,7 +12,7 @@ from tests.benchmarks.verdict_study import VerdictStudy, run_verdict_study
 from tests.saved_graphs import saved_graph
 from wpcal.calibrate import TeachingError
 from wpcal.calibrate.errors.budget import ErrorBudget
-from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.linear_fit import budget_of_design
 from wpcal.calibrate.errors.robot_field import RobotField, correlation
 from wpcal.core.arrays import FloatArray
 from wpcal.seam import detect_seams

@@ -21,8 +21,7 @@ SIGMA_MM, BENDING_MM = 0.2, 1.0
 LENGTH_MM, HEIGHT_MM, THICK_MM = 1200.0, 120.0, 8.0
 AXIS, NORMAL, UP = np.eye(3)
 CENTRE = np.array([0.0, 0.0, HEIGHT_MM / 2.0])
-NODES = 241
-"""Of the differences: 5 mm apart; the shortest mode that is fitted has a wave of 280 mm."""
+NODES = 241  #: Of the differences: 5 mm apart; the shortest mode that is fitted has a wave of 280 mm.
 SEAM_S = np.linspace(-LENGTH_MM / 2.0, LENGTH_MM / 2.0, 13)
 
 

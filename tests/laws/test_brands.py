@@ -8,8 +8,7 @@ from wpcal.controllers import controllers
 ROOT = Path(__file__).parents[2]
 MAKERS = "ABB KUKA FANUC Fanuc Yaskawa Motoman Kawasaki Staubli Comau"
 LANGUAGES = "RAPID KRL INFORM URScript VAL3 PDL2 ArcWare ArcTech ArcTool SmarTac TouchSense"
-ORDINARY = {"as", "inform", "ur"}
-"""Names of formats and brands that are words of other things."""
+ORDINARY = {"as", "inform", "ur"}  #: Names of formats and brands that are words of other things.
 EXCEPTIONS = {
     "wpcal/core/pendant.py": "notations of poses, which calibration.json lists by maker; below the room of controllers",
     "wpcal/touch/searches/setup.py": "the sections of touch-setup.toml, a file format; below the room of controllers",

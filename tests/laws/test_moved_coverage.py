@@ -12,8 +12,7 @@ from tests.weldments_of_parts import PartWeldment, part_weldment, simulated, upr
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
-RIGID = 1e-6
-"""Tolerances times this are those of a rigid part."""
+RIGID = 1e-6  #: Tolerances times this are those of a rigid part.
 PARTS = {
     "uprights": None,
     "drawbar": ROOT / "fixtures" / "welds" / "parts" / "drawbar.step",
@@ -21,8 +20,7 @@ PARTS = {
     "boom and vane": SHARED / "blind" / "afpm_boom_vane.step",
 }
 RUNS = 2000
-ASKED_RATIO = 0.35
-"""Worst seam error with two touches on each plate, over that of the rigid fit: issue 19."""
+ASKED_RATIO = 0.35  #: Worst seam error with two touches on each plate, over that of the rigid fit: issue 19.
 
 
 def opened(name: str) -> PartWeldment:

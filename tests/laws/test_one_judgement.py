@@ -22,8 +22,7 @@ SHARED_PARTS = (
     "blind/iron_Footer_Type_U_L70.step",
     *(f"blind/mini/{name}.step" for name in ("g80", "g125", "hcol", "lfoot", "lug", "t0", "t90")),
 )
-SMALL = "blind/mini/"
-"""Parts of which touches and motions are planned, too."""
+SMALL = "blind/mini/"  #: Parts of which touches and motions are planned, too.
 IN_A_GROOVE = "a seam in a modelled groove is a tee for seams and a butt for welds"
 TWO_HOMES = {"blind/afpm_boom_vane.step": IN_A_GROOVE, "blind/mini/em_re.step": IN_A_GROOVE}
 """Parts on which two places still differ, and on what."""

@@ -13,10 +13,8 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.pairs import PointPairs, Residuals
 
 SHARED = Path(__file__).parents[3] / "shared" / "registration"
-LAST_DIGIT = 0.5e-3
-"""Figures of SOURCES.md have three decimals."""
-PRINTED_SCALE = 0.5e-10
-"""The scale is printed with ten decimals."""
+LAST_DIGIT = 0.5e-3  #: Figures of SOURCES.md have three decimals.
+PRINTED_SCALE = 0.5e-10  #: The scale is printed with ten decimals.
 CERTIFIED_MM = 1e-6
 
 

@@ -26,8 +26,7 @@ PROCESSORS = (
 """Kernels of OpenBLAS, and the last one without the wide instructions of NumPy."""
 ROUND_OFF = 1e-15
 SOLVED = 1e-12
-NOISE = 1e-12
-"""Share of a cost: what kernels differ by, after some thousand sums."""
+NOISE = 1e-12  #: Share of a cost: what kernels differ by, after some thousand sums.
 TWO_ROBOTS = ["two-mh6-tee.json", str(TEE / "seams.json"), "--seam", "W2", "--arc", "on"]
 
 

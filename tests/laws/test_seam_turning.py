@@ -18,10 +18,8 @@ from wpcal.seam.path.build import build_seams
 from wpcal.seam.path.turning import face_free_space, rotation_angles
 from wpcal.seam.seam import SeamPieces
 
-ROUND_OFF_RAD = 1e-9
-"""Of the arcsine of a chord of two rotation matrices."""
-LENGTH_MM = 1e-9
-"""Lengths are integrals over the same pieces, cut finer."""
+ROUND_OFF_RAD = 1e-9  #: Of the arcsine of a chord of two rotation matrices.
+LENGTH_MM = 1e-9  #: Lengths are integrals over the same pieces, cut finer.
 
 
 @pytest.mark.parametrize("turn_deg", few([5.0, 1.0, 20.0], 1))

@@ -20,8 +20,7 @@ from wpcal.taught.features import FeatureKind, find_features
 
 ROUND_OFF_MM = 1e-7
 """Ends of contacts are bisected to 2e-9 mm; the rest is round-off of coordinates of some hundred millimetres."""
-ROUND_OFF_RAD = 1e-9
-"""Products of unit vectors; the chord of a station moves by 1e-7 mm on a radius of 25 mm at most."""
+ROUND_OFF_RAD = 1e-9  #: Products of unit vectors; the chord of a station moves by 1e-7 mm on a radius of 25 mm at most.
 DENSE = 4001
 """Samples of a piece by which its steps are measured: the chord error of 10 mm is then known to 1e-6 of itself."""
 

@@ -15,8 +15,7 @@ from wpcal.calibrate.trust.motion_evidence import judge_motion
 from wpcal.core.tangent import point_jacobian
 
 SIGMA_MM = 0.1
-SHARED_MM = 1.0
-"""The wire is longer by this: one standard deviation."""
+SHARED_MM = 1.0  #: The wire is longer by this: one standard deviation.
 RUNS = 60
 
 

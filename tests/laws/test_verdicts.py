@@ -6,8 +6,7 @@ from tests.benchmarks.bench_verdict import pooled_study
 from tests.few import few
 from wpcal.calibrate import Criterion, VerdictKind
 
-MOST_WRONG = 0.05
-"""Share of calibrations in which a PASS or a FAIL may be wrong."""
+MOST_WRONG = 0.05  #: Share of calibrations in which a PASS or a FAIL may be wrong.
 
 
 @pytest.mark.parametrize("stated", [True, False])

@@ -15,8 +15,7 @@ class Solver(Enum):
     ANNEALING = "annealing"
     """The published annealer over the whole box. Its best pose is then polished to the optimum."""
 
-    EXACT = "exact"
-    """The least-squares fit, polished to the optimum."""
+    EXACT = "exact"  #: The least-squares fit, polished to the optimum.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

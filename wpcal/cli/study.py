@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from wpcal.cli.option_groups import command, option_of
+from wpcal.cli.option_groups import command, option_of, takes
 from wpcal.cli.shared_help import DASK_HELP, FORCE_HELP, JSON_HELP
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from wpcal.calibrate.errors.prediction import TeachingError
     from wpcal.core.arrays import FloatArray
     from wpcal.study import ErrorStudy
     from wpcal.study.teaching_error import Chunk
@@ -37,6 +38,7 @@ STUDY = "wpcal.study.teaching_error:run_error_study"
     help="What is minimised: the largest distance (the published criterion) or the sum of squares.",
 )
 @option_of(f"{STUDY}.seed", "--seed", type=click.IntRange(min=0), help="Seed of all random numbers.")
+@takes("teaching", "wpcal.calibrate.errors.prediction:TeachingError", without=["sigma_mm", "bound_mm"])
 @click.option("--dask", metavar="tcp://HOST:PORT", help=f"{DASK_HELP}: they fit, and the numbers are the same.")
 @click.option("-o", "--out", "output", type=click.Path(path_type=Path), help="Output: the distribution as a JSON file.")
 @click.option("--force", is_flag=True, help=f"{FORCE_HELP}: the file.")
@@ -49,6 +51,7 @@ def study(
     place: str,
     criterion: str,
     seed: int,
+    teaching: TeachingError,
     dask: str | None,
     output: Path | None,
     force: bool,
@@ -77,6 +80,7 @@ def study(
             place=ErrorPlace(place),
             criterion=Criterion(criterion),
             seed=seed,
+            teaching=teaching,
             progress=lambda done: progress("trials", done, trials),
             fitted=fitted,
         )
@@ -126,6 +130,7 @@ def _show(result: ErrorStudy) -> None:
     for level, value in result.quantiles_mm.items():
         table.add_row(f"{100 * level:g} % of the trials below", f"{value:.6g} mm")
     table.add_row("below 0.5 mm", f"{100 * result.share_below_usual:.2f} % (the paper: usually)")
+    table.add_row("95 % below, with robot, tool and part", f"{result.budget_95_mm:.3g} mm (error budget)")
     table.add_row("extreme", f"{result.errors_mm.max():.6g} mm (the paper: 0.9 mm)")
     console.print(table)
 

@@ -24,16 +24,13 @@ from wpcal.optim.search_box import SearchBox
 Cost = Callable[[FloatArray], FloatArray]
 LEAST_TEMPERATURE = 1e-300
 """Temperature when all sampled costs are equal: any rise is then refused, and no division by zero occurs."""
-DRAWN = 64
-"""Moves whose random numbers are drawn at once: enough to hide the call, few enough to waste none of note."""
+DRAWN = 64  #: Moves whose random numbers are drawn at once: enough to hide the call, few enough to waste none of note.
 
 
 class Neighbourhood(Enum):
     """How the box of new states around a state changes from one temperature to the next."""
 
-    LINEAR = "linear"
-    """By a fixed amount, down to a floor: Yin 2003, eq. (7)."""
-
+    LINEAR = "linear"  #: By a fixed amount, down to a floor: Yin 2003, eq. (7).
     ACCEPTANCE = "acceptance"
     """By a factor, and only while few moves are accepted: a wide box stays as long as it is of use."""
 

@@ -26,8 +26,7 @@ WINDOW, LEAST_GAIN = 5, 2e-3
 thousandth."""
 LEAST_CURVATURE = 1e-9
 """Added to the diagonal: a coordinate without influence (the spin of a torch at rest) does not move."""
-ACTIVE_ROUNDS = 4
-"""Most rounds that look for the limits which count after a step. Two or three are usually enough."""
+ACTIVE_ROUNDS = 4  #: Most rounds that look for the limits which count after a step. Two or three are usually enough.
 Path = TypeVar("Path")
 
 

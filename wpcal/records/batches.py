@@ -272,6 +272,7 @@ class ErrorStudy(Record, rename={"share_below_0_5_mm": "share_below_0.5_mm"}):
     seed: int
     mean_mm: NotNegative = D("Mean error of a trial.")
     extreme_mm: NotNegative = D("Largest error of a trial.")
+    budget_95_mm: NotNegative = D("95 % error of all points with the errors of robot, tool and part (error budget).")
     share_below_0_5_mm: Share = D("Share of the trials with an error below 0.5 mm.")
     quantiles_mm: Annotated[dict[str, NotNegative], Meta(min_length=1)] = D("Error by probability (0.95 and so on).")
     histogram: Histogram

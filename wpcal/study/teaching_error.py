@@ -7,12 +7,14 @@ calibrated again, and the largest displacement of a reference point is the error
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
+from wpcal.calibrate.errors.linear_fit import budget_of_design
+from wpcal.calibrate.errors.prediction import COVERAGE, TeachingError
 from wpcal.calibrate.solve.interior_point import solve_interior_point
 from wpcal.calibrate.solve.least_squares import centred, distances, kabsch
 from wpcal.calibrate.trust.criteria import Criterion
@@ -23,20 +25,16 @@ from wpcal.core.transform import RigidTransform
 CHUNK = 4096
 """Trials that are solved together: large enough to hide Python, small enough to stay in the processor's cache."""
 PAPER_USUAL_MM = 0.5  #: The paper: the error is usually below this.
+UNSTATED = TeachingError()
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
 
 class ErrorPlace(Enum):
     """Where in the cube of half width `bound_mm` the error of a taught point lies."""
 
-    CUBE = "cube"
-    """Anywhere in the cube, evenly, each point for itself."""
-
-    CORNERS = "corners"
-    """On a corner of the cube, each point for itself: the worst that the bound allows."""
-
-    COMMON = "common"
-    """Anywhere in the cube, the same for all points: a wrong tool centre point with a fixed posture."""
+    CUBE = "cube"  #: Anywhere in the cube, evenly, each point for itself.
+    CORNERS = "corners"  #: On a corner of the cube, each point for itself: the worst that the bound allows.
+    COMMON = "common"  #: Anywhere in the cube, the same for all points: a wrong tool centre point with a fixed posture.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +46,7 @@ class ErrorStudy:
     place: ErrorPlace
     criterion: Criterion
     seed: int
+    budget_95_mm: float  #: What no reference point exceeds, with 95 %, with the errors of robot, tool and part as well.
 
     @property
     def share_below_usual(self) -> float:
@@ -77,6 +76,7 @@ class ErrorStudy:
             "seed": self.seed,
             "mean_mm": float(self.errors_mm.mean()),
             "extreme_mm": float(self.errors_mm.max()),
+            "budget_95_mm": self.budget_95_mm,
             "share_below_0.5_mm": self.share_below_usual,
             "quantiles_mm": {f"{level:g}": value for level, value in self.quantiles_mm.items()},
             "histogram": {"edges_mm": edges.tolist(), "counts": counts.astype(int).tolist()},
@@ -92,6 +92,7 @@ def run_error_study(
     place: ErrorPlace = ErrorPlace.CUBE,
     criterion: Criterion = Criterion.MINIMAX,
     seed: int = 0,
+    teaching: TeachingError = UNSTATED,
     progress: Callable[[int], None] | None = None,
     fitted: Callable[[Iterator[Chunk]], Iterator[tuple[int, FloatArray]]] | None = None,
 ) -> ErrorStudy:
@@ -100,6 +101,7 @@ def run_error_study(
     Raises `InputError` when the bound is negative, there are no trials, or the criterion is another.
 
     `p_part`: shape (n, 3). Reference points of the model, mm.
+    `teaching`: What is stated of robot and tool: for the error budget, not for the trials.
     `fitted`: callable, optional. Takes the chunks, and yields the first trial and the errors (trials,) in mm of each,
     in any order. By default they are fitted here, one after another.
     """
@@ -128,7 +130,10 @@ def run_error_study(
         done += len(found)
         if progress is not None:
             progress(done)
-    return ErrorStudy(frozen(errors), bound_mm, place, criterion, seed)
+    stated, is_minimax = replace(teaching, bound_mm=bound_mm), criterion is Criterion.MINIMAX
+    budget = budget_of_design(true, stated, with_minimax=is_minimax, seed=seed)
+    expected = float(np.quantile(budget.joint_errors(true), COVERAGE))
+    return ErrorStudy(frozen(errors), bound_mm, place, criterion, seed, expected)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,8 +9,7 @@ from wpcal.core.errors import FormatError
 from wpcal.core.tables import Table
 
 TAUGHT_COLUMNS = ("x_mm", "y_mm", "z_mm")  #: A touched point in the base.
-MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")
-"""The same point on the model, in the frame of the part."""
+MODEL_COLUMNS = ("model_x_mm", "model_y_mm", "model_z_mm")  #: The same point on the model, in the frame of the part.
 USES = ("yes", "check", "no")  #: Words of the column `use`: fitted; not fitted, but tests the fit; left out.
 COVARIANCE_COLUMNS = ("cov_xx_mm2", "cov_xy_mm2", "cov_xz_mm2", "cov_yy_mm2", "cov_yz_mm2", "cov_zz_mm2")
 """The upper triangle of the covariance of a taught point, row by row, along the axes of the base."""

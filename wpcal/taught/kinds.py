@@ -24,8 +24,7 @@ class TouchKind(Enum):
     is_inside : bool. Whether only the inner wall of such a surface is meant.
     """
 
-    POINT = "point", TargetKind.POINT
-    """A corner or the centre of a hole: the tip was at the feature itself."""
+    POINT = "point", TargetKind.POINT  #: A corner or the centre of a hole: the tip was at the feature itself.
     PLANE = "plane", TargetKind.FACE, (SurfaceKind.PLANE,)
     EDGE = "edge", TargetKind.EDGE
     HOLE = "hole", TargetKind.FACE, (SurfaceKind.CYLINDER,), True

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from wpcal.taught.features.reference import ReferenceFeature
     from wpcal.taught.table import TaughtPoints
 
-LEAST_JOINTS = 4
-"""Welding arms have six joints, palletising arms four. With fewer numbers, the line was cut."""
+LEAST_JOINTS = 4  #: Welding arms have six joints, palletising arms four. With fewer numbers, the line was cut.
 BASE = "base"  #: Name of the user frame that is the robot's base itself.
 
 

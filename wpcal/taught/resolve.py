@@ -21,10 +21,8 @@ from wpcal.taught.features.reference import FeatureKind, ReferenceFeature, featu
 from wpcal.taught.kinds import TouchKind
 from wpcal.taught.table import TaughtPoints
 
-ON_SURFACE_MM = 1e-3
-"""A feature lies on a surface if it is this near: features are named after rounding to this."""
-SAME_SIZE_MM = 1e-3
-"""Radii of a feature and of a face agree within this: files are written with three decimals."""
+ON_SURFACE_MM = 1e-3  #: A feature lies on a surface if it is this near: features are named after rounding to this.
+SAME_SIZE_MM = 1e-3  #: Radii of a feature and of a face agree within this: files are written with three decimals.
 SAME_DIRECTION = 1.0 - 1e-3
 """Least cosine between directions that are the same: 2.6 degrees, far less than between two faces of a corner."""
 AMBIGUOUS_MM = 0.5

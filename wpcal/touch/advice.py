@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.linear_fit import budget_of_design
 from wpcal.calibrate.errors.prediction import COVERAGE, LEAST_ERROR_MM, Sigma, TeachingError
 from wpcal.calibrate.errors.robot_field import USUAL_SIGMA_MM, RobotField
 from wpcal.calibrate.trust.criteria import Criterion

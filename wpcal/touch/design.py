@@ -26,16 +26,13 @@ from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.progress import Progress, no_progress
 
-MOST_ENUMERATED = 150_000
-"""Up to this many sets are all tried, in some seconds. Above it single points are exchanged."""
+MOST_ENUMERATED = 150_000  #: Up to this many sets are all tried, in some seconds. Above it single points are exchanged.
 CHUNK = 8_000  #: Sets judged at once: some tens of megabytes.
 STARTS = 12
 """Random sets from which the exchange starts. On the sample parts three of four of them end at the same best set."""
 KEPT = 200  #: Best sets kept. Those with a symmetric swap are then removed.
-FLAT = 1e-9
-"""Least ratio of the determinant of N to the cube of its trace; below it the points lie on one line."""
-MOST_PERMUTED = 6
-"""720 orders. With more points nobody exchanges the names of all of them at once by mistake."""
+FLAT = 1e-9  #: Least ratio of the determinant of N to the cube of its trace; below it the points lie on one line.
+MOST_PERMUTED = 6  #: 720 orders. With more points nobody exchanges the names of all of them at once by mistake.
 FREEDOMS = np.linspace(1.0, 3.0, 2001)
 QUANTILES = chdtri(FREEDOMS, 1.0 - COVERAGE) / FREEDOMS
 """Of a length of 1 to 3 effective dimensions; the table is exact to 1e-7."""

@@ -29,8 +29,7 @@ from wpcal.touch.weldment import (
 )
 
 MOVED_ADVICE_SCHEMA = "wpcal/moved-advice/1"
-NOT_HELD_MM = UNKNOWN_MM / 10.0
-"""A larger error means that the touches leave a motion of the whole part free."""
+NOT_HELD_MM = UNKNOWN_MM / 10.0  #: A larger error means that the touches leave a motion of the whole part free.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -160,10 +160,8 @@ class CommonErrors:
 
 
 LARGEST = 16.0  #: The sum of errors to this power: the largest decides, and below it the next.
-MOST_SEAM_POINTS = 160
-"""Seam points that the search looks at; the errors reported are those over all points."""
-PER_PAIR = 6
-"""Of them where the same two bodies meet: the error is largest at the ends of the extent of a seam."""
+MOST_SEAM_POINTS = 160  #: Seam points that the search looks at; the errors reported are those over all points.
+PER_PAIR = 6  #: Of them where the same two bodies meet: the error is largest at the ends of the extent of a seam.
 REDUCIBLE = 0.5  #: Weight of the largest error above its floor, beside the largest error.
 OFTEN = 1e4  #: Each possible touch is made so many times to see what no touch can lower.
 SWEEPS = 4  #: Each touch is exchanged so many times at most: the second sweep rarely gains a hundredth.
@@ -222,7 +220,7 @@ class MovedSearch:
         return length_quantile(found, COVERAGE)
 
     def joint_error_with(self, start: FloatArray, chosen: Sequence[int]) -> float:
-        """Return the length, mm, that no seam point's error exceeds after chosen touches, with 95 % probability."""
+        """Return what no seam point's error exceeds after chosen touches, with 95 %, mm; `start` is (m, m)."""
         J, C, modes = self._judged(start, chosen)
         return joint_error(J, C, None if modes is None or self.common is None else modes.rest(self.common.seams))
 

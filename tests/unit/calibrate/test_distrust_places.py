@@ -44,8 +44,7 @@ class Planes:
         return 150.0
 
 
-SLOPE = 2e-3
-"""The far side leans by this much, so the part turned over about x leaves some residual."""
+SLOPE = 2e-3  #: The far side leans by this much, so the part turned over about x leaves some residual.
 
 
 def turned_over(noise_mm=0.0, seed=0):

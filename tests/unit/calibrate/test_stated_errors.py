@@ -13,7 +13,7 @@ from wpcal.calibrate import (
     fit_weighted,
     solve_minimax,
 )
-from wpcal.calibrate.errors.of_points import gained_covariance, isotropic_covariance, point_gain
+from wpcal.calibrate.errors.linear_fit import LinearFit, isotropic_covariance
 from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.calibrate.trust.diagnose import diagnose_pairs
 from wpcal.core import PointPairs
@@ -111,7 +111,7 @@ def test_the_predicted_error_of_unequal_points_holds_95_percent_of_simulated_fit
 
 def propagated_covariance(p, C):
     back = translation_adjoint(p.mean(axis=0))
-    return back @ gained_covariance(point_gain(p), C) @ back.T
+    return back @ LinearFit.of_points(p, covariances=C).touching @ back.T
 
 
 @pytest.mark.deep

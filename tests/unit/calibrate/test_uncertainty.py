@@ -3,8 +3,8 @@ import pytest
 
 from tests.coverage_study import error_95, run_coverage_study
 from wpcal.calibrate import Criterion, TeachingError, calibrate, fit_least_squares
+from wpcal.calibrate.errors.linear_fit import isotropic_covariance
 from wpcal.calibrate.errors.of_bodies import joint_error
-from wpcal.calibrate.errors.of_points import isotropic_covariance
 from wpcal.core import InputError, PointPairs
 from wpcal.core.tangent import log_rotation, point_jacobian
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wpcal.calibrate import Criterion, SigmaSource, TeachingError, VerdictKind, VerdictReason, calibrate
-from wpcal.calibrate.errors.of_points import budget_of_design
+from wpcal.calibrate.errors.linear_fit import budget_of_design
 from wpcal.calibrate.errors.robot_field import PRIOR_SCALE, RESOLUTION_SIGMA_MM, USUAL_SIGMA_MM, RobotField
 from wpcal.core.pairs import PointPairs
 from wpcal.core.wording import MOST_NAMED, listed

@@ -12,8 +12,7 @@ from wpcal.robot.kinematics.inverse import TURN, own_branch, solve_inverse
 ARMS = {arm.name: arm for arm in (ur5e(), ur10e(), crx10ia())}
 MET_MM = 1e-6  #: A solution meets its pose: Newton steps and closed forms end far below.
 SAME_RAD = 1e-5  #: Of two starts that end in one solution.
-REGULAR = 1e-3
-"""Least singular value, lengths in parts of a metre, of poses whose solutions are all apart."""
+REGULAR = 1e-3  #: Least singular value, lengths in parts of a metre, of poses whose solutions are all apart.
 
 
 @pytest.fixture(params=ARMS)

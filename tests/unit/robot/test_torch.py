@@ -17,8 +17,7 @@ from wpcal.robot.torch.attitude import (
 )
 from wpcal.seam.judge.torch_neck import bend_directions
 
-ROUND_OFF = 1e-12
-"""A few products of rotations, entries at most 1."""
+ROUND_OFF = 1e-12  #: A few products of rotations, entries at most 1.
 ROUND_OFF_RAD = 1e-12
 
 angles = st.floats(-0.7, 0.7)

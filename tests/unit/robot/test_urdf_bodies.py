@@ -19,8 +19,7 @@ URDF = """<robot name="two">
     <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
 </robot>"""
 CUBE = np.array([[x, y, z] for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)])
-ROUNDED_MM = 0.02
-"""Corners are written with two decimals."""
+ROUNDED_MM = 0.02  #: Corners are written with two decimals.
 
 
 def write_stl(path, points):

@@ -3,7 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wpcal.calibrate import Criterion, fit_least_squares
+from wpcal.calibrate import Criterion, TeachingError, fit_least_squares
+from wpcal.calibrate.errors.robot_field import RobotField
 from wpcal.core import InputError
 from wpcal.study import ErrorPlace, run_error_study
 from wpcal.taught.pairs import read_pairs
@@ -11,6 +12,7 @@ from wpcal.taught.pairs import read_pairs
 PAIRS = read_pairs(Path(__file__).parents[3] / "fixtures" / "yin2003" / "table1.csv")[0]
 EXACT_MM = 1e-9  # the paper asks for 0.02 mm without teaching errors
 TRIALS = 2000
+NO_ERROR = RobotField.none()
 
 
 def study(**options):
@@ -50,3 +52,10 @@ def test_the_same_seed_gives_the_same_errors():
 def test_a_study_that_cannot_be_is_refused(options):
     with pytest.raises(InputError):
         study(**options)
+
+
+@pytest.mark.parametrize("criterion", [Criterion.MINIMAX, Criterion.LEAST_SQUARES])
+def test_the_budget_of_an_exact_robot_is_that_of_the_trials(criterion):
+    exact, usual = (study(criterion=criterion, teaching=TeachingError(robot=robot)) for robot in (NO_ERROR, None))
+    assert exact.budget_95_mm == pytest.approx(exact.quantiles_mm[0.95], rel=0.12)  # as of Gaussian errors, and a scale
+    assert usual.budget_95_mm > exact.budget_95_mm

@@ -12,8 +12,7 @@ from wpcal.taught.touched_face import touched_face
 
 GRAPHS = Path(__file__).parents[3] / "fixtures" / "graphs"
 ROUND_OFF_MM = 1e-6
-CHORD_MM = 1e-3
-"""Borders are polylines: on a round face they are this near to the edge."""
+CHORD_MM = 1e-3  #: Borders are polylines: on a round face they are this near to the edge.
 
 
 def test_the_middle_of_a_rectangle_is_half_its_shorter_side_from_its_border():

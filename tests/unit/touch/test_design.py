@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from tests.coverage_study import error_95
-from wpcal.calibrate.errors.of_points import isotropic_covariance
+from wpcal.calibrate.errors.linear_fit import isotropic_covariance
 from wpcal.core.progress import no_progress
 from wpcal.core.tangent import exp_rotation
 from wpcal.touch.design import Design, farthest_rows, least_swap
 
-TABLE = 1e-6
-"""The quantile is read from a table of 2001 values."""
+TABLE = 1e-6  #: The quantile is read from a table of 2001 values.
 ROUND_OFF_MM2 = 1e-8
 
 

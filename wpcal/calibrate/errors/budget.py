@@ -36,8 +36,7 @@ from wpcal.core.tangent import point_jacobian, translation_adjoint
 
 JOINT_POINTS = 32
 """So many points stand for all seams where their errors are drawn together: the furthest, and those with most error."""
-MOST_PLACES = 256
-"""Of more touches, those in one cell of a grid count as one place of the field."""
+MOST_PLACES = 256  #: Of more touches, those in one cell of a grid count as one place of the field.
 CONTRIBUTIONS = ("touching", "tool", "robot", "part", "model")
 
 

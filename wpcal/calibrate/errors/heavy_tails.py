@@ -18,8 +18,7 @@ from wpcal.core.transform import RigidTransform
 SHAPE_FALSE_ALARM = 0.05
 """Probability that Gaussian errors are called heavy-tailed. A false alarm only widens the predicted error."""
 SHAPE_SAMPLES = 1000  #: Simulated fits behind the critical value of the test.
-ROUND_OFF = 1e-12
-"""Residuals below this share of the size of the points are round-off; the callers know that size."""
+ROUND_OFF = 1e-12  #: Residuals below this share of the size of the points are round-off; the callers know that size.
 LEAST_FREEDOM = 4
 """Numbers observed beyond the six of the pose. The residuals of three points lie in their plane and have no shape."""
 UNSEEN = 1e-9  #: Share of the largest information below which a direction is not seen.

@@ -1,21 +1,11 @@
-r"""The covariance of a fit of touches.
-
-A touch is off by a random vector :math:`\delta_i`; its residual sees :math:`A_i \delta_i`. With
-:math:`d = A(\delta - J\xi)` linear and :math:`M = \sum J_i^\top A_i J_i`, least squares has
-:math:`C = M^{-1} (\sum J_i^\top A_i C_i A_i J_i) M^{-1}`, which is :math:`\sigma^2 M^{-1}` for equal errors. An
-error :math:`u_i` that all touches share, such as that of the stick-out, adds :math:`g g^\top` with
-:math:`g = M^{-1} \sum J_i^\top A_i u_i`. The weighted fit has its weights in place of :math:`A_i`. The further motion
-of the minimax fit is simulated (`wpcal.calibrate.errors.of_minimax`).
-"""
+"""The error budget of a fit of touches, and what is believed of their errors."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 
 from wpcal.calibrate.errors.budget import ErrorBudget
-from wpcal.calibrate.errors.of_minimax import minimax_excess, minimax_of_stated
+from wpcal.calibrate.errors.linear_fit import LinearFit
 from wpcal.calibrate.errors.prediction import Sigma, TeachingError
 from wpcal.calibrate.errors.robot_field import Belief, ResidualRows
 from wpcal.calibrate.observe.touches import Touches
@@ -31,27 +21,13 @@ def budget_of_touches(
     The usual teaching error is assumed if nothing is stated and there are as many touches as freedoms.
     """
     J, _, length = scaled_jacobian(touches, pose)
-    scale, covariances = 1.0 / np.repeat([length, 1.0], 3), touches.covariances
-    weights = pose.at.information(covariances if criterion is Criterion.WEIGHTED else None)
-    back = J.transpose(0, 2, 1) @ weights
-    gain = scale[:, None] * (-np.linalg.inv(np.einsum("nij,njk->ik", back, J)) @ back)
+    scale, stated = 1.0 / np.repeat([length, 1.0], 3), touches.covariances
+    weights = pose.at.information(stated if criterion is Criterion.WEIGHTED else None)
+    shared = None if stated is None else touches.shared
+    own = stated if stated is None or shared is None else stated - shared @ shared.transpose(0, 2, 1)
     belief, sigma = _believed(touches, pose, teaching)
-    excess = None
-    if covariances is None:
-        touching = np.einsum("nij,nkj->ik", gain, gain)
-        if criterion is Criterion.MINIMAX and sigma.mm > 0:
-            excess = scale[:, None] * minimax_excess(J, pose.at.A, bounded=teaching.is_bounded, seed=seed) * scale
-    else:
-        shared = np.zeros((len(J), 3, 0)) if touches.shared is None else touches.shared
-        own = covariances - shared @ shared.transpose(0, 2, 1)
-        if criterion is Criterion.MINIMAX:
-            touching = scale[:, None] * minimax_of_stated(J, pose.at.A, own, shared, seed=seed) * scale
-        else:
-            common = np.einsum("nij,njs->is", gain, shared)
-            touching = np.einsum("nij,njl,nkl->ik", gain, own, gain) + common @ common.T
-    return replace(
-        ErrorBudget.of(touches.p_base, gain, touching, belief, sigma, excess=excess), tool_mm=teaching.tool_mm
-    )
+    fit = LinearFit(touches.p_base, J, pose.at.A, scale, weights, own, shared)
+    return fit.budget(belief, sigma, teaching, is_minimax=criterion is Criterion.MINIMAX, seed=seed)
 
 
 def _believed(touches: Touches, pose: Pose, teaching: TeachingError) -> tuple[Belief, Sigma]:

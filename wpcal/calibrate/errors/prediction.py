@@ -3,7 +3,7 @@ r"""From the error of a taught point to the error of a weld.
 A taught point is off by a small random vector. The fit turns these vectors into a small motion
 :math:`\xi = (\omega, v)` of the part (`wpcal.core.tangent`: rotation first, about the base's origin). A point
 :math:`p` of the part is then off by :math:`\omega \times p + v`. The covariance of :math:`\xi` is computed in
-`wpcal.calibrate.errors.of_points` and `wpcal.calibrate.errors.of_touches`.
+`wpcal.calibrate.errors.linear_fit` and `wpcal.calibrate.errors.of_touches`.
 """
 
 from __future__ import annotations
@@ -37,15 +37,13 @@ COVERAGE = 0.95  #: Share of the errors that stay below the predicted error.
 LEAST_FREEDOM = 4
 """With fewer numbers in the residuals the usual teaching error decides, and it counts as assumed. Three points have
 three."""
-JOINT_SAMPLES = 8192
-"""Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %."""
+JOINT_SAMPLES = 8192  #: Simulated errors behind the error of all seams together: its 95 % quantile is then good to 1 %.
 EXCESS_POINTS = 64
 """Of larger clouds this many points are simulated. More points only make the simulated part smaller."""
 EXCESS_GOAL = 1e-8  #: Scaled optimality error of a simulated fit: far below the sampling error.
 EXCESS_SAMPLES = 256
 """Simulated fits behind the part of the minimax covariance that has no closed form: its scale is then good to 5 %."""
-LEAST_ERROR_MM = 1e-6
-"""Below 1 nm an error says nothing of a robot, and its square may be no number any more."""
+LEAST_ERROR_MM = 1e-6  #: Below 1 nm an error says nothing of a robot, and its square may be no number any more.
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,8 +140,7 @@ class SigmaSource(Enum):
     """Where the teaching error behind a predicted error comes from."""
 
     STATED = "stated"
-    ESTIMATED = "estimated"
-    """From the residuals."""
+    ESTIMATED = "estimated"  #: From the residuals.
     ASSUMED = "assumed"
     """The usual teaching error, because the residuals show too little; or the last digit of a controller, because they
     are smaller than it explains."""

@@ -57,14 +57,10 @@ class FieldOrigin(Enum):
     """Where the amplitude and the length of the robot's error come from."""
 
     STATED = "stated"
-    IDENTIFIED = "identified"
-    """From held-out poses of the identification of this arm."""
-    POOLED = "pooled"
-    """From earlier jobs in the same cell."""
-    ESTIMATED = "estimated"
-    """From the residuals of this part, with the prior of the class."""
-    ASSUMED = "assumed"
-    """The class of uncalibrated six-axis arms."""
+    IDENTIFIED = "identified"  #: From held-out poses of the identification of this arm.
+    POOLED = "pooled"  #: From earlier jobs in the same cell.
+    ESTIMATED = "estimated"  #: From the residuals of this part, with the prior of the class.
+    ASSUMED = "assumed"  #: The class of uncalibrated six-axis arms.
 
 
 @dataclass(frozen=True, slots=True)

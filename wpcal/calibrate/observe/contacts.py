@@ -21,8 +21,7 @@ PARALLEL_RAD = 0.01  #: Faces that lie on each other are parallel to half a degr
 PIECES = 8
 """Points along each line of a border that are tried: overlaps shorter than an eighth of both faces are not found."""
 LEAST_SPREAD_MM = 1.0  #: Contact points nearer to each other say the same.
-FLUSH_MM = 0.1
-"""A corner this near to the border of the other face lies on it: sides of plates that are flush."""
+FLUSH_MM = 0.1  #: A corner this near to the border of the other face lies on it: sides of plates that are flush.
 HELD = 3  #: A plane contact holds one height and two tilts. More points share the weight of three.
 
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from wpcal.calibrate.errors.budget import ErrorBudget
 from wpcal.calibrate.errors.heavy_tails import ROUND_OFF, has_heavy_tails, motion_square
-from wpcal.calibrate.errors.of_minimax import minimax_of_stated
-from wpcal.calibrate.errors.of_points import gained_covariance, point_gain, points_excess, scaled_points
+from wpcal.calibrate.errors.linear_fit import LinearFit
 from wpcal.calibrate.errors.prediction import TeachingError
 from wpcal.calibrate.errors.robot_field import ResidualRows
 from wpcal.calibrate.solve.annealed import anneal_pairs
@@ -167,20 +166,11 @@ class PointProblem(FitProblem):
     def _budget(self, criterion: Criterion, T: RigidTransform, rows: IntArray) -> ErrorBudget:
         """Collect what the errors of the fitted points do to the pose, and what is believed of these errors."""
         pairs = self.pairs if len(rows) == len(self.pairs) else self.pairs.select(rows)
-        moved, covariances = T.apply(pairs.p_source), pairs.covariances
-        used = covariances if criterion is Criterion.WEIGHTED else None
-        gain, excess = point_gain(moved, None if used is None else np.asarray(np.linalg.inv(used))), None
-        touching = gained_covariance(gain, covariances)
-        belief, sigma = self.teaching.believed(_residual_rows(pairs), covariances)
-        if criterion is Criterion.MINIMAX and covariances is not None:
-            J, A, scale = scaled_points(moved)
-            nothing = np.zeros((len(J), 3, 0))
-            touching = scale[:, None] * minimax_of_stated(J, A, covariances, nothing, seed=self.seed) * scale
-        elif criterion is Criterion.MINIMAX:
-            excess = points_excess(moved, bounded=self.teaching.is_bounded, seed=self.seed)
-        return replace(
-            ErrorBudget.of(moved, gain, touching, belief, sigma, excess=excess), tool_mm=self.teaching.tool_mm
-        )
+        stated = pairs.covariances
+        weights = None if stated is None or criterion is not Criterion.WEIGHTED else np.asarray(np.linalg.inv(stated))
+        belief, sigma = self.teaching.believed(_residual_rows(pairs), stated)
+        fit = LinearFit.of_points(T.apply(pairs.p_source), weights, stated)
+        return fit.budget(belief, sigma, self.teaching, is_minimax=criterion is Criterion.MINIMAX, seed=self.seed)
 
 
 @lru_cache(maxsize=4)

@@ -25,10 +25,8 @@ if TYPE_CHECKING:
 GRID = 48
 """Samples each way on a free-form face for the annealer: on a face of 500 mm they lie 10 mm apart, and the tangent
 plane of the nearest is then off by 25 / radius mm."""
-ON_SURFACE_MM = 1e-3
-"""Surfaces of two faces are one when they are this near: files are written with three decimals."""
-SAME_LINE_COS = 1.0 - 1e-9
-"""Cosine of directions that are one; 1e-9 is 0.003 degrees, 1e-3 mm on the size of a hole."""
+ON_SURFACE_MM = 1e-3  #: Surfaces of two faces are one when they are this near: files are written with three decimals.
+SAME_LINE_COS = 1.0 - 1e-9  #: Cosine of directions that are one; 1e-9 is 0.003 degrees, 1e-3 mm on the size of a hole.
 
 
 class TargetKind(IntEnum):

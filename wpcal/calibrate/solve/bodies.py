@@ -47,17 +47,14 @@ from wpcal.optim.levenberg_marquardt import minimise_squares
 
 GAUSS_NEWTON_STEPS = 40
 MOST_STEPS = 400  #: Of BFGS.
-SETTLED = 1e-4
-"""The slope of the cost, in standard deviations of the answer, at which the fit counts as settled."""
-POLISHED = 1e-7
-"""The same after Gauss-Newton: a tenth of a nanometre where touches have an error of a millimetre."""
+SETTLED = 1e-4  #: The slope of the cost, in standard deviations of the answer, at which the fit counts as settled.
+POLISHED = 1e-7  #: The same after Gauss-Newton: a tenth of a nanometre where touches have an error of a millimetre.
 POLISHING_STEPS = 5  #: Each one is at least ten times shorter than the last where touches hold the bodies.
 LEAST_SHARE = 1e-14  #: Eigenvalues of the normal matrix below this share of the largest are round-off.
 FIRST_DAMPING = 1e-9
 LOOSE_MM, LOOSE_RAD = 100.0, 0.3
 """Standard deviations from which a body counts as not held: its motion is then not small, and no answer means much."""
-RESTS_MM = 1e-8
-"""The fit ends at a step that changes no residual by more; the next one would be below round-off."""
+RESTS_MM = 1e-8  #: The fit ends at a step that changes no residual by more; the next one would be below round-off.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

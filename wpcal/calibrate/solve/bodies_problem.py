@@ -197,7 +197,7 @@ class Problem:
         """
         _, H = self.normal_equations(state)
         known, q = self.of_bodies.stop, 0 if modes is None else len(modes)
-        inverse = np.linalg.inv(H)[:known]
+        inverse = np.asarray(np.linalg.inv(H)[:known], dtype=np.float64)
         bodies_part, own = inverse[:, 6:known], inverse[:, :known]
         S, found, unseen = np.eye(known + q), own, np.zeros((known + q, known + q))
         unseen[:known, :known] = bodies_part @ bodies_part.T

@@ -27,8 +27,7 @@ from wpcal.calibrate.solve.bodies_problem import BodiesState, Problem, touched_p
 NODES, WEIGHT = math.sqrt(3.0), 1.0 / 6.0
 """Gauss-Hermite with three nodes along each axis is exact for the square of a curvature; the one in the middle is 0."""
 BOTH = 2.0  #: Of the variance of a body's motion: the rigid fit of the whole is off by such a motion, too.
-MOST_MM = 5.0
-"""Motions are small. A tolerance that says that nothing is known must not make round faces useless."""
+MOST_MM = 5.0  #: Motions are small. A tolerance that says that nothing is known must not make round faces useless.
 LEAST_SHARE = 0.02  #: Of the variance of a touch: a smaller second moment changes no error by more than 1 %.
 
 

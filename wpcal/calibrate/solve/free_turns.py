@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from wpcal.calibrate.observe.motions import left_jacobian
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
-from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import exp_rotation
 
 FREE = 1e-9  #: An axis whose stiffness is below this share of the carrying points' sum of squares is free.
@@ -27,10 +27,8 @@ NO_BETTER = 1e-7
 """The search is accurate to about this; what it finds must keep the limit and lower the sum to that accuracy."""
 TOUCHES = 1e-6  #: A squared distance within this share of the limit may limit the turn.
 LEAST_MULTIPLIER = 1e-9  #: A point that does not carry and has a smaller multiplier only touches the limit.
-NEWTON_STEPS = 8
-"""From the accuracy of sequential quadratic programming two or three steps lead to round-off."""
+NEWTON_STEPS = 8  #: From the accuracy of sequential quadratic programming two or three steps lead to round-off.
 AT_REST = 1e-15  #: Turn in rad that is round-off.
-SMALL_ANGLE = 1e-5  #: Below this the series of the derivative of a turn is exact to round-off.
 INDEPENDENT = 1e-7
 """Singular values of the conditions below this share of the largest belong to points that say the same."""
 
@@ -101,7 +99,7 @@ class _Turns:
     def slopes(self, c: FloatArray) -> FloatArray:
         """Derivatives of the squared distances by c, shape (n, m)."""
         y = self._moved(c)
-        return np.asarray(-2.0 * np.cross(y, self.v - y) @ _left_jacobian(self.N @ c) @ self.N)
+        return np.asarray(-2.0 * np.cross(y, self.v - y) @ left_jacobian((self.N @ c)[None])[0] @ self.N)
 
     def search(self) -> FloatArray:
         """Return the turn c, shape (m,), of least sum of squares that the search reaches; zero if it fails."""
@@ -154,12 +152,3 @@ class _Turns:
             if np.abs(solution[:m]).max() <= AT_REST:
                 break
         return R, multipliers
-
-
-def _left_jacobian(x: FloatArray) -> FloatArray:
-    """Derivative of exp(x): a small change dx turns by J dx on the left."""
-    angle = float(np.linalg.norm(x))
-    K = cross_matrix(x[None])[0]
-    if angle < SMALL_ANGLE:
-        return np.asarray(np.eye(3) + 0.5 * K + K @ K / 6.0)
-    return np.asarray(np.eye(3) + (1.0 - np.cos(angle)) / angle**2 * K + (angle - np.sin(angle)) / angle**3 * (K @ K))

@@ -27,13 +27,11 @@ from wpcal.core.rotations import cross_matrix
 from wpcal.core.tangent import exp_rotation
 from wpcal.optim.least_largest import TO_BOUNDARY, room
 
-MAX_STEPS = 60
-"""A regular problem takes 8 to 15 steps; what has not come to rest after 60 needs another start."""
+MAX_STEPS = 60  #: A regular problem takes 8 to 15 steps; what has not come to rest after 60 needs another start.
 GOAL = 1e-14
 """Scaled optimality error of the squared distances at which a problem is done: 1e-14 of the largest distance."""
 EXACT = 1e-14  #: Largest distance, in sizes of the cloud, that is round-off: such a fit is exact.
-LEAST_CURVATURE = 1e-9
-"""Least eigenvalue of the scaled Hessian (largest: about 2) that is still told from round-off."""
+LEAST_CURVATURE = 1e-9  #: Least eigenvalue of the scaled Hessian (largest: about 2) that is still told from round-off.
 MAX_TURN_RAD = 0.5
 """Longest rotation of one step: the quadratic model of a rotation is off by angle³/6, 2 % of the radius here."""
 

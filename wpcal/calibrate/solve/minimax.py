@@ -27,12 +27,10 @@ from wpcal.core.rotations import cube_rotations, spread_rotations
 from wpcal.core.tangent import exp_rotation
 from wpcal.core.transform import RigidTransform
 
-CERTIFIED_MM = 1e-6
-"""Gap at which an answer counts as proved: a thousandth of the finest reading of a controller."""
+CERTIFIED_MM = 1e-6  #: Gap at which an answer counts as proved: a thousandth of the finest reading of a controller.
 SUBSET = 64  #: Clouds up to this size are solved whole; larger ones start from this many points.
 ADDED = 24  #: Points added to the subset per round: the most violated ones.
-SUBSET_ROUNDS = 200
-"""A bound on the rounds. Each takes in violated points, so the value rises; 5 to 10 are usual."""
+SUBSET_ROUNDS = 200  #: A bound on the rounds. Each takes in violated points, so the value rises; 5 to 10 are usual.
 STARTS = 192
 """Rotations from which a set of up to 8 points is solved where nothing is proved. With 24 one swapped or
 mirrored set of 50 had a better fit. Larger sets get fewer, because a solve costs as much as its points."""
@@ -45,8 +43,7 @@ which then has many valleys."""
 EXACT = 1e-12
 """A largest distance below this share of the size of the points is round-off: the fit is exact and the only one."""
 TIED = 1e-11  #: Values that differ by less than this share of the value and the cloud's size are equal.
-SAME_VALLEY = 1e-4
-"""Ends whose rotation matrices differ by less lie in one flat valley: the lowest is the answer."""
+SAME_VALLEY = 1e-4  #: Ends whose rotation matrices differ by less lie in one flat valley: the lowest is the answer.
 TIED_EXACT = 1e-13  #: The same for fits that satisfy the optimality conditions to round-off.
 SAME_SUM = 1e-9  #: Sums of squares that differ by less than this share are equal.
 

@@ -35,8 +35,7 @@ from wpcal.core.tangent import exp_rotation
 
 SAME_LENGTH = 1e-9
 """Lengths that differ by less than this share of the cloud's size are equal. Coordinates of 1e6 mm leave 1e-10 mm."""
-TIED = 1e-9
-"""Singular values, eigenvalues and cosines that differ by less than this share cannot be told apart."""
+TIED = 1e-9  #: Singular values, eigenvalues and cosines that differ by less than this share cannot be told apart.
 SAME_ROTATION = 1e-6  #: Rotations whose matrices differ by less are one.
 MOST_SYMMETRIES = 480
 """Permutations that are followed. Bodies in space have at most 120, flat rings of n points 2 n. While the first points

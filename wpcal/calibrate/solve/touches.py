@@ -35,12 +35,10 @@ BENT = 1e-4
 """Step of the differences behind the curvature, in largest residuals: the error is of its square, round-off of 1e-8."""
 CARRIES = 1e-6
 """Least multiplier, of a sum of one, of a touch that carries the minimax answer; those of the others are round-off."""
-UNSEEN = 1e-6
-"""Share of the largest singular value below which the touches that carry the answer do not see a motion."""
+UNSEEN = 1e-6  #: Share of the largest singular value below which the touches that carry the answer do not see a motion.
 SETTLED = 1e-9  #: Steps below this share of the largest residual change nothing.
 LEAST_LARGEST_MM = 1e-9  #: A largest residual below this is an exact fit: nothing remains to minimise.
-SAME_VALUE = 1e-9
-"""Relative slack within which fits count as having the same largest residual when the tie is broken."""
+SAME_VALUE = 1e-9  #: Relative slack within which fits count as having the same largest residual when the tie is broken.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,20 +18,17 @@ from wpcal.core.transform import RigidTransform
 from wpcal.optim.levenberg_marquardt import minimise_squares
 
 MAX_STEPS = 100  #: Gauss-Newton steps converge in about 5; damped steps of odd data take more.
-FIRST_DAMPING = 1e-6
-"""The least-squares fit is near the answer: the first step is almost that of Gauss and Newton."""
+FIRST_DAMPING = 1e-6  #: The least-squares fit is near the answer: the first step is almost that of Gauss and Newton.
 SEARCH_STEPS = 12
 """Damped steps of all starts at once; enough to tell the valleys apart. The best are then followed to their end."""
-SEARCH_DAMPING = 1e-3
-"""The starts are far from their valleys; a smaller damping gains nothing in the first steps."""
+SEARCH_DAMPING = 1e-3  #: The starts are far from their valleys; a smaller damping gains nothing in the first steps.
 MOST_VALLEYS = 4
 """Ends of descents that are followed to rest; most of the 24 starts end in the same one or two valleys."""
 SAME_SUM = 1e-9
 """Another valley must be lower by this share: of two equal ones that of the least-squares fit is the answer."""
 SURE = 0.01
 """Residuals that good data exceed more often than this need no other start: the fit is where the errors say."""
-LEAST_CURVATURE = 1e-9
-"""Least eigenvalue of the scaled Hessian (largest: a few) that is still told from round-off."""
+LEAST_CURVATURE = 1e-9  #: Least eigenvalue of the scaled Hessian (largest: a few) that is still told from round-off.
 ROUND_OFF = 16 * float(np.finfo(np.float64).eps)
 """Share of the largest coordinate by which a computed residual may be off."""
 

@@ -23,8 +23,7 @@ from wpcal.calibrate.solve.bodies_problem import Whitened
 from wpcal.calibrate.trust.residuals import FALSE_ALARM
 from wpcal.core.arrays import FloatArray, IntArray
 
-LEAST_TESTED = 1e-9
-"""Directions of contacts in which nothing else says anything leave no residual but round-off."""
+LEAST_TESTED = 1e-9  #: Directions of contacts in which nothing else says anything leave no residual but round-off.
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,7 @@ from wpcal.calibrate.trust.residuals import FLOOR_MM, LEAST_SIGMA_MM
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.core.issue import Issue
 
-MOST_TRIED = 60
-"""Touches and pairs are tried among this many touches, those with the largest residuals: 1770 pairs."""
+MOST_TRIED = 60  #: Touches and pairs are tried among this many touches, those with the largest residuals: 1770 pairs.
 FITTED_AGAIN = 12  #: Best sets that are fitted again: the sums of the others are those of the linear formula.
 HELD = 1e-3
 """If a motion is free without touches (below this share of the largest singular value), the others cannot judge."""

@@ -35,17 +35,10 @@ NOT_NAMED = "blunder-not-named"  #: Code of the issue that points are wrong and 
 class Criterion(Enum):
     """What a fit minimises."""
 
-    MINIMAX = "minimax"
-    """The largest distance: Yin 2003, eq. (4)."""
-
-    LEAST_SQUARES = "least_squares"
-    """The sum of squared distances."""
-
-    WEIGHTED = "weighted"
-    """The sum of squares weighted with a covariance per observation."""
-
-    ROBUST = "robust"
-    """The sum of squares over the observations that agree."""
+    MINIMAX = "minimax"  #: The largest distance: Yin 2003, eq. (4).
+    LEAST_SQUARES = "least_squares"  #: The sum of squared distances.
+    WEIGHTED = "weighted"  #: The sum of squares weighted with a covariance per observation.
+    ROBUST = "robust"  #: The sum of squares over the observations that agree.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -245,8 +238,7 @@ def _frames(p: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 MOST_FRAMED = 8  #: Points of which three give a frame.
 LEAST_SINE = 0.2  #: Of the angle between x and the plane point, as seen from the origin: 12°.
-CLEARLY_LESS = 0.9
-"""Another criterion is worth a line if it predicts less than this share of the seam error."""
+CLEARLY_LESS = 0.9  #: Another criterion is worth a line if it predicts less than this share of the seam error.
 
 
 def advise_criterion(fit: CriterionFit, comparison: CriteriaComparison | None, word: str) -> str | None:

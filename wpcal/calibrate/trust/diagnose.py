@@ -28,8 +28,7 @@ from wpcal.core.issue import Issue
 from wpcal.core.pairs import PointPairs, Residuals
 from wpcal.core.tangent import point_jacobian
 
-UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}
-"""Units that occur in practice besides the millimetre, in mm."""
+UNIT_FACTORS = {1000.0: "metres", 25.4: "inches"}  #: Units that occur in practice besides the millimetre, in mm.
 UNIT_TOLERANCE = 0.03
 """The factor of the sizes must lie this close to that of a unit: closer than any teaching error on a part of 100 mm."""
 COPLANAR_RATIO = 0.02

@@ -23,8 +23,7 @@ HOLDS = 0.1  #: A touch holds a motion if it makes up at least this share of the
 SLIDES = 1e-6  #: A motion whose rotation is a smaller share than this is called sliding.
 PITCH = 1e-3  #: A motion that advances less than this share of its arc is called a turn, not a screw.
 ON_AXIS_MM = 0.1  #: An axis this near to a named one is called by its name.
-NAMED_AXIS_COS = 1.0 - 1e-6
-"""An axis turned less than this from a named one (0.08 degrees) is called by its name."""
+NAMED_AXIS_COS = 1.0 - 1e-6  #: An axis turned less than this from a named one (0.08 degrees) is called by its name.
 
 
 def held_motions(touches: Touches, pose: Pose) -> tuple[HeldMotion, ...]:

@@ -34,8 +34,7 @@ MOST_COMPARED = 40
 """Up to this many points, sets of points are left out in turn: 780 pairs. Beyond, a third of wrong points is found by
 three-point fits."""
 CLOUD = 200  #: Of larger sets, the first fit is found on this many points.
-CONCENTRATION_STEPS = 20
-"""Each step keeps the nearest points and fits again. The sum stops falling after a few steps."""
+CONCENTRATION_STEPS = 20  #: Each step keeps the nearest points and fits again. The sum stops falling after a few steps.
 
 
 @lru_cache(maxsize=4)

@@ -23,8 +23,7 @@ from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 from wpcal.calibrate.trust.residuals import FALSE_ALARM, FLOOR_MM, NAMED_PROBABILITY
 from wpcal.core.arrays import FloatArray
 
-TOOL_OFFSET = "tool-centre-point"
-"""Code of the issue that the tool centre point of the controller is not at the tip."""
+TOOL_OFFSET = "tool-centre-point"  #: Code of the issue that the tool centre point of the controller is not at the tip.
 LEAST_SEEN = 0.1
 """A direction in the tool is seen if b along it leaves this share of itself in the residuals: postures that differ by
 about 6 degrees or more."""

@@ -50,10 +50,8 @@ CONTRADICTIONS = (TOOL_OFFSET, BLUNDER, NEIGHBOUR, NOT_NAMED, "swapped-names", "
 class VerdictKind(StrEnum):
     """What is shown."""
 
-    PASS = "PASS"
-    """The seams are within the tolerance, with 95 % confidence."""
-    UNSURE = "UNSURE"
-    """Neither is shown. More points decide."""
+    PASS = "PASS"  #: The seams are within the tolerance, with 95 % confidence.
+    UNSURE = "UNSURE"  #: Neither is shown. More points decide.
     FAIL = "FAIL"
     """The observations contradict each other or their stated error, or a seam is outside, with 95 % confidence."""
 
@@ -61,36 +59,25 @@ class VerdictKind(StrEnum):
 Suggest = Callable[[Sequence[float]], tuple[str, ...]]
 """Says which features to touch next: the fewest that leave the share of the error that may be left after so many."""
 
-MOST_FURTHER = 4
-"""Most features asked for at once: more would be touched in vain if one of the first was wrong."""
+MOST_FURTHER = 4  #: Most features asked for at once: more would be touched in vain if one of the first was wrong.
 
 
 class VerdictReason(Enum):
     """Why the verdict is what it is."""
 
     WITHIN = "within"
-    ERROR = "error"
-    """The predicted error is larger than the tolerance."""
-    UNCHECKED = "unchecked"
-    """A wrong touch would leave no residual."""
+    ERROR = "error"  #: The predicted error is larger than the tolerance.
+    UNCHECKED = "unchecked"  #: A wrong touch would leave no residual.
     LARGE_RESIDUALS = "large-residuals"
     """No teaching error is stated, and the residuals are larger than the usual one explains."""
-    CHECK = "check"
-    """A check point is off by more than the tolerance, which its own error may explain."""
-    CONTRADICTION = "contradiction"
-    """Some observations contradict the others."""
-    STATED_ERROR = "stated-error"
-    """The residuals contradict the stated teaching error."""
-    CHECK_CONTRADICTS = "check-contradicts"
-    """A check point is off by more than all errors explain."""
-    RIVAL = "rival"
-    """The touches do not exclude another place of the part."""
-    SILENT_SEARCH = "silent-search"
-    """A search found nothing where the fit has a face."""
-    SCALE = "scale"
-    """The part is larger or smaller than its model."""
-    BEYOND = "beyond"
-    """A seam is off by more than the tolerance, with 95 % confidence."""
+    CHECK = "check"  #: A check point is off by more than the tolerance, which its own error may explain.
+    CONTRADICTION = "contradiction"  #: Some observations contradict the others.
+    STATED_ERROR = "stated-error"  #: The residuals contradict the stated teaching error.
+    CHECK_CONTRADICTS = "check-contradicts"  #: A check point is off by more than all errors explain.
+    RIVAL = "rival"  #: The touches do not exclude another place of the part.
+    SILENT_SEARCH = "silent-search"  #: A search found nothing where the fit has a face.
+    SCALE = "scale"  #: The part is larger or smaller than its model.
+    BEYOND = "beyond"  #: A seam is off by more than the tolerance, with 95 % confidence.
 
 
 DOUBTS = {TWO_BODIES: VerdictReason.UNCHECKED, RIVAL: VerdictReason.RIVAL, SILENT: VerdictReason.SILENT_SEARCH}

@@ -18,8 +18,7 @@ from wpcal.core.arrays import FloatArray, IntArray
 SIGNIFICANCE = 0.001  #: Residuals count as changed if chance does this more rarely.
 ALMOST_ALL = 0.9  #: A cause is enough if it explains this share of a change.
 ODDS = 6.0  #: Causes are told apart if one is about 20 times as likely (2 ln 20).
-SAME_DIRECTION = 1e-4
-"""Residuals of a touch on a face have one direction: others are smaller by this factor."""
+SAME_DIRECTION = 1e-4  #: Residuals of a touch on a face have one direction: others are smaller by this factor.
 
 
 class Cause(StrEnum):

@@ -25,8 +25,7 @@ CALIBRATION, CALIBRATION_SCHEMA = "calibration.json", "wpcal/calibration/1"
 USED = ("schema", "inputs", "T_base_part", "points", "suspect")  #: Fields of a calibration that are read.
 NEEDED = USED[:-1]
 MOST_CALIBRATION_MB = 16.0
-MOST = 0.8
-"""Points in this share of the jobs are the usual ones: a few jobs on others must not hide how these change."""
+MOST = 0.8  #: Points in this share of the jobs are the usual ones: a few jobs on others must not hide how these change.
 _DECODER = json.JSONDecoder()
 SUMMARY_FIELDS = ("job", "when", "verdict", "worst_seam_error_mm")
 READ_OF_SUMMARY = frozenset({"schema", *SUMMARY_FIELDS, "error"})

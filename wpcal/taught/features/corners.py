@@ -12,10 +12,8 @@ from wpcal.taught.features.columns import NAMING_MM, FeatureColumns, first_rows,
 from wpcal.taught.features.reference import FeatureKind
 from wpcal.taught.features.slots import TANGENT_COS
 
-LEAST_EDGE_MM = 5.0
-"""With the tip of a wire, the middle of a shorter edge cannot be distinguished from its ends."""
-LEAST_CORNER_EDGES = 3
-"""Edges that meet in a corner; only two meet where a circle closes or a curve is split."""
+LEAST_EDGE_MM = 5.0  #: With the tip of a wire, the middle of a shorter edge cannot be distinguished from its ends.
+LEAST_CORNER_EDGES = 3  #: Edges that meet in a corner; only two meet where a circle closes or a curve is split.
 LEAST_SPREAD = 0.1
 """Least singular value of the normals at a corner. With a smaller one (faces 8 degrees from smooth), round-off decides
 the place of a virtual corner, and a tip slides along an edge."""

@@ -98,8 +98,7 @@ class HoleForm(Enum):
 
     PLAIN = "plain"
     COUNTERSINK = "countersink"
-    COUNTERBORE = "counterbore"
-    """More than one diameter."""
+    COUNTERBORE = "counterbore"  #: More than one diameter.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

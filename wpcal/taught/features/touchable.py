@@ -21,24 +21,19 @@ from wpcal.core.linked import near_tree
 from wpcal.taught.features.corners import LEAST_SPREAD
 from wpcal.taught.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
-OPPOSITE_COS = 0.999
-"""Two faces at a corner are against each other if their normals are opposite within 2.5 degrees."""
+OPPOSITE_COS = 0.999  #: Two faces at a corner are against each other if their normals are opposite within 2.5 degrees.
 LOOKING_OUT = (FeatureKind.HOLE, FeatureKind.BOSS, FeatureKind.SLOT)
 """Kinds whose direction points out of the part, towards the torch."""
 LEAST_SUM = 1e-3  #: Normals whose sum is shorter than this cancel: they have no mean direction.
-AT_VERTEX_MM = 1e-3
-"""A feature is at a vertex if it is within this distance: the rounding for the names of features."""
+AT_VERTEX_MM = 1e-3  #: A feature is at a vertex if it is within this distance: the rounding for the names of features.
 
 
 class Ease(IntEnum):
     """How well a feature can be touched; a smaller value is better."""
 
-    SHARP = 0
-    """A free convex corner or the free entry of a hole: one touch, or the tip centred by eye."""
-    ROUND = 1
-    """The centre of a rim or a sphere: there is nothing to touch; several touches around it are necessary."""
-    HIDDEN = 2
-    """A corner in a notch, against another solid, or behind one."""
+    SHARP = 0  #: A free convex corner or the free entry of a hole: one touch, or the tip centred by eye.
+    ROUND = 1  #: The centre of a rim or a sphere: there is nothing to touch; several touches around it are necessary.
+    HIDDEN = 2  #: A corner in a notch, against another solid, or behind one.
     VAGUE = 3
     """A point on an edge that nothing marks: the middle must be measured, and an end in a round cannot be felt."""
     INDIRECT = 4

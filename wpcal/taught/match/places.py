@@ -11,8 +11,7 @@ from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.linked import linked_groups, near_pairs
 from wpcal.taught.features.reference import POINT_KINDS, FeatureKind, ReferenceFeature
 
-SAME_MM = 0.01
-"""Features nearer than this are one place: a hole and its rim, the corners of two plates that meet."""
+SAME_MM = 0.01  #: Features nearer than this are one place: a hole and its rim, the corners of two plates that meet.
 SAID_FIRST = (
     FeatureKind.HOLE,
     FeatureKind.VERTEX,

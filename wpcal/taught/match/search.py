@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
-from wpcal.calibrate.errors.of_points import isotropic_covariance
+from wpcal.calibrate.errors.linear_fit import isotropic_covariance
 from wpcal.calibrate.solve.least_squares import kabsch
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray, as_points, frozen
 from wpcal.core.errors import GeometryError, InputError
@@ -44,8 +44,7 @@ CHUNK = 200_000  #: Triangles that are carried further at once: some tens of meg
 BLOCK_VALUES = 4_000_000  #: Distances that are computed at once: 16 megabytes.
 FLOAT32_SLACK = 2e-6
 """Round-off of a squared distance in float32, as a share of the squared size of the part; later steps are exact."""
-SLACK = 1.05
-"""The reach of a prediction is a linear estimate with its second-order term; this covers what is left."""
+SLACK = 1.05  #: The reach of a prediction is a linear estimate with its second-order term; this covers what is left.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,13 +16,14 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.calibrate.errors.budget import ErrorBudget
+from wpcal.calibrate.errors.linear_fit import LinearFit
 from wpcal.calibrate.errors.prediction import COVERAGE, Sigma, TeachingError
 from wpcal.calibrate.errors.robot_field import ResidualRows, RobotField, foresee
 from wpcal.calibrate.observe.bodies import Bodies
 from wpcal.calibrate.trust.residuals import LEAST_REDUNDANCY
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
-from wpcal.core.tangent import point_jacobian, translation_adjoint
+from wpcal.core.tangent import point_jacobian
 from wpcal.core.wording import counted
 from wpcal.touch.design import FREEDOMS, QUANTILES, SetSearch, farthest_rows
 from wpcal.touch.moved_advice import HowMany, MovedAdvice, TouchChoices, advise_moved, shared_error_words
@@ -36,8 +37,7 @@ from wpcal.touch.weldment import MovedModel, MovedSearch, Tacked
 MOST_SEAM_POINTS = 16
 """Seam points that the search looks at, far from one another: the error is largest at the ends of their extent."""
 CHUNK = 4000  #: Sets judged at once: some tens of megabytes.
-FLAT = 1e-8
-"""A set leaves a motion free if the reciprocal condition of its scaled information is below this."""
+FLAT = 1e-8  #: A set leaves a motion free if the reciprocal condition of its scaled information is below this.
 RIDGE = 1e-13  #: Share of the information's trace that is added, so that every set has an inverse.
 TESTED_FROM = 8
 """From so many touches on, a wrong one shall leave a residual, whichever it is: six hold the part, two test them."""
@@ -123,16 +123,14 @@ class TouchDesign:
 
     def budget(self, chosen: IntArray) -> ErrorBudget:
         """Return the error budget of touches that hold the part, rows of shape (n,), before they are made."""
-        h, n, w, p = (each[chosen] for each in (self.rows, self.normal, self.weights, self.p))
-        M = np.einsum("n,ni,nj->ij", w, h, h) / np.outer(self._scale, self._scale)
-        back = np.linalg.solve(M, (w[:, None] * h / self._scale).T).T / self._scale
-        about = translation_adjoint(-p.mean(axis=0))
-        gain = np.einsum("ij,nj,nk->nik", about, back, n)
-        touching, places = about @ self.covariances(chosen[None])[0][0] @ about.T, p - p.mean(axis=0)
-        information = w[:, None, None] * n[:, :, None] * n[:, None, :]
-        rows = ResidualRows.of(places, point_jacobian(places), np.zeros_like(places), information)
-        sigma = Sigma.stated(float(np.sqrt(np.mean(1.0 / w))))
-        return ErrorBudget.of(p, gain, touching, foresee(rows, 1.0, self.robot), sigma)
+        p, n, w, variances, shared = (
+            each[chosen] for each in (self.p, self.normal, self.weights, self.variances, self.shared)
+        )
+        places, A = p - p.mean(axis=0), n[:, :, None] * n[:, None, :]
+        J, weights, own = point_jacobian(places), *(each[:, None, None] * A for each in (w, variances))
+        fit = LinearFit(p, -A @ J / self._scale, A, 1.0 / self._scale, weights, own, n[:, :, None] * shared[:, None, :])
+        belief = foresee(ResidualRows.of(places, J, np.zeros_like(places), weights), 1.0, self.robot)
+        return fit.budget(belief, Sigma.stated(float(np.sqrt(np.mean(1.0 / w)))), TeachingError())
 
     def _scaled_covariances(self, sets: IntArray) -> tuple[FloatArray, BoolArray]:
         information, noise, common = (part[sets].sum(axis=1) for part in self._parts)

@@ -25,10 +25,8 @@ MARGIN_MM = 3.0
 """A search begins and ends so much beyond the displacement of the part: what the uncertainty did not foresee."""
 LEAST_GAP_MM = 0.5
 """Least room between the wire and a displaced part at the start, and before the next body behind the face."""
-GUARD_MM = 1.0
-"""Other faces must be so much farther than the touched one: a turned part changes which is first."""
-FLOOR_MM = 1.0
-"""The tip stays so much above the lowest level of the displaced part: something carries the part there."""
+GUARD_MM = 1.0  #: Other faces must be so much farther than the touched one: a turned part changes which is first.
+FLOOR_MM = 1.0  #: The tip stays so much above the lowest level of the displaced part: something carries the part there.
 APPROACH_MM = 30.0  #: From the start back along the wire to where the robot comes through the air.
 RISE_STEP_MM = 12.0
 """On its way up the torch is compared with the part at this distance, and its wire is felt as thick as this."""

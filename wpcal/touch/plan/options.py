@@ -28,12 +28,9 @@ HIT_LEVEL = 0.99  #: Share of the parts that a search meets within its stroke.
 class Pattern(StrEnum):
     """The pattern of a plan."""
 
-    BEST = "best"
-    """Any set of touches."""
-    THREE_TWO_ONE = "3-2-1"
-    """Three touches on one side of the part, two on a second, one on a third."""
-    THREE_POINT = "three-point"
-    """Three places, at each of which two sides of the part are touched."""
+    BEST = "best"  #: Any set of touches.
+    THREE_TWO_ONE = "3-2-1"  #: Three touches on one side of the part, two on a second, one on a third.
+    THREE_POINT = "three-point"  #: Three places, at each of which two sides of the part are touched.
 
     @property
     def touches(self) -> int | None:

@@ -18,16 +18,14 @@ from wpcal.robot.kinematics.arm import Arm
 SEARCH_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 """Names of searches: identifiers in every language of a controller, with room for a prefix of 8 characters."""
 UNIT_ATOL = 1e-4  #: A normal in a file (four printed digits) may differ this much from a unit vector.
-FINGERPRINT_DIGITS = 6
-"""Decimals of mm and degrees that count as the same plan: far below what a controller stores."""
+FINGERPRINT_DIGITS = 6  #: Decimals of mm and degrees that count as the same plan: far below what a controller stores.
 MOST_TOUCHES = 60  #: Far more than anybody makes: the error falls with the root of the number.
 
 
 class Contact(StrEnum):
     """What of the torch meets the face."""
 
-    SIDE = "side"
-    """The side of the wire: the tool centre point is the wire's radius from the face."""
+    SIDE = "side"  #: The side of the wire: the tool centre point is the wire's radius from the face.
     END = "end"
     """The end of the wire: the tool centre point is on the face, and the error of the stick-out enters one to one."""
 
@@ -36,8 +34,7 @@ class SearchKind(StrEnum):
     """What a search measures."""
 
     PART = "part"
-    POST = "post"
-    """A post at a known place in the base, which solves the stick-out: it does not move with the part."""
+    POST = "post"  #: A post at a known place in the base, which solves the stick-out: it does not move with the part.
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,11 +18,9 @@ class Outcome(StrEnum):
     """How a search ended."""
 
     FOUND = "found"
-    MISSED = "missed"
-    """The end of the stroke was reached without contact."""
+    MISSED = "missed"  #: The end of the stroke was reached without contact.
     NOT_RUN = "not run"
-    ACTIVE_AT_START = "active at start"
-    """The touch signal was already on."""
+    ACTIVE_AT_START = "active at start"  #: The touch signal was already on.
 
 
 STORED_NUMBERS = {Outcome.NOT_RUN: 0, Outcome.FOUND: 1, Outcome.MISSED: 2, Outcome.ACTIVE_AT_START: 3}

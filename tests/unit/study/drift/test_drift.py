@@ -24,8 +24,7 @@ from wpcal.study.drift.control import control_charts
 from wpcal.study.drift.record import RULES, drift_record
 
 TRIALS = 60
-NEAR = 2
-"""Jobs by which a shift may be dated wrongly."""
+NEAR = 2  #: Jobs by which a shift may be dated wrongly.
 MOST_PAGE_MB = 2.0
 
 

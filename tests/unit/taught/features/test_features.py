@@ -16,12 +16,9 @@ from wpcal.brep import BrepGraph, SurfaceKind
 from wpcal.core.arrays import IntArray
 from wpcal.taught.features import Ease, FeatureKind, HoleForm, ReferenceFeature, find_features, judge_features
 
-ROUND_OFF_MM = 1e-9
-"""Coordinates of some hundred mm through a few products in double precision."""
-FAR_MM = 1000.0
-"""Five times the tee."""
-CHORD_AREA_MM2 = 2.0
-"""Circles as polylines with a sag of 0.01 mm: at most two thirds of it along 250 mm of rims."""
+ROUND_OFF_MM = 1e-9  #: Coordinates of some hundred mm through a few products in double precision.
+FAR_MM = 1000.0  #: Five times the tee.
+CHORD_AREA_MM2 = 2.0  #: Circles as polylines with a sag of 0.01 mm: at most two thirds of it along 250 mm of rims.
 
 
 def of_kind(features: tuple[ReferenceFeature, ...], kind: FeatureKind) -> list[ReferenceFeature]:

@@ -12,8 +12,7 @@ from wpcal.taught.match import find_assignments
 from wpcal.taught.match.search import squares_limit
 from wpcal.taught.match.triangle import Triangle, fit_triangles
 
-ROUND_OFF_MM2 = 1e-7
-"""Sums of squares of numbers of 1e6 mm² keep nine digits."""
+ROUND_OFF_MM2 = 1e-7  #: Sums of squares of numbers of 1e6 mm² keep nine digits.
 
 
 def sums_of_squares(points: np.ndarray, rows: np.ndarray, taught: np.ndarray) -> np.ndarray:

@@ -35,10 +35,8 @@ from wpcal.touch.searches.setup import TouchSetup
 
 UP = np.array([0.0, 0.0, 1.0])
 ON_FACE_MM = 1e-6
-SAMPLED = 0.35
-"""Of the 95 % quantile of sixty runs."""
-SAME = 1e-9
-"""Of errors that are computed in another order."""
+SAMPLED = 0.35  #: Of the 95 % quantile of sixty runs.
+SAME = 1e-9  #: Of errors that are computed in another order.
 
 
 def random_design(seed: int, count: int = 14) -> TouchDesign:

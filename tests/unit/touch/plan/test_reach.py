@@ -23,8 +23,7 @@ from wpcal.touch.plan.reach import MOST_TURN_RAD, ArmReach
 from wpcal.touch.searches import plan_from_record, touches_record
 
 PLACE_MM = 1e-6
-STATES = 40
-"""States on each move in the air that are measured again."""
+STATES = 40  #: States on each move in the air that are measured again.
 
 
 @pytest.fixture(scope="module")
