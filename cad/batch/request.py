@@ -217,6 +217,8 @@ def _refuse_rigid_only(options: CalibrateOptions) -> None:
     """Refuse what only a part that moved in one piece has."""
     if options.certify:
         raise InputError("--certify cannot be used with --bodies: what it proves holds for a rigid part")
+    if options.rigid:
+        raise InputError("--rigid cannot be used with --bodies: there no seam follows the robot's own error")
     if options.criterion not in (None, Criterion.WEIGHTED):
         raise InputError(
             f"--criterion {options.criterion.value} cannot be used with --bodies: bodies are fitted by weighted squares"

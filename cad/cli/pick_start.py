@@ -34,7 +34,7 @@ NOT_CALIBRATE = ("part_step", "taught", "out", "seams", "host", "port", "browser
 OF_SOLIDS = ("weld", "not")
 """What is said about solids is said in the page, too."""
 
-OF_RIGID_PARTS = ("criterion", "certify")
+OF_RIGID_PARTS = ("criterion", "certify", "rigid")
 """Options that `wpcal calibrate` refuses if bodies may have moved."""
 
 DEFAULT_TABLE = Path("taught.csv")

@@ -108,6 +108,7 @@ PART, TAUGHT = str(UPRIGHTS / "uprights.step"), str(UPRIGHTS / "taught.csv")
         ([PART, TAUGHT, "--bodies", "--contacts", "0"], "must be a positive number of mm, got 0"),
         ([PART, TAUGHT, "--bodies", "--tack-mrad", "0"], "the tack tolerance in mrad must be a positive number"),
         ([PART, TAUGHT, "--bodies", "--certify"], "--certify cannot be used with --bodies"),
+        ([PART, TAUGHT, "--bodies", "--rigid"], "--rigid cannot be used with --bodies"),
         ([PART, TAUGHT, "--bodies", "--criterion", "minimax"], "--criterion minimax cannot be used with --bodies"),
         ([PART, "--bodies", TAUGHT], "--bodies: expected a JSON file of bodies"),
         ([PART, TAUGHT, "--bodies", "none.json"], "none.json: no such file"),

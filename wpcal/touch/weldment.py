@@ -220,7 +220,7 @@ class MovedSearch:
         return length_quantile(found, COVERAGE)
 
     def joint_error_with(self, start: FloatArray, chosen: Sequence[int]) -> float:
-        """Return what no seam point's error exceeds after chosen touches, with 95 %, mm; `start` is (m, m)."""
+        """Return what no seam point exceeds after chosen touches, with 95 %, mm; `start` has the shape (m, m)."""
         J, C, modes = self._judged(start, chosen)
         return joint_error(J, C, None if modes is None or self.common is None else modes.rest(self.common.seams))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,11 @@ import pytest
 
 from tests.drift_jobs import simulated_jobs, write_batch
 from tests.running import run_here
-from tests.touch_ups.study import Seen, Wanted, play
+from tests.touch_ups.shop import Truth, load
+from tests.touch_ups.study import Seen, Wanted, calibrated, play, program
 from wpcal.brep.mesh_glb import read_part_glb
+from wpcal.calibrate.errors.field_shift import FieldShift
+from wpcal.controllers.touchup.study import TouchUp, TouchUpOptions
 from wpcal.controllers.touchup.swept import moved_part
 
 GOLDEN = Path(__file__).parents[3] / "fixtures" / "tee" / "golden"
@@ -277,3 +281,35 @@ def test_the_band_holds_for_corrected_parts() -> None:
         assert after.mean() < before.mean()
         assert seen.false_clamp <= 2
         assert not seen.clamp or np.mean(seen.clamp) >= 0.9
+
+
+def test_corrections_of_seams_that_followed_the_robot_are_not_applied_twice() -> None:
+    """Where the seams of the program already followed the robot's own error, the corrected program ends in one place.
+
+    Once the program is written by the pose alone, once with the seams moved (any smooth shift); a hand leads the same
+    points to the same places.
+    """
+    rng, part = np.random.default_rng(5), load(FRAME)
+    truth = Truth.draw(rng, part, field_mm=0.4, length=400.0, moved=0, plate_mm=1.0)
+    finished, T = calibrated(FRAME, part, truth, rng, 8)
+    old = [[T @ tip for tip in frames[[0, -1]]] for frames in part.frames]
+    hand = {(k, 0): part.frames[k][0, :3, 3] + truth.seam(part, k)[0] for k in range(0, len(old), 2)}
+    places = np.array([point["p_base_mm"] for point in finished.calibration["points"]])
+    about, pulls = places - places.mean(axis=0), 0.3 * rng.normal(size=(1, len(places), 3))
+    shift = FieldShift(places.mean(axis=0), about, np.array([400.0]), pulls, np.zeros(6), 5.0)
+    seams = tuple(replace(s, frames=replace(s.frames, p=s.frames.p + shift.at(s.frames.p))) for s in finished.seams)
+    calibration = {**finished.calibration, "field_shift": shift.to_record()}
+    ends = []
+    for follows, known in ((False, finished), (True, replace(finished, seams=seams, calibration=calibration))):
+        written = [[tip.copy() for tip in seam] for seam in old]
+        for tip in (each for seam in written if follows for each in seam):
+            tip[:3, 3] += shift.at(tip[None, :3, 3])[0]
+        changed = [[tip.copy() for tip in seam] for seam in written]
+        for (seam, row), at in hand.items():
+            changed[seam][row][:3, 3] = at
+        found = TouchUp(known, program(written), program(changed), TouchUpOptions())
+        poses = np.array([pose.T[:3, 3] for pose in found.changed.poses])
+        ends.append((poses + found.shifts)[[pose.seam > 0 for pose in found.changed.poses]])
+    moved = np.linalg.norm(shift.at(ends[0]), axis=1).max()
+    assert moved > 0.3
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=0.02)  # measured: 0.004
