@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.one_robot_cells import TEE, one_robot_record, write_cell
+from tests.one_robot_cells import TEE, one_robot_record, with_positioner, write_cell
 from tests.running import run_here
 from wpcal.controllers.judge.execute import execute, programs_of
 from wpcal.controllers.judge.in_cell import CellSweep
@@ -254,6 +254,27 @@ def test_the_audit_sweeps_the_text_of_a_plan_in_its_cell(kept: Path) -> None:
     assert done.returncode == 1
     assert "robot wire and part miss their safety distance" in done.stdout
     assert done.stdout.count("  line ") == 2  # after the weld in the program, and in the routine of the seam
+
+
+def test_the_audit_sweeps_a_plan_whose_positioner_moves(tmp_path: Path) -> None:
+    """The last joint move to the seam tilts the part into the torch: one number of the text."""
+    record = with_positioner()
+    record["positioner"]["T_flange_part"] = {"xyz_mm": [-75, -50, 10], "rpy_deg": [0, 0, 0]}
+    out = tmp_path / "plan"
+    done = run_here("plan", write_cell(tmp_path, record), TEE, "--only", "W2", "-f", "rapid", "-f", "krl", "-o", out)
+    assert done.returncode == 0, done.stderr
+    done = run_here("audit", out)
+    assert (done.returncode, "in its cell, wire and torch included" in done.stdout) == (0, True), done.stdout
+    for file, axis in (
+        ("rapid/WPCAL.mod", r"(wpJ0002:=\[.*\],\[)[-\d.]+"),
+        ("krl/WPCAL.dat", r"(WPJ0002=\{.*E1 )[-\d.]+"),
+    ):
+        path = out / file
+        text, count = re.subn(axis, r"\g<1>-60.0", path.read_bytes().decode())
+        assert count == 1
+        path.write_bytes(text.encode())
+        done = run_here("audit", path.parent)
+        assert (done.returncode, "part miss their safety distance" in done.stdout) == (1, True), done.stdout
 
 
 @pytest.mark.parametrize(

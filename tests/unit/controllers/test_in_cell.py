@@ -14,6 +14,7 @@ from wpcal.controllers.judge.execute import execute
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
+from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell import Rail
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
@@ -77,7 +78,7 @@ def test_joints_beyond_a_limit_and_out_of_reach_are_named(swept):
 
 
 TURNED_DEG = 70.0  #: Then the part is where the torch waits.
-MOVING = ("rapid", "krl", "inform", "fanuc")
+MOVING = ("rapid", "krl", "inform", "fanuc", "as")
 
 
 def rail_cell():
@@ -133,6 +134,10 @@ def written_in(name, plan, seams):
 def test_a_plan_with_moving_axes_is_free_and_a_turned_part_or_a_moved_arm_is_named(moving, name):
     """The text leads the arm on the rail into the wall, or turns the part into the torch that waits beside it."""
     kind, plan, seams, sweep = moving
+    if name == "as" and kind != "positioner":
+        with pytest.raises(InputError, match=r"move with a rail|turns along a seam"):
+            written_in(name, plan, seams)
+        return
     program, trace = written_in(name, plan, seams)
     sweep = replace(sweep, is_carried=program.planned.is_carried)
     assert [meeting.what for meeting in sweep.meetings(trace.motions)] == []
