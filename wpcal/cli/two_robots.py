@@ -231,7 +231,7 @@ def _programs(run: CellRun, held: HeldWeld, asked: TwoRobotRequest) -> Programs:
     if asked.joints:
         program = build_sync_program(run, cell, controller=settings)
         files, refusals = possible_programs(program, names)
-        require_in_step(files, program)
+        require_in_step(files, program, cell)
         return Programs(files, tuple(refusals))
     files, refusals, motions = possible_coordinated(run, cell, held, controller=settings, languages=names)
     return Programs(files, tuple(refusals), motions)

@@ -9,11 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wpcal.controllers.abb.two_robots import write_sync_rapid
-from wpcal.controllers.judge.in_step import require_in_step
-from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.coordinated_program import SyncProgram
-from wpcal.controllers.program.two_robots import possible_programs
 from wpcal.controllers.yaskawa.two_robots import SYNC_NUMBERS, joint_percents, write_sync_inform
 from wpcal.core.errors import InputError
 from wpcal.robot.kinematics.arm_file import find_arm
@@ -207,16 +204,3 @@ def test_more_than_the_largest_joint_speed_is_refused():
 def test_programs_that_make_no_sense_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         program_of(0, **changes)
-
-
-def test_the_judge_takes_what_leads_through_the_plan_and_nothing_else():
-    program = program_of(3)
-    files, _ = possible_programs(program)
-    require_in_step(files, program)
-    moves = r"MoveAbsJ \w+\\ID:=5.*\r\n|MOVJ C00005 .*\r\n"
-    cases = [(name, line) for name, text in files.items() for line in re.findall(moves, text)]
-    assert len(cases) == 4
-    for name, line in cases:
-        for new in ("", 2 * line, line.replace("5", "6")):  # left out, twice, another one
-            with pytest.raises(WrittenWrongError, match=rf"^{name}, (line \d+|its end): not the next joints"):
-                require_in_step({**files, name: files[name].replace(line, new)}, program)

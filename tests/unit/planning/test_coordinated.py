@@ -13,9 +13,11 @@ from tests.coordinated_programs import READERS, followed
 from tests.few import few
 from tests.saddle import CELLS, changed
 from wpcal.controllers.audit import audit_path
+from wpcal.controllers.judge.in_step import in_step, require_in_step
+from wpcal.controllers.judge.written import WrittenWrongError
 from wpcal.controllers.program.arc import ArcSettings
 from wpcal.controllers.program.coordinated_program import build_coordinated_program
-from wpcal.controllers.program.two_robots import HeldWeld, possible_coordinated
+from wpcal.controllers.program.two_robots import HeldWeld, build_sync_program, possible_coordinated, possible_programs
 from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -205,6 +207,42 @@ def test_a_planted_fault_is_found(name, fault, programs, straight):
     changed = {**files, row: re.sub(pattern, by, files[row], count=1, flags=re.DOTALL)}
     assert changed != files
     assert faults(changed, name, cell, planned(cell, run, seam)) != []
+    program = build_coordinated_program(programs["straight", False][2][name], seam)
+    with pytest.raises(WrittenWrongError, match=r", line \d+: "):
+        require_in_step(changed, program, cell)
+
+
+def test_programs_of_joints_lead_through_the_plan_and_nowhere_else(straight):
+    cell, run, _ = straight
+    program = build_sync_program(run, cell)
+    files, _ = possible_programs(program)
+    require_in_step(files, program, cell)
+    moves = r"MoveAbsJ \w+\\ID:=5.*\r\n|MOVJ C00005 .*\r\n"
+    cases = [(name, line) for name, text in files.items() for line in re.findall(moves, text)]
+    assert len(cases) == 4
+    for name, line in cases:
+        for new in ("", 2 * line, line.replace("5", "6")):  # left out, twice, another one
+            with pytest.raises(WrittenWrongError, match=rf"{name}.*: (not the next joints|a move without)"):
+                require_in_step({**files, name: files[name].replace(line, new)}, program, cell)
+
+
+@pytest.mark.parametrize(("name", "target"), [("rapid", r"W1_0020:=\[\["), ("inform", r"C00019=")])
+def test_arms_that_would_meet_are_named_with_the_lines_of_both(name, target, straight):
+    """Robot 2 bends its elbow by 40 degrees at one mark, while robot 1 welds on."""
+    cell, run, _ = straight
+    program = build_sync_program(run, cell)
+    files = dict(controller_named(name).write_sync(program))
+    row = next(file for file in files if "_R2." in file)
+    bent = re.sub(
+        rf"({target}[-\d.]+,[-\d.]+,)([-\d.]+)", lambda m: f"{m[1]}{float(m[2]) - 40.0:.4f}", files[row], count=1
+    )
+    start = np.concatenate([q[0] for q in program.joints])
+    found = list(in_step({**files, row: bent}, cell, start, tools=["tTorch"]).meetings())
+    assert list(in_step(files, cell, start, tools=["tTorch"]).meetings()) == []
+    what = next(each for each in found if "robot 1" in each.what)
+    assert re.match(rf"with {row}, line \d+: on the move there robot 1 .* and robot 2 .* miss", what.what), what
+    at = what.motion.place
+    assert re.search(target[:6], files[at.file].splitlines()[at.line - 1])
 
 
 @pytest.mark.parametrize(

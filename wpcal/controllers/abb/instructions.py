@@ -64,6 +64,7 @@ class Instructions:
     texts: dict[str, str]
     shift: Matrix
     undeclared: dict[str, Any]
+    is_in_step: bool
 
     def value(self, tokens: Any) -> Any:
         """Return the value of an expression."""
@@ -126,7 +127,10 @@ class Instructions:
         at = self.machine.at
         mm_s = None if speed is None else self._known(speed, "speeddata").values[0]
         frame = self.frame(self._known(wobj, "wobjdata")) @ self.shift
-        self.machine.at = Place(at.file, at.line, "".join(tool), "".join(wobj), mm_s)
+        mark = "".join(options.get("ID", ()))
+        if mark and not self.is_in_step:
+            raise ProgramError("a move in step before SyncMoveOn")
+        self.machine.at = Place(at.file, at.line, "".join(tool), "".join(wobj), mm_s, mark=mark)
         return frame, self.tool(self._known(tool, "tooldata"))
 
     def _move(self, arguments: list[list[str]], options: dict[str, Any], motion: re.Match[str]) -> None:
@@ -169,6 +173,14 @@ class Instructions:
         self._zone(zone)
         target = self._target(joints, "jointtarget")
         self.machine.joint_move(np.array(target.values[0].values, dtype=np.float64))
+
+    _do_arcmoveabsj = _do_moveabsj
+
+    def _do_syncmoveon(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self.is_in_step = True
+
+    def _do_syncmoveoff(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
+        self.is_in_step = False
 
     def _do_pdispset(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, set(), "PDispSet")

@@ -67,7 +67,7 @@ class Interpreter(Instructions):
         self.scopes: list[dict[str, Data]] = []
         self.files: list[str] = []
         self.errors: list[str] = []
-        self.is_fine = True
+        self.is_fine, self.is_in_step = True, False
         self.shift = np.eye(4)
         self.undeclared: dict[str, Any] = {}
         self._predefine(tools or {}, bases or {})

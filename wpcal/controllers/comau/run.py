@@ -133,7 +133,7 @@ class Interpreter(BlockInterpreter):
             return
         tokens = tokens_of(node.text, WORDS)
         word = tokens[0].upper()
-        blocks = {"IF": self._if, "WHILE": self.loop_while, "FOR": self._for, "REPEAT": self.until}
+        blocks = {"IF": self.choose, "WHILE": self.loop_while, "FOR": self._for, "REPEAT": self.until}
         if word in blocks:
             blocks[word](node, tokens)
         elif word in {"MOVE", "MOVEFLY"}:
@@ -170,7 +170,7 @@ class Interpreter(BlockInterpreter):
                 raise ProgramError(f"not followed: {''.join(left)}")
             self.values[name] = replace(kept, values=(*kept.values[:at], float(value), *kept.values[at + 1 :]))
         elif len(left) == 1 and not name.startswith("$"):
-            (self.locals[-1] if name in self.locals[-1] else self.values)[name] = value
+            self.give(name, value)
         else:
             raise ProgramError(f"not followed: {''.join(left)}")
 
@@ -184,25 +184,12 @@ class Interpreter(BlockInterpreter):
             self.frame = name
             self.bases[name] = value.place()
 
-    def _if(self, node: Node, _: list[str]) -> None:
-        for head, body in node.branches:
-            words = tokens_of(head, WORDS)
-            if words[0].upper() == "ELSE" or self.value(words[1:-1]):
-                self.block(body)
-                return
-
     def _for(self, node: Node, tokens: list[str]) -> None:
         words = [token.upper() for token in tokens]
         if ":=" not in words or "TO" not in words or words[-1] != "DO":
             raise ProgramError(f"not followed: {node.text!r}")
-        name, last = words[1], self.value(tokens[words.index("TO") + 1 : -1])
-        self.values[name] = self.value(tokens[3 : words.index("TO")]) - 1
-
-        def goes_on() -> bool:
-            self.values[name] += 1
-            return bool(self.values[name] <= last)
-
-        self.loop(node, goes_on)
+        to = words.index("TO")
+        self.counted(node, words[1], self.value(tokens[3:to]), self.value(tokens[to + 1 : -1]))
 
     # -- moves -----------------------------------------------------------------------------------------------------
 

@@ -20,6 +20,8 @@ def _judge_step(lines: list[str], _path: Path) -> Iterator[Complaint]:
     groups = {name: ("GP1:" in block, "GP2:" in block) for name, block in found}
     leader = {name: block.partition("GP2:")[2].split() for name, block in found}
     before: str | None = None
+    if not any(re.match(r"DEFAULT_GROUP\s*=\s*1,1,", line) for line in lines[:split]):
+        yield "the program does not move both groups: expected DEFAULT_GROUP = 1,1,*,*,*", None
     for number, line in enumerate(lines[:split], 1):
         match = re.match(r"\s*\d+:\s*([JLC]) P\[(\d+)", line)
         if match is None:

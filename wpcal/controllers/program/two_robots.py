@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wpcal.controllers.judge.in_step import require_in_step
 from wpcal.controllers.program import ControllerSettings
 from wpcal.controllers.program.arc import ArcSettings
-from wpcal.controllers.program.coordinated_program import SyncProgram, build_coordinated_program
+from wpcal.controllers.program.coordinated_program import SyncProgram, build_coordinated_program, swept_notes
 from wpcal.controllers.registry import controller_named, controllers
 from wpcal.core.errors import InputError
 from wpcal.core.version import __version__
@@ -124,11 +125,14 @@ def possible_coordinated(
             if isinstance(found, InputError):
                 raise found
             program = build_coordinated_program(found, held.seam, controller=controller, weld=held.weld, arc=held.arc)
-            files |= each.write_coordinated(program)
+            program = program if each.run is None else replace(program, notes=swept_notes(program.notes))
+            own = each.write_coordinated(program)
+            require_in_step(own, program, cell)
+            files |= own
             motions[each.name] = found
         except InputError as error:
-            own = str(error)
-            refusals.append(own if own.lower().startswith(each.name) else f"{each.name}: {own}")
+            why = str(error)
+            refusals.append(why if why.lower().startswith(each.name) else f"{each.name}: {why}")
     return files, refusals, motions
 
 

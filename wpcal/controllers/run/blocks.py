@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count
 from typing import Any
 
 from wpcal.controllers.language.grammar import Does
@@ -182,14 +183,40 @@ class BlockInterpreter(Interpreter):
         except BreakError:
             pass
 
+    def give(self, name: str, value: Any) -> None:
+        """Give a variable a value."""
+        (self.locals[-1] if name in self.locals[-1] else self.values)[name] = value
+
+    def counted(self, node: Node, name: str, first: Any, last: Any, step: Any = 1) -> None:
+        """Run a block with a variable that counts."""
+        if not step:
+            raise ProgramError("a FOR with a step of 0")
+        self.give(name, first - step)
+
+        def goes_on() -> bool:
+            self.give(name, self.name(name) + step)
+            return bool((self.name(name) - last) * step <= 0)
+
+        self.loop(node, goes_on)
+
+    def choose(self, node: Node, _: list[str]) -> None:
+        """Run the first branch whose head holds: IF … THEN, ELSEIF, ELSE."""
+        for head, body in node.branches:
+            word, *condition = tokens_of(head, self.words)
+            if condition and condition[-1].upper() in {"THEN", ":"}:
+                condition.pop()
+            if word.upper() == "ELSE" or self.value(condition):
+                self.block(body)
+                return
+
     def loop_while(self, node: Node, tokens: list[str]) -> None:
         """Run a block while what is between its first word and its last holds."""
         self.loop(node, lambda: self.value(tokens[1:-1]))
 
     def until(self, node: Node, _: list[str]) -> None:
         """Run a block until what its last line says holds."""
-        self.block(node.branches[0][1])
-        self.loop(node, lambda: not self.value(tokens_of(node.close, self.words)[1:]))
+        rounds = count()
+        self.loop(node, lambda: next(rounds) == 0 or not self.value(tokens_of(node.close, self.words)[1:]))
 
     def execute(self, node: Node) -> None:
         """Run one line with its blocks."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
-from wpcal.controllers.language.grammar import Grammar, mark_of
+from wpcal.controllers.language.grammar import Does, Grammar, mark_of
 from wpcal.controllers.language.jobs import JobLanguage
 from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place, about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
@@ -45,6 +46,7 @@ class Interpreter:
         self.bases = {str(name): T for name, T in (bases or {}).items()}
         self.tool = self.frame = self.file = ""
         self.external: tuple[float, ...] = ()  #: As in `Place`.
+        self.leader: Machine | None = None  #: The robot that holds the part, where one program moves both.
         self.line = self.calls = 0
         self.signals = dict(signals or {})
         for file, text in files.items():
@@ -161,7 +163,8 @@ class Interpreter:
     ) -> None:
         """Move the present tool to a pose in `base`: ``J`` by the joints, ``L`` on a line, ``C`` through `via`."""
         T_tool = self.T_tool()
-        self.machine.at = Place(self.file, self.line, self.tool, self.frame, speed_mm_s, external=self.external)
+        at = self.machine.at
+        self.machine.at = replace(at, tool=self.tool, frame=self.frame, speed_mm_s=speed_mm_s, external=self.external)
         self.blend(zone_mm)
         if via is not None:
             self.machine.arc(via, goal, T_tool)
@@ -182,6 +185,73 @@ class Interpreter:
     def stop(self, message: str = "") -> None:
         """Stand until the operator lets the program go on."""
         self.run.stop(message or (self.run.messages[-1] if self.run.messages else ""), self.on_stop)
+
+
+class LineInterpreter(Interpreter):
+    """Runs languages of numbered lines, in which blocks are found by their ends: IF … ELSE … ENDIF, FOR … NEXT."""
+
+    LONGEST_MESSAGE: int
+    BLOCK: tuple[str, str, str]  #: Patterns of IF, ELSE and ENDIF.
+    jobs: dict[str, Any]  #: Programs by name, with their `file` and their `lines`: numbers and texts.
+    job: Any = None  #: The one that runs.
+    loops: list[Any]
+
+    def bodies(self) -> Mapping[str, str]:
+        """Return the programs."""
+        return {name: "\n".join(line for _, line in one.lines) for name, one in self.jobs.items()}
+
+    def routine(self, name: str) -> None:
+        """Run a program to its end."""
+        if name.upper() not in self.jobs:
+            raise ProgramError(f"CALL {name}: it is not there")
+        before, loops = self.job, self.loops
+        self.job, self.loops = job, _ = self.jobs[name.upper()], []
+        self.calls += 1
+        at = 0
+        while 0 <= at < len(job.lines):
+            number, line = job.lines[at]
+            jump = self.step(job.file, number, partial(self.execute, line, at))
+            at = at + 1 if jump is None else jump
+        self.machine.switch(Does.STOP)
+        self.calls -= 1
+        self.job, self.loops = before, loops
+
+    def execute(self, line: str, at: int) -> int | None:
+        """Run one line; return the line to go to, -1 at the end, or None for the next."""
+        raise NotImplementedError
+
+    def holds(self, condition: str) -> bool:
+        """Tell whether a condition holds."""
+        raise NotImplementedError
+
+    def end_of(self, at: int, opens: str, *ends: str, by: int = 1) -> int:
+        """Return the line of a block that is one of `ends`."""
+        return matching([line for _, line in self.job.lines], at, opens, ends, by=by)
+
+    def then(self, at: int, condition: str) -> int | None:
+        """Go on in a block that holds, otherwise behind it or in its ELSE."""
+        return None if self.holds(condition) else self.end_of(at, *self.BLOCK) + 1
+
+    def otherwise(self, at: int) -> int:
+        """Go to the end of a block whose first part has run."""
+        opens, _, end = self.BLOCK
+        return self.end_of(at, opens, end)
+
+    def message(self, text: str) -> None:
+        """Show a message."""
+        if len(text) > self.LONGEST_MESSAGE:
+            raise ProgramError(f"a message has {self.LONGEST_MESSAGE} characters: {text!r}")
+        self.run.messages.append(text)
+
+    def abort(self) -> None:
+        """End all programs."""
+        raise StoppedError("ABORT")
+
+    def wait(self, condition: str, seconds: str | None = None) -> None:
+        """Wait for the touch, or for what the program itself knows; with a time for nothing."""
+        is_judged = any(name in condition for name in self.signals) or not self.grammar.is_harmless(f"WAIT {condition}")
+        if is_judged and not self.holds(condition) and seconds is None:
+            self.stop(f"WAIT {condition}")
 
 
 def _known(given: Mapping[str, Matrix], name: str, what: str) -> Matrix:
@@ -217,9 +287,9 @@ def numbers_of(T: Matrix, mm_decimals: int, deg_decimals: int) -> list[float]:
     return [*at, *(round(v, deg_decimals) + 0.0 for v in reversed(turns_of("ZYX", T)))]
 
 
-def stated_frame(text: str, language: JobLanguage) -> dict[str, Matrix]:
-    """Return the user frame that the remarks of a program ask the operator to set."""
-    number = re.search(rf"set {language.frame_word} (\d++) to the part:", text)
+def stated_frame(text: str, language: JobLanguage, what: str = "") -> dict[str, Matrix]:
+    """Return the user frame that the remarks of a program ask the operator to set, or what else (a pattern)."""
+    number = re.search(what or rf"set {language.frame_word} (\d++) to the part:", text)
     after = text[number.end() :] if number else ""
     values = [
         re.search(rf"[!'] {key} (-?\d[\d.]{{0,20}}+)[ ;\r]*+$", after, re.MULTILINE) for key in language.frame_keys

@@ -34,6 +34,8 @@ class Place:
     #: How far from the end the next motion may begin: the tool centre point, mm, and the share of this motion.
     zone: tuple[float, float] = (math.inf, WHOLE_ZONE)
     external: tuple[float, ...] = ()  #: External axes at the end, in their order, mm and deg, as the text states them.
+    via_external: tuple[float, ...] = ()  #: The same in the middle of an arc, where it is stated.
+    mark: str = ""  #: What a move has in common with that of another robot, which begins and ends with it.
 
 
 class Machine(Protocol):

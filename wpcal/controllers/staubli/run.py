@@ -187,7 +187,7 @@ class Interpreter(BlockInterpreter):
             return
         tokens = tokens_of(node.text, WORDS)
         word = tokens[0]
-        blocks = {"if": self._if, "while": self._while, "for": self._for, "do": self.until}
+        blocks = {"if": self.choose, "while": self._while, "for": self._for, "do": self.until}
         if word in blocks:
             blocks[word](node, tokens)
         elif word == "return":
@@ -217,7 +217,7 @@ class Interpreter(BlockInterpreter):
             return
         name, kept = left[0], self.values.get(left[0])
         if len(left) == 1 and not isinstance(kept, dict):
-            (self.locals[-1] if name in self.locals[-1] else self.values)[name] = value
+            self.give(name, value)
             return
         end = left.index("]") if "]" in left else 0
         at = int(self.value(left[2:end])) if end else 0
@@ -233,13 +233,6 @@ class Interpreter(BlockInterpreter):
         else:
             self.routine(tokens[0], arguments)
 
-    def _if(self, node: Node, _: list[str]) -> None:
-        for head, body in node.branches:
-            words = tokens_of(head, WORDS)
-            if words[0] == "else" or self.value(words[1:]):
-                self.block(body)
-                return
-
     def _while(self, node: Node, tokens: list[str]) -> None:
         self.loop(node, lambda: self.value(tokens[1:]))
 
@@ -249,16 +242,7 @@ class Interpreter(BlockInterpreter):
         equals, to = tokens.index("="), tokens.index("to")
         by = tokens.index("step") if "step" in tokens else len(tokens)
         step = self.value(tokens[by + 1 :]) if by < len(tokens) else 1
-        if not step:
-            raise ProgramError("for with step 0")
-        name, last = tokens[1], self.value(tokens[to + 1 : by])
-        self.values[name] = self.value(tokens[equals + 1 : to]) - step
-
-        def goes_on() -> bool:
-            self.values[name] += step
-            return bool((self.values[name] - last) * step <= 0)
-
-        self.loop(node, goes_on)
+        self.counted(node, tokens[1], self.value(tokens[equals + 1 : to]), self.value(tokens[to + 1 : by]), step)
 
     # -- moves -----------------------------------------------------------------------------------------------------
 

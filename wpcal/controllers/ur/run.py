@@ -193,10 +193,7 @@ class Interpreter(BlockInterpreter):
         tokens = tokens_of(node.text, WORDS)
         word = tokens[0]
         if word == "if":
-            for head, body in node.branches:
-                if head.startswith("else") or self.value(tokens_of(head, WORDS)[1:-1]):
-                    self.block(body)
-                    return
+            self.choose(node, tokens)
         elif word == "while":
             self.loop(node, lambda: self.value(tokens[1:-1]))
         elif word in {"def", "thread"}:

@@ -15,16 +15,14 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.interpreter import Interpreter as Base
-from wpcal.controllers.run.interpreter import matching, matrix_of, numbers_of, stated_frame
-from wpcal.controllers.run.program import ProgramError, StoppedError
+from wpcal.controllers.run.interpreter import LineInterpreter, matrix_of, numbers_of, stated_frame
+from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.yaskawa.grammar import GRAMMAR
 from wpcal.controllers.yaskawa.write import DEG_DECIMALS, LANGUAGE, LONGEST_COMMENT, MM_DECIMALS
 from wpcal.core.arrays import FloatArray
@@ -32,7 +30,6 @@ from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
 from wpcal.core.same_bits import inverse_pose
 
-MESSAGE_LENGTH = 32  #: Characters that MSG shows.
 LABEL_LENGTH = 8
 RANGES = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
 COMPARE = {
@@ -44,7 +41,8 @@ COMPARE = {
     ">=": operator.ge,
 }
 AXES = r"(?: [BE]C\d{5}){0,2}"  #: Of a rail and a station.
-MASTER = r"(?:  \+MOVJ EC\d{5})?"  #: How the station moves in step.
+MASTER = r"(?:  \+MOVJ E?C\d{5}(?: VJ=\d+\.\d+)?)?"  #: How the station moves in step, or robot 2.
+LED = re.compile(r"\+MOVJ (C\d{5})")  #: Where robot 2 goes.
 OUTER = re.compile(r"\b[BE]C\d{5}\b")  #: Their positions: a rail in mm, then a station in deg.
 JOINT_KINDS = ("PULSE", "ANGLE")
 POINT = r"(C\d{5}|PX?\d{3,5})"
@@ -106,10 +104,13 @@ class _Job:
             raise ProgramError(str(error), path=self.file, line=line) from None
 
 
-class Interpreter(Base):
+class Interpreter(LineInterpreter):
     """Runs jobs; variables have no value before a job gives them one."""
 
     grammar = GRAMMAR
+    job: _Job
+    LONGEST_MESSAGE = 32  #: Characters that MSG shows.
+    BLOCK = ("IFTHENEXP", "ELSEEXP", "ENDIF")
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.jobs: dict[str, _Job] = {}
@@ -117,10 +118,11 @@ class Interpreter(Base):
         self.places: dict[str, _Point] = {}
         self.detected: FloatArray | None = None
         self.is_found: bool | None = None
-        self.job: _Job | None = None
         self.arc: list[_Point] = []
         self.shift: tuple[FloatArray, bool] | None = None
         self.loops: list[tuple[int, int]] = []
+        self.via_external: tuple[float, ...] = ()  #: As in `Place`.
+        self.led: list[_Point] = []  #: The last two points of robot 2.
         super().__init__(files, *args, **given)
 
     def load(self, file: str, text: str) -> None:
@@ -152,7 +154,6 @@ class Interpreter(Base):
 
     def place(self, name: str) -> _Point:
         """Return a position of the job, or a variable."""
-        assert self.job is not None
         name = name.replace("PX", "P")
         found = self.job.points.get(name) or self.places.get(name)
         if found is None:
@@ -179,26 +180,6 @@ class Interpreter(Base):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
-    def bodies(self) -> Mapping[str, str]:
-        """Return the jobs."""
-        return {name: "\n".join(line for _, line in one.lines) for name, one in self.jobs.items()}
-
-    def routine(self, name: str) -> None:
-        """Run a job to END or RET."""
-        if name not in self.jobs:
-            raise ProgramError(f"CALL JOB:{name}: it is not there")
-        before, self.job, loops, self.loops = self.job, self.jobs[name], self.loops, []
-        job, at = self.job, 0
-        self.calls += 1
-        while at < len(job.lines) and job.lines[at][1] not in {"END", "RET"}:
-            number, line = job.lines[at]
-            jump = self.step(job.file, number, partial(self.execute, line, at))
-            at = at + 1 if jump is None else jump
-        self.step(job.file, job.lines[min(at, len(job.lines) - 1)][0], self._end_arc)
-        self.machine.switch(Does.STOP)
-        self.calls -= 1
-        self.job, self.loops = before, loops
-
     def execute(self, line: str, at: int) -> int | None:
         """Run one line; return the line to go to, or None for the next."""
         if line.startswith(("'", "//")):
@@ -206,13 +187,31 @@ class Interpreter(Base):
                 raise ProgramError(f"a remark has at most {LONGEST_COMMENT} characters: {line!r}")
             self.remark(line[1:])
             return None
+        if line in {"END", "RET"}:
+            self._end_arc()
+            return -1
         if line.startswith("*") or line == "NOP":
             return None
         if not re.match("S?MOVC", line) and re.match(r"S?MOV|IMOV", line):
             self._end_arc()
         outer = [self.place(name) for name in dict.fromkeys(OUTER.findall(line))]
         self.bring([v for point in outer if point.kind == "ANGLE" for v in point.values])
-        return self.matched(line, at)
+        led = LED.search(line)
+        if led is not None and self.leader is None:
+            raise ProgramError("robot 2 moves, too")
+        if line.startswith("MOV"):
+            self.machine.at = replace(self.machine.at, mark=self._mark(at + 1))
+        jump = self.matched(line, at)
+        if led is not None:
+            self._lead(self.place(led[1]))
+        return jump
+
+    def _mark(self, at: int) -> str:
+        """Return the number at which this job then waits for the other one; empty without one."""
+        while self.job.lines[at][1].startswith("'"):
+            at += 1
+        waits = re.fullmatch(r"TSYNC (\d+) SNUM=2", self.job.lines[at][1])
+        return "" if waits is None else waits[1]
 
     # -- moves -----------------------------------------------------------------------------------------------------
 
@@ -226,7 +225,16 @@ class Interpreter(Base):
     def _to_joints(self, kind: str, point: _Point, via: _Point | None = None) -> None:
         middle = None if via is None else np.array(via.values)
         self.tool = point.tool
+        self.machine.at = replace(self.machine.at, tool=point.tool)
         self.machine.joint_move(np.array(point.values), kind=kind, via=middle, in_pulses=point.kind == "PULSE")
+
+    def _lead(self, point: _Point) -> None:
+        """Move robot 2 with a point of an arc, or with a line."""
+        count, self.led = len(self.arc), [*self.led[-1:], point]
+        if count != 2 and self.leader is not None:
+            self.leader.at = self.machine.at
+            via = np.array(self.led[0].values) if count == 3 else None
+            self.leader.joint_move(np.array(point.values), via=via, in_pulses=point.kind == "PULSE")
 
     def _movl(self, name: str, speed: str, rest: str | None) -> None:
         point, is_search = self.place(name), bool(rest) and str(rest).startswith(" SRCH")
@@ -258,6 +266,10 @@ class Interpreter(Base):
         self._options(rest)
         point = self.place(name)
         self.arc.append(point)
+        if len(self.arc) == 2:
+            self.via_external = self.external
+        else:
+            self.machine.at = replace(self.machine.at, via_external=self.via_external)
         if len(self.arc) in {1, 3}:
             kind, via = ("L", None) if len(self.arc) == 1 else ("C", self.arc[1])
             if point.kind in JOINT_KINDS:
@@ -362,7 +374,8 @@ class Interpreter(Base):
 
     # -- branches --------------------------------------------------------------------------------------------------
 
-    def _condition(self, text: str) -> bool:
+    def holds(self, text: str) -> bool:
+        """Tell whether a condition holds."""
         if found := re.fullmatch(r"(R?IN#\(\d+\))=(ON|OFF)", text):
             return self.is_on(found[1]) == (found[2] == "ON")
         found = re.fullmatch(rf"{NUMBER}(<>|<=|>=|[=<>])(\S+)", text)
@@ -371,36 +384,23 @@ class Interpreter(Base):
         return bool(COMPARE[found[2]](self.number(found[1]), self.number(found[3])))
 
     def _jump(self, label: str, condition: str | None) -> int | None:
-        assert self.job is not None
         if label not in self.job.labels:
             raise ProgramError(f"*{label} is not there")
-        return self.job.labels[label] if condition is None or self._condition(condition) else None
+        return self.job.labels[label] if condition is None or self.holds(condition) else None
 
     def _call(self, name: str, condition: str | None) -> None:
-        if condition is None or self._condition(condition):
+        if condition is None or self.holds(condition):
             self.routine(name)
 
-    def _end_of(self, at: int, opens: str, *ends: str, by: int = 1) -> int:
-        assert self.job is not None
-        return matching([line for _, line in self.job.lines], at, opens, ends, by=by)
-
-    def _then(self, at: int, condition: str) -> int | None:
-        if self._condition(condition):
-            return None
-        return self._end_of(at, "IFTHENEXP", "ELSEEXP", "ENDIF") + 1
-
-    def _else(self, at: int) -> int:
-        return self._end_of(at, "IFTHENEXP", "ENDIF")
-
     def _while(self, at: int, condition: str) -> int | None:
-        return None if self._condition(condition) else self._end_of(at, "WHILEEXP", "ENDWHILE") + 1
+        return None if self.holds(condition) else self.end_of(at, "WHILEEXP", "ENDWHILE") + 1
 
     def _endwhile(self, at: int) -> int:
-        return self._end_of(at, "ENDWHILE", "WHILEEXP", by=-1)
+        return self.end_of(at, "ENDWHILE", "WHILEEXP", by=-1)
 
     def _for(self, at: int, name: str, first: str, last: str) -> int | None:
         self.set(name, self.number(first))
-        end = self._end_of(at, "FOR", "NEXT")
+        end = self.end_of(at, "FOR", "NEXT")
         self.loops.append((at, self.number(last)))
         return end + 1 if self.number(first) > self.number(last) else None
 
@@ -416,26 +416,12 @@ class Interpreter(Base):
 
     # -- the rest --------------------------------------------------------------------------------------------------
 
-    def _message(self, text: str) -> None:
-        if len(text) > MESSAGE_LENGTH:
-            raise ProgramError(f"MSG shows {MESSAGE_LENGTH} characters: {text!r}")
-        self.run.messages.append(text)
-
     def _pause(self, condition: str | None) -> None:
-        if condition is None or self._condition(condition):
+        if condition is None or self.holds(condition):
             self.stop()
-
-    def _wait(self, condition: str, seconds: str | None) -> None:
-        is_touch = any(name in condition for name in self.signals)
-        is_judged = is_touch or not self.grammar.is_harmless(f"WAIT {condition}")
-        if is_judged and not self._condition(condition) and seconds is None:
-            self.stop(f"WAIT {condition}")
 
     def _output(self, number: str, state: str) -> None:
         self.output("OT", int(number), on=state == "ON")
-
-    def _abort(self) -> None:
-        raise StoppedError("ABORT")
 
     _FRAME = r"(?: (BF|RF|TF|UF#)(?:\((\d+)\))?)?"
     _INSTRUCTIONS: tuple[tuple[str, Callable[..., int | None]], ...] = (
@@ -447,7 +433,7 @@ class Interpreter(Base):
         (r"SFTOF", _sftof),
         (r"ARCON\b.*", lambda self: self.machine.switch(Does.ON)),
         (r"ARCOF\b.*", lambda self: self.machine.switch(Does.OFF)),
-        (r"(?:ARCSET|WVON|WVOF)\b.*", lambda _: None),
+        (r"(?:ARCSET|WVON|WVOF)\b.*|TSYNC \d+ SNUM=2", lambda _: None),
         (r"GETS ((?:B|I|D|PX?)\d{3}) (\$\w+)", _gets),
         (r"CNVRT (PX\d{3}) (PX\d{3}) (BF|RF|UF#)(?:\((\d+)\))?(?: TL#\(\d+\))?", _cnvrt),
         (r"SET ([BID]\d{3}|PX?\d{3}) (\S+)", _set),
@@ -457,15 +443,15 @@ class Interpreter(Base):
         (rf"CLEAR {NUMBER} (\d{{1,3}})", _clear),
         (r"JUMP \*(\S+)(?: IF (.*))?", _jump),
         (r"CALL JOB:(\S+)(?: IF (.*))?", _call),
-        (r'MSG "(.*)"', _message),
+        (r'MSG "(.*)"', LineInterpreter.message),
         (r"PAUSE(?: IF (.*))?", _pause),
-        (r"WAIT (\S+)(?: T=(\S+))?", _wait),
+        (r"WAIT (\S+)(?: T=(\S+))?", LineInterpreter.wait),
         (r"DOUT OT#\((\d+)\) (ON|OFF)", _output),
-        (r"ABORT", _abort),
+        (r"ABORT", LineInterpreter.abort),
     )
     _BLOCKS: tuple[tuple[str, Callable[..., int | None]], ...] = (
-        (r"IFTHENEXP (.*)", _then),
-        (r"ELSEEXP", _else),
+        (r"IFTHENEXP (.*)", LineInterpreter.then),
+        (r"ELSEEXP", LineInterpreter.otherwise),
         (r"WHILEEXP (.*)", _while),
         (r"ENDWHILE", _endwhile),
         (rf"FOR {NUMBER} ?= ?(\S+) TO (\S+)", _for),
