@@ -7,13 +7,13 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 
 from cad.rpc.protocol import ANSWER, schema_of
+from tests.running import children_of
 
 GONE_S = 2.0
 """So long after its client, no process of wpcal is left."""
@@ -88,10 +88,8 @@ class RpcClient:
 
     def worker(self) -> int:
         """Return the process number of the worker."""
-        front = self.process.pid
-        children = Path(f"/proc/{front}/task/{front}/children").read_text().split()
-        assert len(children) == 1
-        return int(children[0])
+        [worker] = children_of(self.process.pid)
+        return worker
 
     def close(self) -> int:
         """Close standard input and wait for the end."""
@@ -103,17 +101,3 @@ class RpcClient:
         self.process.stdout.close()
         self.process.stderr.close()
         return code
-
-
-def is_gone(pid: int, within_s: float = GONE_S) -> bool:
-    """Whether a process ends within a time."""
-    until = time.monotonic() + within_s
-    while time.monotonic() < until:
-        try:
-            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-        except (FileNotFoundError, ProcessLookupError):
-            return True
-        if state == "Z":
-            return True
-        time.sleep(0.02)
-    return False

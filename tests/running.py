@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
+import psutil
 import pytest
 
 from cad.work.plain_data import pack, unpack
@@ -27,6 +29,29 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="ne
 """Mark of a test that looks at processes: a container may have no /proc."""
 
 AnyEnded = TypeVar("AnyEnded", "Ended", "subprocess.CompletedProcess[str]")
+
+
+def children_of(process: int) -> list[int]:
+    """Return the processes that a process started; none if it has ended."""
+    try:
+        return [child.pid for child in psutil.Process(process).children()]
+    except psutil.NoSuchProcess:
+        return []
+
+
+def are_gone(*processes: int, within_s: float) -> bool:
+    """Whether processes end within a time; a zombie has ended."""
+    until = time.monotonic() + within_s
+    while (found := any(map(_lives, processes))) and time.monotonic() < until:
+        time.sleep(0.005)
+    return not found
+
+
+def _lives(process: int) -> bool:
+    try:
+        return bool(psutil.Process(process).status() != psutil.STATUS_ZOMBIE)
+    except psutil.NoSuchProcess:
+        return False
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,6 +59,8 @@ class Teaching:
 
     started: Started
     verdict: str = ""
+    asked: tuple[str, ...] = ()  #: Features that the verdict asks for.
+    again: tuple[int, ...] = ()  #: Rows that do not fit the others.
     skipped: set[str] = field(default_factory=set)
     done: list[int] = field(default_factory=list)  #: Rows in the order in which they were read here.
 
@@ -89,6 +91,7 @@ class Teaching:
             self.skipped.add(self._cell(at, "name"))
         elif key == "u" and self.done:
             self._write(self.done[-1], ("", "", ""), "")
+            self.again = ()
             click.echo(f"{self._cell(self.done.pop(), 'name')}: taken back")
         elif key in ("\r", "\n", " "):
             self._take(at, watch.take())
@@ -103,9 +106,10 @@ class Teaching:
     def _show_fit(self) -> None:
         """Say residuals, the error of the worst seam and the verdict, if there are points for a fit."""
         from wpcal.core.errors import WpcalError
+        from wpcal.results.next_steps import AGAIN
 
         session, rows = self.started.session, self.started.table.rows
-        self.verdict = ""
+        self.verdict, self.asked, self.again = "", (), ()
         if len(rows.complete()) < FEWEST:
             return
         try:
@@ -113,7 +117,8 @@ class Teaching:
         except WpcalError as error:
             click.echo(f"no fit yet: {error}")
             return
-        self.verdict = found["verdict"]
+        self.verdict, self.again = found["verdict"], tuple(found["again"])
+        self.asked = tuple(found["judgement"]["next_points"])
         residuals = ", ".join(f"{point['name']} {point['distance_mm']:.3f}" for point in found["points"])
         click.echo(f"residuals, mm: {residuals}")
         errors = [
@@ -125,28 +130,38 @@ class Teaching:
             largest = ", ".join(f"{seam} {error:.3f}" for error, seam in sorted(errors, reverse=True)[:SHOWN_SEAMS])
             click.echo(f"95 % errors of the seams, mm: {largest}{' …' if len(errors) > SHOWN_SEAMS else ''}")
         click.echo(f"{self.verdict} for a tolerance of {found['tolerance_mm']:g} mm")
-        for text in found["steps"]:
-            click.echo(f"  {text}")
+        if self.again or not (self.asked or self._waiting()):
+            for text in found["steps"]:
+                if text != AGAIN:
+                    click.echo(f"  {text}")
 
     def _next(self) -> int | None:
         """Return the row to touch next: one without coordinates, else a new one that helps; None if it is enough."""
-        waiting = [row for row in self._waiting() if self._cell(row, "name") not in self.skipped]
-        if waiting:
-            return waiting[0]
+        for row in (*self.again, *self._waiting()):
+            if self._cell(row, "name") not in self.skipped:
+                return row
         if self.verdict == "PASS":
             click.echo("\nenough: all seams are within the tolerance")
             return None
-        rows = self.started.table.rows
-        found = self.started.session.suggest(rows)
-        names = [name for name in found["features"] if name not in self.skipped]
+        cells = self.started.table.rows.cells
+        names = [name for name in self.asked if name not in self.skipped][:1] or self._suggested()
         if not names:
-            click.echo(f"\nno further point lowers the error of {found['seam']}: {found['error_95_mm']:.3f} mm")
             return None
-        error = f"{found['error_95_mm']:.3f} mm on {found['seam']}"
-        click.echo(f"\nnext: {', '.join(names)}; then the largest 95 % error of a seam is {error}")
-        first = len(rows.cells)
-        self._keep([*rows.cells, *(self._new(name) for name in names)])
-        return first
+        self._keep([*cells, *(self._new(name) for name in names)])
+        return len(cells)
+
+    def _suggested(self) -> list[str]:
+        """Return the features that lower the error most, where no verdict asks for any."""
+        found = self.started.session.suggest(self.started.table.rows)
+        names = [name for name in found["features"] if name not in self.skipped]
+        error = f"{found['error_95_mm']:.3f} mm"
+        if names:
+            click.echo(
+                f"\nnext: {', '.join(names)}; then the largest 95 % error of a seam is {error} on {found['seam']}"
+            )
+        else:
+            click.echo(f"\nno further point lowers the error of {found['seam']}: {error}")
+        return names
 
     def _new(self, name: str) -> tuple[str, ...]:
         given = {"name": name, "feature": name, "use": "yes"}

@@ -84,7 +84,8 @@ class PickSession:
 
         Returns: ``T_base_part``, ``verdict``, ``judgement``, ``criterion_advice`` and ``points`` as in
         ``calibration.json``; every point also has its ``row`` and ``residual_part_mm``. ``u95_mm`` of every seam's
-        frames; ``features`` by row; ``notes``; ``seams_revision``: which seams these are; ``exchanges``: rows that fit
+        frames; ``features`` by row; ``notes``; ``again``: rows that do not fit the others; ``seams_revision``: which
+        seams these are; ``exchanges``: rows that fit
         if they were touched on another feature. ``moving``: whether bodies may have moved, and then ``bodies`` as in
         ``calibration.json``.
         """
@@ -249,6 +250,7 @@ def _fit_record(
         "u95_mm": [np.round(values, ERROR_DIGITS).tolist() for values in u95_mm],
         "features": {row_of[name]: feature for name, feature in zip(taught.names, taught.features, strict=True)},
         "steps": next_steps(record),
+        "again": [row_of[name] for name in record.get("suspect", {}).get("names", ())],
         "notes": [issue["message"] for issue in record["issues"]],
         "exchanges": [
             {"row": row_of[exchange["name"]], "feature": exchange["feature"], "largest_mm": exchange["largest_mm"]}

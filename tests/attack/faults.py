@@ -20,6 +20,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.running import are_gone, children_of
+
 WPCAL = Path(sys.executable).with_name("wpcal")
 INJECTED = Path(__file__).with_name("injected")
 ORPHAN_S = 0.4  #: Longest time for which the kernel's process may outlive a killed command.
@@ -91,23 +93,6 @@ def left_over(out: Path) -> bool:
     return any(out.parent.glob(".wpcal-*"))
 
 
-def kernel_processes(parent: int) -> list[int]:
-    """Return the children of a process."""
-    try:
-        listed = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
-    except (FileNotFoundError, ProcessLookupError):
-        return []
-    return [int(child) for child in listed]
-
-
-def lives(process: int) -> bool:
-    """Whether a process still runs; a zombie does not."""
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
 def kill_at_every_change(job: Job) -> Counter[str]:
     """Kill the process that writes at each change of a folder: every rename, link, removal and the exchange."""
     found: Counter[str] = Counter()
@@ -132,13 +117,10 @@ def kill_at_random(job: Job, number: signal.Signals, count: int, rng: random.Ran
         process = job.start("new", str(out), "--force")
         with suppress(subprocess.TimeoutExpired):
             process.wait(rng.uniform(0.0, 1.1 * job.seconds))
-        children = kernel_processes(process.pid)
+        children = children_of(process.pid)
         process.send_signal(number)
         process.communicate(timeout=TIMEOUT_S)
-        ended = time.monotonic()
-        while any(map(lives, children)) and time.monotonic() - ended < ORPHAN_S:
-            time.sleep(0.005)
-        found["orphan after 0.4 s"] += any(map(lives, children))
+        found["orphan after 0.4 s"] += not are_gone(*children, within_s=ORPHAN_S)
         found[job.state(out)] += 1
         found["temporary folder left"] += left_over(out)
         found["had a child"] += bool(children)

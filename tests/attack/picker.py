@@ -8,13 +8,13 @@ import os
 import random
 import signal
 import subprocess
-import time
 from collections import Counter
 from contextlib import closing, suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from tests.attack.faults import ORPHAN_S, TIMEOUT_S, WPCAL, kernel_processes, lives
+from tests.attack.faults import ORPHAN_S, TIMEOUT_S, WPCAL
+from tests.running import are_gone, children_of
 
 COLUMNS = ["name", "x_mm", "y_mm", "z_mm", "feature", "use"]
 TYPED = ["V2", "812.29", "-240.62", "165.80", "V2", "yes"]
@@ -61,7 +61,7 @@ def end_while_serving(folder: Path, numbers: tuple[signal.Signals, ...]) -> Coun
     for number in numbers:
         process = start_picker(folder)
         with closing(type_a_row(process)):
-            children = kernel_processes(process.pid)
+            children = children_of(process.pid)
             process.send_signal(number)
             process.communicate(timeout=TIMEOUT_S)
         draft = folder / "typed.csv.draft"
@@ -81,7 +81,7 @@ def end_while_reading(folder: Path, count: int, rng: random.Random, *, longest_s
         process = start_picker(folder)
         with suppress(subprocess.TimeoutExpired):
             process.wait(rng.uniform(0.0, longest_s))
-        children = kernel_processes(process.pid)
+        children = children_of(process.pid)
         process.send_signal(number)
         process.communicate(timeout=TIMEOUT_S)
         expected = {-number, 128 + number, CODES[number]}  # before wpcal handles signals, while it reads, and after
@@ -92,9 +92,6 @@ def end_while_reading(folder: Path, count: int, rng: random.Random, *, longest_s
 
 
 def _count_what_is_left(found: Counter[str], folder: Path, children: list[int]) -> None:
-    ended = time.monotonic()
-    while any(map(lives, children)) and time.monotonic() - ended < ORPHAN_S:
-        time.sleep(0.005)
-    found["orphan after 0.4 s"] += any(map(lives, children))
+    found["orphan after 0.4 s"] += not are_gone(*children, within_s=ORPHAN_S)
     found["runs"] += 1
     found["MIXED"] += (folder / "typed.csv").exists()

@@ -13,6 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import psutil
 from rich.table import Table
 
 from cad.session.part import read_pick_part
@@ -26,20 +27,16 @@ from tests.samples.steel_structure import steel_structure
 from wpcal.seam import SeamOptions
 
 ROUNDS = int(os.environ.get("WPCAL_BENCH_ROUNDS", "3"))
-TICK_S = 1 / os.sysconf("SC_CLK_TCK")
 
 
 def processor_s(processes: DaskProcesses, home: Path) -> float:
     """Return the processor time of the scheduler, the workers, their servers and all that these ran, s."""
-    ours = [processes.scheduler.pid, *(worker.pid for worker in processes.workers)]
-    for place in Path("/proc").glob("[0-9]*"):
-        try:
-            if str(home).encode() in (line := (place / "cmdline").read_bytes()) and b"cad.work.server" in line:
-                ours.append(int(place.name))
-        except OSError:
-            continue
-    stats = [Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split() for each in ours]
-    return sum(int(field) for stat in stats for field in stat[11:15]) * TICK_S
+    ours = [psutil.Process(each.pid) for each in (processes.scheduler, *processes.workers)]
+    for each in psutil.process_iter(["cmdline"]):
+        line = " ".join(each.info["cmdline"] or ())
+        if str(home) in line and "cad.work.server" in line:
+            ours.append(each)
+    return float(sum(sum(each.cpu_times()[:4]) for each in ours))
 
 
 def run(jobs: Path, out: Path, environment: dict[str, str], *options: str) -> tuple[float, float]:

@@ -14,9 +14,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import psutil
 from rich.table import Table
 
 from tests.benchmarks.bench_batch import write_jobs
+from tests.running import children_of
 from wpcal.core.pairs import PointPairs
 from wpcal.taught.table import read_taught
 
@@ -37,13 +39,12 @@ class Watched:
 
     def look(self, process: int, out: Path) -> None:
         """Look at the processes of a batch; the command is the first, and each of the others is a child of another."""
-        children = _children()
-        lasting, server = [process], children.get(process, [])[:1]
-        groups = [group for each in server for group in children.get(each, [])]
-        workers = [worker for group in groups for worker in children.get(group, [])]
+        server = children_of(process)[:1]
+        groups = [group for each in server for group in children_of(each)]
+        workers = [worker for group in groups for worker in children_of(group)]
         summary = out / "summary.jsonl"
         self.done.append(summary.read_bytes().count(b"\n") if summary.exists() else 0)
-        self.lasting_mb.append(sum(map(_memory_mb, [*lasting, *server, *groups])))
+        self.lasting_mb.append(sum(map(_memory_mb, [process, *server, *groups])))
         self.worker_mb = max([self.worker_mb, *map(_memory_mb, workers)])
 
     def slope(self) -> tuple[float, float]:
@@ -55,24 +56,11 @@ class Watched:
         return slope, float(np.sqrt(np.sum((y - slope * x) ** 2) / (len(x) - 2) / (x @ x)))
 
 
-def _children() -> dict[int, list[int]]:
-    """Return the children of every process of the system."""
-    found: dict[int, list[int]] = {}
-    for each in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parent = int(each.read_text().rpartition(")")[2].split()[1])
-        except OSError:
-            continue
-        found.setdefault(parent, []).append(int(each.parent.name))
-    return found
-
-
 def _memory_mb(process: int) -> float:
     try:
-        lines = Path(f"/proc/{process}/status").read_text().splitlines()
-    except OSError:
+        return float(psutil.Process(process).memory_info().rss) / 2**20
+    except psutil.NoSuchProcess:
         return 0.0
-    return next((float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmRSS")), 0.0)
 
 
 def run(folder: Path, *options: str) -> tuple[float, Watched]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +14,7 @@ import pytest
 from cad.batch.run import Task, locked_output, run_tasks
 from cad.work.group import GroupRequest
 from cad.work.host import Failure, Host, ServerEndedError
-from tests.running import needs_proc
+from tests.running import are_gone, needs_proc
 from wpcal.core.errors import InputError
 
 LIMIT_S, LIMIT_GB = 2.0, 2.0  #: A job that hangs is ended so soon; those that work take milliseconds.
@@ -56,14 +55,6 @@ def batch(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Batch]:
         finally:
             host.end()
     assert not (folder / "out").exists()
-
-
-def lives(process: int) -> bool:
-    try:
-        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
-    return state != "Z"
 
 
 def test_a_job_that_fails_in_any_way_loses_only_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,10 +113,7 @@ def test_if_the_server_is_killed_all_processes_end_and_the_batch_says_so(
         os.kill(server, signal.SIGKILL)
         with pytest.raises(ServerEndedError, match="was ended by SIGKILL"):
             running.run([("b", "work")])
-    until = time.monotonic() + 5
-    while time.monotonic() < until and any(lives(each) for each in (server, value["parent"], value["process"])):
-        time.sleep(0.01)
-    assert not any(lives(each) for each in (server, value["parent"], value["process"]))
+    assert are_gone(server, value["parent"], value["process"], within_s=5.0)
 
 
 def test_of_two_batches_into_one_folder_the_second_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from cad.work.child import MEMORY_VARIABLE, TIME_VARIABLE, ChildFaultError, Limi
 from cad.work.plain_data import pack, unpack
 from cad.work.plain_types import PlainDataError
 from tests.few import few
-from tests.running import needs_proc
+from tests.running import are_gone, needs_proc
 from wpcal.core.errors import ErrorCode, FormatError, KernelError, WpcalError
 from wpcal.core.issue import Issue
 from wpcal.seam import SeamOptions
@@ -120,14 +119,6 @@ def hanging_parent(probe: str, function: str, *, death_signal: bool = True) -> t
     return parent, int(parent.stdout.readline())
 
 
-def has_ended(process: int) -> bool:
-    """Whether a process is gone, or only its entry is left."""
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return True
-
-
 @needs_proc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 @pytest.mark.parametrize("function", ["hang", "hang_in_compiled_code"])
@@ -136,11 +127,7 @@ def test_the_child_ends_with_its_parent(probe: str, number: int, function: str, 
     parent, child = hanging_parent(probe, function, death_signal=death_signal)
     os.kill(parent.pid, number)
     parent.communicate(timeout=LIMIT_S)
-    deadline = time.monotonic() + LIMIT_S
-    while not has_ended(child) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert has_ended(child)
-    assert time.monotonic() < deadline - LIMIT_S + SETTLE_S
+    assert are_gone(child, within_s=SETTLE_S)
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from tests.few import few
-from tests.rpc_client import GONE_S, RpcClient, is_gone
-from tests.running import needs_proc
+from tests.rpc_client import GONE_S, RpcClient
+from tests.running import are_gone, needs_proc
 
 TEE = Path(__file__).parents[2] / "fixtures" / "tee"
 GRACE_S = 1.0  #: A request that is cancelled in the middle of the kernel ends after this time.
@@ -131,7 +131,7 @@ def test_nothing_stays_when_the_client_closes_its_end_during_a_request(folder: P
     client.send("seams", handle=handle)
     begin = time.monotonic()
     assert client.close() == 0
-    assert is_gone(worker)
+    assert are_gone(worker, within_s=GONE_S)
     assert time.monotonic() - begin < GONE_S
 
 
@@ -140,7 +140,7 @@ def test_nothing_stays_when_the_front_is_killed() -> None:
     client.ask("hello")
     worker = client.worker()
     client.process.kill()
-    assert is_gone(worker)
+    assert are_gone(worker, within_s=GONE_S)
     client.close()
 
 
@@ -160,7 +160,7 @@ def test_nothing_stays_when_the_client_is_killed_and_nobody_reads(folder: Path) 
     front = int(killed.stdout.readline())
     time.sleep(0.5)
     killed.kill()
-    assert is_gone(front)
+    assert are_gone(front, within_s=GONE_S)
     killed.communicate()
 
 

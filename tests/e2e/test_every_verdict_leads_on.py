@@ -11,15 +11,20 @@ import json
 import re
 import subprocess
 import sys
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
+from subprocess import DEVNULL, PIPE
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.few import few
+from tests.robot_servers import Robot
 from tests.samples.hopper import make_hopper
+from wpcal.core.transform import RigidTransform
+from wpcal.links.judge import STILL_S
 
 ROOT = Path(__file__).parents[2]
 BLIND = ROOT.parent / "shared" / "blind"
@@ -66,10 +71,13 @@ class Newcomer:
         other = len(line) - max(((*head, False).index(False) for head in heads), default=0)
         return min(len(line), ARROWS + 2 * other)
 
+    def move_to(self, name: str, off_mm: float = 0.0) -> np.ndarray:
+        """Touch a feature."""
+        return R.apply(self.places[name]) + T_MM + self.rng.normal(0.0, self.sigma_mm, 3) + [off_mm, 0.0, 0.0]
+
     def touch(self, rows: dict[str, list[str]], name: str, off_mm: float = 0.0) -> None:
         """Read a position from the pendant and type it."""
-        place = R.apply(self.places[name]) + T_MM + self.rng.normal(0.0, self.sigma_mm, 3) + [off_mm, 0.0, 0.0]
-        rows[name] = [f"{value:.2f}" for value in place]
+        rows[name] = [f"{value:.2f}" for value in self.move_to(name, off_mm)]
         self.seconds += LETTER_S * sum(len(value) + 1 for value in rows[name])
 
     def save(self, rows: dict[str, list[str]]) -> None:
@@ -87,9 +95,8 @@ def asked(said: str, places: dict[str, np.ndarray]) -> list[str]:
     return next((names for names in named if names), [])
 
 
-@pytest.mark.parametrize("day", DAYS)
-@pytest.mark.parametrize("part", few(PARTS, 1))
-def test_what_wpcal_says_next_leads_to_a_program(part: str, day: str, tmp_path: Path) -> None:
+def newcomer(part: str, day: str, tmp_path: Path) -> Newcomer:
+    """Return him with the part and its features, in a new folder."""
     source = PARTS[part]
     if source is None:
         make_hopper(tmp_path / "part.step")
@@ -97,12 +104,18 @@ def test_what_wpcal_says_next_leads_to_a_program(part: str, day: str, tmp_path: 
         pytest.skip("the shared parts are not beside the project")
     else:
         (tmp_path / "part.step").write_bytes(source.read_bytes())
-    sigma_mm, mistyped_mm = DAYS[day]
-    person = Newcomer(tmp_path, sigma_mm)
-    person.wpcal("advise part.step -o taught.csv")
+    person = Newcomer(tmp_path, DAYS[day][0])
     listed = [sys.executable, "-m", "wpcal", "features", "part.step", "--json"]
     features = json.loads(subprocess.run(listed, cwd=tmp_path, capture_output=True, check=True).stdout)["features"]
     person.places = {one["name"]: np.array(one["p_mm"]) for one in features}
+    return person
+
+
+@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize("part", few(PARTS, 1))
+def test_what_wpcal_says_next_leads_to_a_program(part: str, day: str, tmp_path: Path) -> None:
+    person, mistyped_mm = newcomer(part, day, tmp_path), DAYS[day][1]
+    person.wpcal("advise part.step -o taught.csv")
     with (tmp_path / "taught.csv").open(newline="") as file:
         names = [row["name"] for row in csv.DictReader(file)]
     rows: dict[str, list[str]] = {}
@@ -129,3 +142,39 @@ def test_what_wpcal_says_next_leads_to_a_program(part: str, day: str, tmp_path: 
         assert person.seconds <= PROGRAM_S + POINT_S * max(len(rows) - FEW_POINTS, 0), person.typed
     else:
         assert day == "scattered", verdicts
+
+
+@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize("part", few(PARTS, 1))
+def test_where_a_key_reads_the_robot_no_number_of_points_is_too_long(part: str, day: str, tmp_path: Path) -> None:
+    person, robot, count = newcomer(part, day, tmp_path), Robot(), 0
+    with robot.serve("kuka") as port:
+        line = f"teach part.step -o taught.csv --robot kuka:127.0.0.1:{port}"
+        words = [sys.executable, "-u", "-m", "wpcal", *line.split()]
+        with subprocess.Popen(words, cwd=tmp_path, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, text=True) as teach:
+            assert teach.stdin is not None
+            while name := asked_by(teach):
+                p = person.move_to(name, DAYS[day][1] if count == 1 else 0.0)
+                robot.T_base_tool = RigidTransform(np.eye(3), p, "base", "tool")
+                time.sleep(2.0 * STILL_S)
+                teach.stdin.write("\n")
+                teach.stdin.flush()
+                count, person.seconds = count + 1, person.seconds + READ_S + LETTER_S
+        person.typed, person.seconds = [line], person.seconds + READ_S + LETTER_S * len(f"wpcal {line}")
+        assert teach.returncode == 0
+    person.wpcal("calibrate part.step taught.csv -o out")
+    person.wpcal("export out -f rapid")
+    print(part, day, f"program {person.seconds:.0f} s", count, "keys")
+    assert person.seconds <= PROGRAM_S, person.typed
+
+
+def asked_by(teach: subprocess.Popen[str]) -> str:
+    """Return the feature that is to be touched now; empty when the command has ended."""
+    said = ""
+    while not (found := re.search(r"^touch (\w+), .*q: end\]$", said, re.MULTILINE)):
+        assert teach.stdout is not None
+        letter = teach.stdout.read(1)
+        if not letter:
+            return ""
+        said += letter
+    return found[1]
