@@ -77,7 +77,17 @@ def edge_polylines(graph: BrepGraph) -> tuple[IntArray, FloatArray, FloatArray]:
 
 
 def edge_lengths(graph: BrepGraph) -> FloatArray:
-    """Return the length of every edge, mm, shape (E,): closed form, or Gauss-Legendre on the pieces of a polyline."""
+    """Return the length of every edge, mm, shape (E,): closed form, or Gauss-Legendre on the pieces of a polyline.
+
+    Found once, and kept with the graph.
+    """
+    if "lengths" not in vars(graph):
+        vars(graph)["lengths"] = _edge_lengths(graph)
+    lengths: FloatArray = vars(graph)["lengths"]
+    return lengths
+
+
+def _edge_lengths(graph: BrepGraph) -> FloatArray:
     first, last = graph.edge_range.T
     lengths = np.zeros(graph.edge_count)
     line, circle = graph.edge_kind == CurveKind.LINE, graph.edge_kind == CurveKind.CIRCLE

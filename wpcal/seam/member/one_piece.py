@@ -15,7 +15,7 @@ from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.core.arrays import BoolArray, IntArray
 from wpcal.core.issue import Issue
 from wpcal.core.wording import counted
 from wpcal.seam.find.built_up import LEAST_BUILT_UP, are_round, built_up_share, is_turned, sampled_surface
@@ -52,7 +52,6 @@ class OnePieces:
     trimmed: TrimmedFaces
     _equal: dict[bytes, str | None] = field(default_factory=dict)
     _signatures: dict[int, bytes] = field(default_factory=dict)
-    _lengths: FloatArray | None = None
 
     def why(self, solid: int) -> str | None:
         """Tell why a solid looks as if made as one piece; None if it is a member, or built up of members."""
@@ -68,10 +67,8 @@ class OnePieces:
         return self._signatures[solid]
 
     def _signature(self, solid: int) -> bytes:
-        if self._lengths is None:
-            self._lengths = edge_lengths(self.graph)
         kinds = np.bincount(self.graph.face_kind[self.graph.face_solid == solid], minlength=len(SurfaceKind))
-        lengths = np.sort(np.round(self._lengths[self.graph.edge_solid == solid] / SAME_LENGTH_MM))
+        lengths = np.sort(np.round(edge_lengths(self.graph)[self.graph.edge_solid == solid] / SAME_LENGTH_MM))
         return kinds.astype(np.int64).tobytes() + lengths.astype(np.int64).tobytes()
 
     def _look(self, solid: int) -> str | None:
