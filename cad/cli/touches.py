@@ -13,6 +13,8 @@ from wpcal.cli.option_groups import command, takes
 from wpcal.cli.shared_help import FORCE_HELP, JSON_HELP, ONLY_HELP, TOOL_HELP, TOOL_METAVAR
 from wpcal.core.options import opt
 
+NO_RESULTS = "-"  #: In place of the results of a first stage: both stages shall be one program.
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -82,7 +84,8 @@ class ArmAsked:
     nargs=2,
     type=click.Path(path_type=Path),
     metavar="PLAN RESULTS",
-    help="The second of two stages: the plan of the first, and what its program stored. The part stands there.",
+    help="The second of two stages: the plan of the first, and what its program stored. The part stands there. `-` for "
+    "the results: both stages shall be one program (wpcal export --touches FIRST --touches SECOND).",
 )
 @takes("moving", ArmAsked)
 @takes("weldment", BODIES, without=["bending_mm"])
@@ -180,8 +183,10 @@ def _after_first(file: Path, results: Path, options: TouchOptions) -> tuple[Rigi
     from wpcal.touch.touch_results import pair_results
 
     plan = read_touch_plan(file)
-    found = pair_results(plan, read_touch_results(results, plan, options.setup), options.setup)
-    T, left = found_place(plan, found.taught)
+    taught = None
+    if str(results) != NO_RESULTS:
+        taught = pair_results(plan, read_touch_results(results, plan, options.setup), options.setup).taught
+    T, left = found_place(plan, taught)
     return T, replace(options, nominal=replace(options.nominal, left=left))
 
 
@@ -199,6 +204,7 @@ def _show(plan: TouchPlan, output: Path) -> None:
     if plan.first_stage is not None:
         then = f"wpcal touches {plan.part} --after {output} RESULTS -o second"
         console.print(f"next: wpcal export {output} -f FORMAT, run the program, then {then}", highlight=False)
+        console.print(f"or `{NO_RESULTS}` for RESULTS, and wpcal export RESULT --touches {output} --touches second")
 
 
 def _predicted_lines(plan: TouchPlan, predicted: SeamPrediction) -> list[str]:

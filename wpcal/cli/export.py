@@ -97,7 +97,7 @@ def export(
     plan = touches_file(folder)
     if plan is not None:
         return export_touches(plan, exporters, flags, setup_file=setup, out=out, force=force, as_json=as_json)
-    if setup is not None and flags.touches is None:
+    if setup is not None and not flags.touches:
         raise InputError("--setup is for a plan of touches, and this folder has none")
     targets = {exporter.name: (out or folder) / exporter.name for exporter in exporters}
     with shown_progress(f"reading {folder}") as progress:
@@ -109,7 +109,7 @@ def export(
         for done, each in enumerate(exporters, 1):
             progress(f"writing {each.name} and executing it: {done} of {len(exporters)}")
             made[each.name] = write_judged(each.name, each.write, forms[each.name])
-            if flags.touches is not None:
+            if flags.touches:
                 made[each.name] = with_touches(each, made[each.name], flags, setup_file=setup)
     contents = {name: each.files for name, each in made.items()}
     forms = {name: each.program for name, each in made.items()}

@@ -124,10 +124,11 @@ class WeldProgramAsked:
     controller: ControllerSettings = group("wpcal.controllers.program.weld_program:ControllerSettings")
     arm: ArmAsked = group(ArmAsked)
     arc: ArcAsked = group(ArcAsked)
-    touches: Path | None = opt(
-        None,
+    touches: tuple[Path, ...] = opt(
+        (),
         "A plan of touches (touches.json) of the part: the program searches, corrects the frame of the seams by what "
-        "it finds, and welds, in one run; a language that cannot is refused.",
+        "it finds, and welds, in one run; a language that cannot is refused. Twice: the first and the second stage.",
+        many=True,
         metavar="PLAN",
         type=Path,
     )

@@ -27,6 +27,7 @@ TAKEN = frozenset(
     }
 )
 """Parameters of the command that a plan of touches takes."""
+MOST_STAGES = 2  #: Of a program that touches and welds.
 
 
 def touches_file(folder: Path) -> Path | None:
@@ -117,16 +118,21 @@ def with_touches(
     Raises `InputError` when the plan, or the language, cannot be used for it.
     """
     from wpcal.controllers.judge.written import Written, write_judged
-    from wpcal.controllers.program.frame_correction import welds_after
+    from wpcal.controllers.program.frame_correction import in_stages, welds_after
     from wpcal.controllers.program.touch_program import TouchProgram
+    from wpcal.core.errors import InputError
     from wpcal.touch.searches import TouchSetup, read_touch_plan, read_touch_setup
 
-    assert flags.touches is not None
-    controller, plan = _with_touches(exporter), read_touch_plan(flags.touches)
+    controller, *plans = _with_touches(exporter), *map(read_touch_plan, flags.touches)
+    if len(plans) > MOST_STAGES:
+        raise InputError(f"--touches {len(plans)} times: touches have one or two stages")
+    plan, first = plans[-1], plans[0] if plans[1:] else None
     setup = TouchSetup() if setup_file is None else read_touch_setup(setup_file)
     program = replace(welds.program, is_corrected=True)
-    after = welds_after(plan, setup, program, flags.air.up)
-    touches = TouchProgram(plan, setup, flags.controller, _arm(plan, flags.arm.robot), after)
+    whole = plan if first is None else in_stages(first, plan, flags.air.up)
+    stage = len(whole.searches) - len(plan.searches)
+    after = welds_after(whole, setup, program, flags.air.up, stage=stage)
+    touches = TouchProgram(whole, setup, flags.controller, _arm(plan, flags.arm.robot), after)
     files = controller.write(program)
     found = write_judged(controller.name, lambda each: {**files, **controller.write_touches(each)}, touches)
     told = (*welds.not_checked, *found.not_checked), (*welds.unjudged, *found.unjudged)

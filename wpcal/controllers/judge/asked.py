@@ -34,7 +34,7 @@ class Asked:
     joints: FloatArray  #: shape (n, 6). deg; NaN where nobody knows them.
     stops: BoolArray  #: shape (n,). Whether the tool stops there: always off the seams.
     home: FloatArray | None = None  #: shape (6,). Where it may begin and end, deg; None: where only the robot knows.
-    welds_at: int = 0  #: The row at which a weld program begins; 0 where no other one is before it.
+    homes: tuple[int, ...] = ()  #: Rows before which it may go home: a second stage, a weld program.
     #: shape (4, 4). With which tool.
     T_flange_tool: FloatArray = field(default_factory=TOOL_OF_CONTROLLER.copy)
     #: shape (n, e). Where the external axes are, mm and deg; empty where nothing is known of them.
@@ -77,6 +77,7 @@ def asked_of_touches(program: TouchProgram) -> Asked:
         np.full((count, 6), np.nan),
         np.ones(count, dtype=bool),
         None if home is None else np.degrees(home),
+        (0 if program.welds is None else sum(map(len, p[: program.welds.stage])),),
     )
     return found if program.welds is None else _with_welds(found, program.welds)
 
@@ -89,7 +90,7 @@ def _with_welds(touches: Asked, welds: WeldsAfter) -> Asked:
     R = np.concatenate([touches.R, *(each.R_base for each in way), T.R @ after.R])
     joints = np.full((len(p), 6), np.nan)
     stops = np.concatenate([np.ones(len(p) - len(after.p), dtype=bool), after.stops])
-    return replace(touches, p=p, R=R, joints=joints, stops=stops, welds_at=len(p) - len(after.p))
+    return replace(touches, p=p, R=R, joints=joints, stops=stops, homes=(*touches.homes, len(p) - len(after.p)))
 
 
 def contacts_of(plan: TouchPlan) -> Callable[[FloatArray], FloatArray | None]:
@@ -158,7 +159,7 @@ def compare(trace: Trace, asked: Asked) -> Compared:
             continue
         found = _matches(motion, asked, at) if _has_tool(motion, asked) else None
         if found is None:
-            if at not in (0, asked.welds_at, len(asked.p)) or not _is_home(motion, asked):
+            if at not in (0, *asked.homes, len(asked.p)) or not _is_home(motion, asked):
                 others.append(motion)
             continue
         first, last = found

@@ -81,7 +81,7 @@ class _KrlTouches(TouchWriter):
         header = self.header(signal, self._about(is_known=known is not None))
         names = {"header": header, "signal": signal, "air": self.air, "percent": JOINT_PERCENT, "act_lines": act_lines}
         names["weld"] = safe_name(self.controller.program_name, NAMES)
-        names |= {"stated": _stated, "gains": _gains}
+        names |= {"stated": _stated, "gains": _gains, "frame": krl_frame_text(self.frame)}
         names["near"] = f"{self.setup.approach_speed_mm_s / 1000.0:g}"
         names |= {"interrupt": self._interrupt, "sensor": self.setup.krl.sensor, "home": self.home(HOME, "")}
         data = self.lines("touch_data", header=header, frame=krl_frame_text(self.frame), data=self._data(known))

@@ -72,6 +72,8 @@ class TouchWriter(AirMoves):
             raise InputError(f"{what}: with_package = false in the touch setup")
         if program.welds is not None and not self.way_points:
             raise InputError(f"{self.language}: touch and weld in one run is not written in this language")
+        if self.setup.with_package and program.welds is not None and program.welds.stage:
+            raise InputError(f"{self.language}: two stages in one run are not written with a touch-sensing package")
         self.check()
         name = program.name(self.names)
         self.name = name.upper() if self.is_upper else name
@@ -199,6 +201,7 @@ class TouchWriter(AirMoves):
             "leave": self.leave,
             "back": self.back,
             "welds": self.program.welds,
+            "stage": 0 if self.program.welds is None else self.program.welds.stage,
             "way": [] if self.way is None else self.air_moves(self.way_points),
             "vec": lambda v: ",".join(f"{x + 0.0:.9f}" for x in v),
             "STEPS": STEPS,
@@ -240,6 +243,11 @@ IN_RUN = (
     "search missed, or the places that were found do not fit the part: then copy the results, and calibrate with them "
     "(wpcal calibrate --touches)"
 )
+IN_STAGES = (
+    "searches F1 … correct the frame in which the searches after them run, and these once more, then it welds. It ends "
+    "before the first weld where a search missed, or the places that were found do not fit the part. Its results are "
+    "no touches for wpcal calibrate: for these run the two stages as two programs"
+)
 
 
 def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[str]) -> list[str]:
@@ -263,7 +271,7 @@ def describe_touches(program: TouchProgram, *, signal: str, results: Sequence[st
         "wherever the plan allows it to stand"
         if setup.with_package
         else f"the way to the start of a search is sensed as well, at {setup.approach_speed_mm_s:g} mm/s",
-        *([] if program.welds is None else [IN_RUN]),
+        *([] if program.welds is None else [IN_STAGES if program.welds.stage else IN_RUN]),
         NOT_CHECKED.replace("the way to the first point", first),
         "run it dry: without the part, every search is missed (most_misses). Searches "
         f"{setup.search_speed_mm_s:g} mm/s, air {setup.air_speed_mm_s:g} mm/s",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
@@ -18,13 +20,51 @@ from wpcal.touch.plan.choose import TouchDesign
 from wpcal.touch.searches import SearchKind, TouchPlan, TouchSetup
 
 RESIDUAL_SIGMAS = 4.0  #: One run of 2000 with 8 searches exceeds it by chance.
+SAME_PLACE = 1e-6  #: Of the entries of a place, mm.
 UNSEEN_MM = 0.1  #: Faces are not quite where the drawing has them.
 
 
-def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_base: FloatArray) -> WeldsAfter:
+FIRST = "F"  #: Before the numbers of searches of a first stage.
+SEEN = 0.02  #: Of the best seen motion: a first stage corrects no motion that it sees less.
+
+
+def in_stages(first: TouchPlan, second: TouchPlan, up_base: FloatArray) -> TouchPlan:
+    """Return the searches of two plans as one: those of the first are F1, F2 ….
+
+    `up_base`: shape (3,). As for `welds_after`.
+
+    Raises `InputError` when they are not the two stages of one part in one place.
+    """
+    if first.first_stage is None or second.first_stage is not None:
+        raise InputError(
+            "--touches twice: expected a plan that does not hold the part by itself, then the second stage: wpcal "
+            "touches PART --after FIRST -"
+        )
+    places = first.T_base_part.matrix, second.T_base_part.matrix
+    if first.part != second.part or np.abs(places[0] - places[1]).max() > SAME_PLACE:
+        raise InputError(
+            "the two plans of touches are for other parts or places: plan the second with --after FIRST - (no results)"
+        )
+    if (first.home_joints is None) != (second.home_joints is None):
+        raise InputError("one of the two plans of touches was made with an arm: plan both with it, or none")
+    named = (replace(search, name=f"{FIRST}{number}") for number, search in enumerate(first.searches, 1))
+    begin, *others = second.searches
+    if second.home_joints is None:  # over the part, as high as both plans go
+        last, up = first.searches[-1].retract, second.T_base_part.R.T @ up_base
+        tops = [each.via[0] if len(each.via) else each.approach for each in (first.searches[0], begin)]
+        high = max(float((top - last) @ up) for top in tops)
+        over = [p + max(high - float((p - last) @ up), 0.0) * up for p in (last, begin.approach)]
+        begin = replace(begin, via=np.array(over))
+    return replace(second, searches=(*named, begin, *others))
+
+
+def welds_after(
+    plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_base: FloatArray, *, stage: int = 0
+) -> WeldsAfter:
     """Return how a weld program follows the searches of a plan.
 
     `up_base`: shape (3,). Unit vector away from the support of the part, in `base`.
+    `stage`: How many of the searches are a first stage, which corrects the frame once before (`in_stages`).
 
     Raises `InputError` when the searches of the plan are not the touches of one part on its planes and cylinders, leave
     a motion free, or are planned for another part or place than the weld program; or this has no safe point.
@@ -33,7 +73,9 @@ def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_bas
     if plan.part and part != plan.part:
         raise InputError(f"the plan of touches is for {plan.part}, the seams are those of {part}")
     seams = program.T_base_part.inverse().apply(np.concatenate([path.seam.frames.p for path in program.paths]))
-    correction = correction_of(plan, setup, seams)
+    correction = correction_of(replace(plan, searches=plan.searches[stage:]), setup, seams)
+    searches = plan.searches[:stage]
+    before = correction_of(replace(plan, searches=searches), setup, seams, holds=False) if stage else None
     apart = float(np.linalg.norm(T.apply(seams) - program.T_base_part.apply(seams), axis=1).max())
     most = max(search.stroke_mm for search in plan.searches)
     if apart > most:
@@ -44,6 +86,11 @@ def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_bas
     if program.safe_point is None:
         raise InputError("touch and weld in one run needs the checked ways between the seams of a part with a shape")
     way = None
+    if stage and plan.home_joints is None:
+        last, begin = plan.searches[stage - 1 : stage + 1]
+        between = np.array([last.retract, *begin.via, begin.approach])
+        R = np.stack([last.R_part_tool, *[begin.R_part_tool] * (len(between) - 1)])
+        _require_free(program, T, T.apply(between), T.R @ R)
     if plan.home_joints is None:
         p, R = program.safe_point.poses_in(program.T_base_part)
         last = plan.searches[-1]
@@ -52,7 +99,7 @@ def welds_after(plan: TouchPlan, setup: TouchSetup, program: WeldProgram, up_bas
         rows = np.stack([over, p[0]]), np.stack([last.R_part_tool, R[0]])
         way = SafePoint(T.apply(rows[0]), T.R @ rows[1])
         _require_free(program, T, np.concatenate([T.apply(last.retract[None]), way.p_base]), way.R_base[[0, 0, 1]])
-    return WeldsAfter(program, correction, way, T)
+    return WeldsAfter(program, correction, way, T, before)
 
 
 def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArray, R: FloatArray) -> None:
@@ -69,8 +116,11 @@ def _require_free(program: WeldProgram, T_base_part: RigidTransform, p: FloatArr
         )
 
 
-def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray) -> Correction:
-    """Return the linear fit of a plan; `seams`: shape (n, 3). Points of the seams, in `part`, mm.
+def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray, *, holds: bool = True) -> Correction:
+    """Return the linear fit of a plan.
+
+    `seams`: shape (n, 3). Points of the seams, in `part`, mm.
+    `holds`: Whether the searches have to hold the part; those of a first stage leave what they do not see as it is.
 
     Raises `InputError` as `welds_after`.
     """
@@ -89,10 +139,14 @@ def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray) -> Corr
     design = TouchDesign.of(
         p - centre, n, wire[:, :, 2], setup, seams - centre, stick_out_sigma_mm=setup.stick_out_sigma_mm
     )
-    if len(design.free_motions()):
-        raise InputError("the searches of the plan leave a motion of the part free")
     H, W = design.rows, design.weights
-    gains = np.linalg.solve(H.T @ (W[:, None] * H), H.T * W).T
+    if not holds:  # the smallest motion that explains what was found
+        scale, root = np.repeat([1.0 / design.length_mm, 1.0], 3), np.sqrt(W)[:, None]
+        gains = (scale[:, None] * np.linalg.pinv(root * H * scale, rcond=SEEN) * root.T).T
+    elif len(design.free_motions()):
+        raise InputError("the searches of the plan leave a motion of the part free")
+    else:
+        gains = np.linalg.solve(H.T @ (W[:, None] * H), H.T * W).T
     noise = np.diag(design.variances) + design.shared @ design.shared.T
     left = np.eye(len(H)) - H @ gains.T
     sigma = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", left, noise, left), 0.0))
@@ -109,4 +163,4 @@ def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray) -> Corr
         )
         for each, normal, gain, off in zip(searches, n, gains, sigma, strict=True)
     )
-    return Correction(terms, centre)
+    return Correction(terms, centre, "" if holds else "1")

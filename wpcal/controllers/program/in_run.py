@@ -6,6 +6,9 @@ step turns the part by :math:`\sum_i d_i\,w_i` about the middle of the searches,
 :math:`\sum_i d_i\,v_i`. The gains are constants of the plan, :math:`(H^\top W H)^{-1} H^\top W`
 (`wpcal.touch.plan.choose.TouchDesign`). A program ends before the first weld where a search missed, a residual is
 larger than its errors explain, or the last step is not small.
+
+In two stages the searches of a first plan, on large faces, correct the frame in which those of the second run. What the
+first does not see stays as it was planned; the second corrects the frame once more.
 """
 
 from __future__ import annotations
@@ -49,6 +52,7 @@ class Correction:
 
     terms: tuple[Term, ...]
     centre: FloatArray  #: shape (3,). About which the part turns, in `part`, mm.
+    key: str = ""  #: Ends the names of programs where two stages each have a correction.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,3 +64,14 @@ class WeldsAfter:
     #: Poses from the last search to the safe point of the program, with the part as planned; none from a home.
     way: SafePoint | None
     T_base_part: RigidTransform  #: The place of the plan.
+    first: Correction | None = None  #: That of the first of two stages; `correction` goes on from it.
+
+    @property
+    def corrections(self) -> tuple[Correction, ...]:
+        """The corrections in their order."""
+        return (self.correction,) if self.first is None else (self.first, self.correction)
+
+    @property
+    def stage(self) -> int:
+        """How many searches the first of two stages has; 0 where there is one."""
+        return 0 if self.first is None else len(self.first.terms)

@@ -110,7 +110,7 @@ def plan_touches(
         options.wire_mm,
         options.torch.wire_mm,
         predicted=predicted,
-        notes=(*notes, *_notes(part.graph, found, T_base_part is None)),
+        notes=(*notes, *_notes(part.graph, found, strokes, options, T_base_part)),
         bodies=tacked,
         first_stage=first,
     )
@@ -238,12 +238,16 @@ def _words(p: FloatArray) -> str:
     return f"({' '.join(f'{round(float(v), 1) + 0.0:g}' for v in p)})"
 
 
-def _notes(graph: BrepGraph, found: Candidates, is_unplaced: bool) -> tuple[str, ...]:
-    notes = list[str]()
+def _notes(
+    graph: BrepGraph, found: Candidates, strokes: Strokes, options: TouchOptions, T_base_part: RigidTransform | None
+) -> tuple[str, ...]:
+    notes, left_mm = list[str](), float(strokes.contacts.normal_mm.max())
+    if options.nominal.left is not None:
+        notes.append(f"the second of two stages: strokes allow for {left_mm:.1f} mm that the first leaves unknown")
     small = list(dict.fromkeys(found.small.face.tolist()))
     if small:
         which = face_words(graph, found.small, small[0])
         notes.append(f"{counted(len(small), 'face')} too small for the displacement of the part, such as {which}")
-    if is_unplaced:
+    if T_base_part is None:
         notes.append("the place of the part is not given (--nominal or --cell): z of the part counts as up")
     return tuple(notes)

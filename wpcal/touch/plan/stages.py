@@ -46,14 +46,18 @@ def first_stage(
     return np.array(chosen, dtype=np.int64), FirstStage(place.centre, (C + C.T) / 2.0)
 
 
-def found_place(plan: TouchPlan, taught: TaughtPoints) -> tuple[RigidTransform, FloatArray]:
+def found_place(plan: TouchPlan, taught: TaughtPoints | None) -> tuple[RigidTransform, FloatArray]:
     """Return ``T_base_part`` after the first stage, and its covariance; what no search sees is as it was planned.
+
+    `taught`: None where both stages are one program, which corrects its frame between them: the place of the plan.
 
     Raises `InputError` when the plan is not that of a first stage, or a search of it found nothing.
     """
     known = plan.first_stage
     if known is None:
         raise InputError("this plan of touches holds the part by itself: calibrate with it (wpcal calibrate --touches)")
+    if taught is None:
+        return plan.T_base_part, known.covariance
     searches = [plan.search(name) for name in taught.names]
     if missed := {each.name for each in plan.searches} - {each.name for each in searches}:
         raise InputError(f"{', '.join(sorted(missed))} of the first stage found nothing: the second needs all of them")
