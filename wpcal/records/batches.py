@@ -12,7 +12,16 @@ class Pose(Record):
     rpy_deg: Vector
 
 
-class Job(Record):
+class Worst(Record):
+    worst_residual_mm: float | None = D("Largest distance of a fitted or a check point, mm.")
+    worst_point: str | None = D("Its point.")
+    objective_mm: float | None = D("What the criterion minimises, mm.")
+    bound_mm: float | None = D("No rigid transform has a smaller objective, mm.")
+    worst_seam_error_mm: float | None = D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
+    worst_seam: str | None = D("Its seam.")
+
+
+class Job(Worst):
     schema: Literal["wpcal/job-summary/1"]
     job: str = D("Name of the job and of its folder.")
     line: Number = D("Line in the list of jobs, counted from 1.")
@@ -22,12 +31,6 @@ class Job(Record):
     verdict: Literal["PASS", "UNSURE", "FAIL", "ERROR"] = D(
         "Verdict of the calibration; ERROR if the job did not end with one."
     )
-    worst_residual_mm: float | None = D("Largest distance of a fitted or a check point, mm.")
-    worst_point: str | None = D("Its point.")
-    objective_mm: float | None = D("What the criterion minimises, mm.")
-    bound_mm: float | None = D("No rigid transform has a smaller objective, mm.")
-    worst_seam_error_mm: float | None = D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
-    worst_seam: str | None = D("Its seam.")
     pose: Pose | None = D(
         "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, c; null if "
         "the job failed."
@@ -64,14 +67,8 @@ class Inputs(Record):
     origins: Maybe[dict[str, str]] = D("Options that were not typed: wpcal.toml with its table, or the variable.")
 
 
-class Result(Record):
+class Result(Worst):
     verdict: Literal["PASS", "UNSURE", "FAIL"] = D("Verdict of the calibration.")
-    worst_residual_mm: float | None = D("Largest distance of a fitted or a check point, mm.")
-    worst_point: str | None = D("Its point.")
-    objective_mm: float | None = D("What the criterion minimises, mm.")
-    bound_mm: float | None = D("No rigid transform has a smaller objective, mm.")
-    worst_seam_error_mm: float | None = D("Largest 95 % error of a frame of an accepted seam, mm; null without one.")
-    worst_seam: str | None = D("Its seam.")
     pose: Pose = D(
         "T_base_part: x, y, z in mm, and a, b, c in degrees with R = Rz(c) Ry(b) Rx(a) in the order a, b, c; null if "
         "the job failed."
@@ -159,8 +156,7 @@ class DriftPartPart(Record):
     sha256: str | None = D("Of its contents; null if the calibrations do not say it.")
 
 
-class DriftPartPose(Record):
-    name: Literal["x", "y", "z", "turn x", "turn y", "turn z"]
+class Chart(Record):
     unit: str = D("Of all numbers of this chart.")
     centre: float = D("Mean of the first jobs.")
     sigma: NotNegative = D("Scatter from job to job: median moving range / 0.954.")
@@ -169,6 +165,10 @@ class DriftPartPose(Record):
     last: float = D("Of the last job.")
     outside: list[str] = D("Jobs outside the limits.")
     cusum_alarms: list[str] = D("Jobs at which the CUSUM exceeds its limit; it then begins again at 0.")
+
+
+class DriftPartPose(Chart):
+    name: Literal["x", "y", "z", "turn x", "turn y", "turn z"]
 
 
 class Point(Record):
@@ -179,17 +179,6 @@ class Point(Record):
     mean_base_mm: Vector = D("Mean residual in base.")
     jobs_largest: Count = D("Jobs in which no other point has a larger residual.")
     jobs_named_wrong: Count = D("Jobs whose calibration names the point as wrong.")
-
-
-class SeamError(Record):
-    unit: str = D("Of all numbers of this chart.")
-    centre: float = D("Mean of the first jobs.")
-    sigma: NotNegative = D("Scatter from job to job: median moving range / 0.954.")
-    lower: float = D("Centre less 3 sigma.")
-    upper: float = D("Centre plus 3 sigma.")
-    last: float = D("Of the last job.")
-    outside: list[str] = D("Jobs outside the limits.")
-    cusum_alarms: list[str] = D("Jobs at which the CUSUM exceeds its limit; it then begins again at 0.")
 
 
 class Shift(Record):
@@ -223,7 +212,7 @@ class DriftPart(Record):
         "Point that most jobs name as wrong; if none does, the one that most often has the largest residual. null "
         "without residuals."
     )
-    seam_error: SeamError | None = D("Largest 95 % error of a seam; null if a job has none.")
+    seam_error: Chart | None = D("Largest 95 % error of a seam; null if a job has none.")
     shifts: list[Shift] = D("Sudden changes.")
     corrected: Maybe[list[str]] = D("What was corrected alike on the pendant in most jobs (touchup.json).")
 

@@ -39,12 +39,19 @@ class Rail(Open):
     touched_at_mm: Maybe[float] = D("Where the rail was while the part was touched.")
 
 
-class TorchRobot(Open):
+class CellRobot(Open):
     arm: str = D("Name of a shipped arm, or an arm file beside the cell file.")
     joint_weights: Maybe[Annotated[list[Positive], Meta(min_length=6, max_length=6)]] = D(
         "K_j of Hou 2018, eq. 4. If not given, they are computed from the joints' speeds."
     )
     T_world_base: Frame
+    mounting_face_z_mm: Maybe[float] = D(
+        "Height in world at which the arm is mounted, if that is not the floor. wpcal plan compares it with "
+        "T_world_base and the arm's mount_mm."
+    )
+
+
+class TorchRobot(CellRobot):
     T_flange_tool: Frame | None = D(
         "z of the tool is the wire direction, its origin the wire's tip. Null or missing until it is known; a plan "
         "needs it."
@@ -54,31 +61,18 @@ class TorchRobot(Open):
         "The torch whose bodies are in torch, as in seams.json. wpcal plan compares it with that of the seams."
     )
     torch: list[Shape] = D("Bodies in the frame tool.")
-    mounting_face_z_mm: Maybe[float] = D(
-        "Height in world at which the arm is mounted, if that is not the floor. wpcal plan compares it with "
-        "T_world_base and the arm's mount_mm."
-    )
     home_deg: Maybe[Six] = D(
         "Of one robot: joints at which programs start and end. If not given: zero, with joint 5 bent by 90 degrees."
     )
     rail: Maybe[Rail] = D("Of one robot: the base moves along this direction; T_world_base is its place at 0.")
 
 
-class HolderRobot(Open):
-    arm: str = D("Name of a shipped arm, or an arm file beside the cell file.")
-    joint_weights: Maybe[Annotated[list[Positive], Meta(min_length=6, max_length=6)]] = D(
-        "K_j of Hou 2018, eq. 4. If not given, they are computed from the joints' speeds."
-    )
-    T_world_base: Frame
+class HolderRobot(CellRobot):
     T_flange_part: Maybe[Frame | None] = D(
         "The grasp; null or missing until it is known (wpcal calibrate --holder-joints)."
     )
     links: list[Shape] = D("Bodies of the arm, with its gripper.")
     part: list[Shape] = D("Bodies in the frame part.")
-    mounting_face_z_mm: Maybe[float] = D(
-        "Height in world at which the arm is mounted, if that is not the floor. wpcal plan compares it with "
-        "T_world_base and the arm's mount_mm."
-    )
 
 
 class Positioner(Open):

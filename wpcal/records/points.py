@@ -7,6 +7,7 @@ from msgspec import Meta
 from wpcal.records.parts import (
     Count,
     D,
+    FeatureOfPart,
     Issue,
     MatrixByRows,
     Maybe,
@@ -64,35 +65,7 @@ class Match(Record):
     answers: list[Answer] = D("The best fit first.")
 
 
-class Feature(Record):
-    name: str = D("Letter of the kind and a number, for example H1.")
-    kind: Literal[
-        "vertex",
-        "circle",
-        "hole",
-        "sphere",
-        "edge_midpoint",
-        "boss",
-        "slot",
-        "virtual_corner",
-        "edge_end",
-        "plane",
-        "axis",
-    ]
-    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("The point; the centre of a circle, hole or sphere. In part.")
-    direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
-    diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
-    solid: str = D("Name of the solid.")
-    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
-        "How a person touches it."
-    )
-    faces: list[Count] = D("Faces that are touched, by their number in the part.")
-    length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
-    depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")
-    area_mm2: Maybe[NotNegative] = D("Of a plane.")
-    is_through: Maybe[bool] = D("Of a hole or slot: open at both ends.")
-    form: Maybe[Literal["plain", "countersink", "counterbore"]] = D("Of a hole.")
-    steps: Maybe[list[Vector]] = D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")
+class Feature(FeatureOfPart):
     ease: Literal["sharp", "round", "hidden", "vague", "indirect"] = D("How well it can be touched, the best first.")
 
 
@@ -174,36 +147,8 @@ class SheetPart(Record):
     )
 
 
-class SheetFeature(Record):
+class SheetFeature(FeatureOfPart):
     number: Number = D("Number on the sheet.")
-    name: str = D("Letter of the kind and a number, for example H1.")
-    kind: Literal[
-        "vertex",
-        "circle",
-        "hole",
-        "sphere",
-        "edge_midpoint",
-        "boss",
-        "slot",
-        "virtual_corner",
-        "edge_end",
-        "plane",
-        "axis",
-    ]
-    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("The point; the centre of a circle, hole or sphere. In part.")
-    direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
-    diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
-    solid: str = D("Name of the solid.")
-    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
-        "How a person touches it."
-    )
-    faces: list[Count] = D("Faces that are touched, by their number in the part.")
-    length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
-    depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")
-    area_mm2: Maybe[NotNegative] = D("Of a plane.")
-    is_through: Maybe[bool] = D("Of a hole or slot: open at both ends.")
-    form: Maybe[Literal["plain", "countersink", "counterbore"]] = D("Of a hole.")
-    steps: Maybe[list[Vector]] = D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")
 
 
 class Touch(Record):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from wpcal.records.parts import Count, D, Maybe, NotNegative, Number, Positive, Record, Rotation, Units, Vector
+from wpcal.records.parts import D, FeatureOfPart, Maybe, NotNegative, Number, Positive, Record, Rotation, Units, Vector
 from wpcal.records.robots import Arm
 
 
@@ -17,46 +17,12 @@ class Set(Record):
     swap_is_seen: bool = D("Whether that residual is larger than the teaching error can cause.")
 
 
-class Feature(Record):
-    name: str = D("Letter of the kind and a number, for example H1.")
-    kind: Literal[
-        "vertex",
-        "circle",
-        "hole",
-        "sphere",
-        "edge_midpoint",
-        "boss",
-        "slot",
-        "virtual_corner",
-        "edge_end",
-        "plane",
-        "axis",
-    ]
-    p_mm: Annotated[Vector, D("x, y, z in mm.")] = D("The point; the centre of a circle, hole or sphere. In part.")
-    direction: Annotated[Vector, D("Unit vector.")] | None = D("Axis or normal in part; null if the kind has none.")
-    diameter_mm: NotNegative | None = D("Of a slot: its width. Null if the kind has none.")
-    solid: str = D("Name of the solid.")
-    touch: Literal["tip in corner", "tip on edge", "rim", "wall", "face", "its three faces"] = D(
-        "How a person touches it."
-    )
-    faces: list[Count] = D("Faces that are touched, by their number in the part.")
-    length_mm: Maybe[NotNegative] = D("Of an edge, boss, slot or axis.")
-    depth_mm: Maybe[NotNegative] = D("Of a hole or slot.")
-    area_mm2: Maybe[NotNegative] = D("Of a plane.")
-    is_through: Maybe[bool] = D("Of a hole or slot: open at both ends.")
-    form: Maybe[Literal["plain", "countersink", "counterbore"]] = D("Of a hole.")
-    steps: Maybe[list[Vector]] = D("Diameters of a hole from its entry: diameter, begin and end of the depth, mm.")
+class Feature(FeatureOfPart):
     where: str = D("In words: where on the part it is.")
 
 
-class ByCount(Record):
+class ByCount(Set):
     points: Number = D("Number of points.")
-    features: list[str] = D("Names of the features.")
-    error_95_mm: NotNegative = D("Largest error along the seams that is not exceeded with 95 % probability.")
-    seam: str = D("The seam with this error.")
-    swap_rms_mm: NotNegative = D("Smallest root mean square residual if two or more names are exchanged by mistake.")
-    swap: list[str] = D("The names in that exchange.")
-    swap_is_seen: bool = D("Whether that residual is larger than the teaching error can cause.")
 
 
 class Advice(Record):
