@@ -63,9 +63,12 @@ def test_a_check_point_tests_three_points():
 
 def test_a_point_that_alone_holds_a_motion_is_unchecked():
     on_a_line = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [200.0, 0.0, 0.0], [300.0, 0.0, 0.0], [150.0, 90.0, 0.0]])
-    found = judged(on_a_line, noise(5, 0.01), teaching=TeachingError(sigma_mm=0.01)).judgement
+    found = judged(on_a_line, noise(5, 0.01)).judgement
     assert found.reason is VerdictReason.UNCHECKED
     assert "nothing tests P4" in found.sentence
+    passed = judged(on_a_line, noise(5, 0.01), teaching=TeachingError(sigma_mm=0.01)).judgement
+    assert passed.kind is VerdictKind.PASS
+    assert "nothing tests P4: one check point ends this doubt" in passed.sentence
 
 
 def test_three_exact_points_never_predict_zero():

@@ -245,7 +245,7 @@ class ErrorBudget:
             else "tool centre point: nothing stated",
             "robot": belief.field.describe(),
             "part": f"scale of the part, {1e6 * self.scale:.2g} ppm after the touches, {1e6 * PRIOR_SCALE:.0f} before: "
-            "steel within 10 K of 20 °C, and one part in twenty is far off",
+            "steel within 10 K of 20 °C, and one part in five is far off",
             "model": "tails of the residuals and what a fit of this kind does with them",
         }
         return {"name": name, "type": "A" if is_a else "B", "source": told[name]}

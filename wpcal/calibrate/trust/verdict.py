@@ -302,19 +302,13 @@ class VerdictEvidence:
             return True
         return self.distrusted.shift_mm > self.tolerance_mm
 
-    @property
-    def _is_stated(self) -> bool:
-        """Whether the errors of the touches and of the robot are known without these touches."""
-        unknown = (FieldOrigin.ASSUMED, FieldOrigin.ESTIMATED)
-        return self.sigma.source is SigmaSource.STATED and self.fit.budget.belief.origin not in unknown
-
     def doubts(self, shown: Predicted) -> Iterator[Ground]:
         """Name what nothing tests, what the others contradict, and residuals that are larger than stated or usual."""
         yield from self._unexplained()
-        if self.residuals.unchecked and not self._is_stated:
-            what = (
-                f"nothing tests {listed(self.residuals.unchecked, MOST_NAMED)}; if one is wrong, no residual shows it"
-            )
+        is_stated, unchecked = self.sigma.source is SigmaSource.STATED, self.residuals.unchecked
+        is_robot_known = self.fit.budget.belief.origin not in (FieldOrigin.ASSUMED, FieldOrigin.ESTIMATED)
+        if unchecked and not (is_stated and (is_robot_known or len(unchecked) < len(self.fit.rows))):
+            what = f"nothing tests {listed(unchecked, MOST_NAMED)}; if one is wrong, no residual shows it"
             yield Ground(VerdictReason.UNCHECKED, what)
         found = self.distrusted
         if found is not None and found.shift_mm + found.without_them.seam_error_95_mm > self.tolerance_mm:
@@ -327,7 +321,6 @@ class VerdictEvidence:
         for issue in self.issues:
             if issue.code in (NEIGHBOUR, NOT_NAMED) and found is None:
                 yield Ground(VerdictReason.CONTRADICTION, issue.message, "no seam is shown to be outside")
-        is_stated = self.sigma.source is SigmaSource.STATED
         if not is_stated and self.largest_mm > self.tolerance_mm and self.residuals.contradicts(USUAL_SIGMA_MM):
             what = (
                 f"the largest residual is {self.largest_mm:.3g} mm, and careful touches ({USUAL_SIGMA_MM:g} mm per "
