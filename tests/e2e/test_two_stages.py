@@ -61,7 +61,7 @@ def test_the_ends_of_thin_plates_are_found_from_their_faces(brand, lap, tmp_path
     stored = ran(brand, lap, first, true)
     refused = run_here("calibrate", lap, stored, "--touches", first / "touches.json", "-o", out)
     assert (refused.returncode, "plan the second" in refused.stderr) == (2, True)
-    assert "two stages" not in commanded("touches", lap, "--after", first, stored, "-o", second)
+    assert "the first of two stages" not in commanded("touches", lap, "--after", first, stored, "-o", second)
     promised = [json.loads((each / "touches.json").read_text())["predicted"]["error_95_mm"] for each in (first, second)]
     assert promised[1] == pytest.approx(promised[0], rel=0.2)
     stored = ran(brand, lap, second, true)

@@ -9,7 +9,6 @@ object and the target of every linear and circular move, and of those by the joi
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,9 +17,9 @@ import numpy as np
 from wpcal.controllers.abb.statements import Data
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import LeaveError
-from wpcal.controllers.run.machine import WHOLE_ZONE, Machine, Matrix, Place
-from wpcal.controllers.run.program import ProgramError, Run, StoppedError
+from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError
+from wpcal.controllers.run.machine import WHOLE_ZONE, Matrix, Place
+from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.same_bits import inverse_pose
 
 STOP_LIMIT_MM_S = 100.0
@@ -51,13 +50,9 @@ HARMLESS |= {"TPERASE", "EOFFSOFF", "CONFL", "CONFJ"}
 """Instructions without effect on where a motion ends."""
 
 
-class Instructions:
+class Instructions(BlockInterpreter):
     """What the instructions do; the interpreter knows names and values."""
 
-    machine: Machine
-    run: Run
-    signals: dict[str, int]
-    on_stop: Callable[[str], bool]
     is_fine: bool
     errors: list[str]
     data: dict[str, Data]
@@ -65,10 +60,6 @@ class Instructions:
     shift: Matrix
     undeclared: dict[str, Any]
     is_in_step: bool
-
-    def value(self, tokens: Any) -> Any:
-        """Return the value of an expression."""
-        raise NotImplementedError
 
     def find(self, name: str) -> Data | None:
         """Return data by its name."""
@@ -94,7 +85,7 @@ class Instructions:
         """Return the level of an input that the touch switches."""
         return self.signals[name] if self.machine.is_on() else 1 - self.signals[name]
 
-    def tool(self, tool: Any) -> Matrix:
+    def T_of_tool(self, tool: Any) -> Matrix:
         """Return T_flange_tool."""
         if not isinstance(tool, Record) or tool.kind != "tooldata":
             raise ProgramError("a tool is expected")
@@ -102,7 +93,7 @@ class Instructions:
             raise ProgramError("the tool is not held by the robot, or weighs nothing")
         return matrix(tool.values[1])
 
-    def frame(self, wobj: Any) -> Matrix:
+    def T_of_frame(self, wobj: Any) -> Matrix:
         """Return the place of a work object: in `base`, or in the unit that carries it."""
         if not isinstance(wobj, Record) or wobj.kind != "wobjdata" or wobj.values[0] is not False:
             raise ProgramError("the work object is held by the robot")
@@ -126,12 +117,12 @@ class Instructions:
         wobj = options.get("WOBJ", ["wobj0"])
         at = self.machine.at
         mm_s = None if speed is None else self._known(speed, "speeddata").values[0]
-        frame = self.frame(self._known(wobj, "wobjdata")) @ self.shift
+        frame = self.T_of_frame(self._known(wobj, "wobjdata")) @ self.shift
         mark = "".join(options.get("ID", ()))
         if mark and not self.is_in_step:
             raise ProgramError("a move in step before SyncMoveOn")
         self.machine.at = Place(at.file, at.line, "".join(tool), "".join(wobj), mm_s, mark=mark)
-        return frame, self.tool(self._known(tool, "tooldata"))
+        return frame, self.T_of_tool(self._known(tool, "tooldata"))
 
     def _move(self, arguments: list[list[str]], options: dict[str, Any], motion: re.Match[str]) -> None:
         name, (word, kind, part) = motion[0], [group for group in motion.groups() if group is not None]

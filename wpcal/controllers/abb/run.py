@@ -8,18 +8,21 @@ the present values of its PERS data. What instructions do is in `wpcal.controlle
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from wpcal.controllers.abb.grammar import GRAMMAR
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
-from wpcal.controllers.abb.statements import Data, ModuleReader, Routine, Statement
+from wpcal.controllers.abb.statements import MARK, STORAGE, Data, ModuleReader, Procedure, instruction
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does, mark_of
-from wpcal.controllers.run.blocks import LeaveError
-from wpcal.controllers.run.machine import Machine, Matrix, Place, about, rigid
-from wpcal.controllers.run.program import ProgramError, Run, StoppedError, entries_of
+from wpcal.controllers.run.blocks import LeaveError, Node, text_of
+from wpcal.controllers.run.expressions import Parser, tokens_of
+from wpcal.controllers.run.machine import Matrix, about, rigid
+from wpcal.controllers.run.program import ProgramError, Run, entries_of
 from wpcal.core.same_bits import inverse_pose
 
 ERRORS = {"ERR_WHLSEARCH": 1, "ERR_SIGSUPSEARCH": 2, "ERR_WAIT_MAXTIME": 3, "ERR_FILEACC": 4}
@@ -33,46 +36,36 @@ ZERO = [[0, 0, 0], [1, 0, 0, 0]]
 SEARCH = re.compile(r"\bSearchL((?:\\\w+)*),[ \t]*+(\w++)", re.IGNORECASE)
 
 
-def _signals_of(texts: Iterable[str]) -> dict[str, bool]:
-    """Return the inputs for which searches wait, and their levels."""
-    found = (match for text in texts for match in SEARCH.finditer(text))
-    return {match[2]: "NEGFLANK" not in match[1].upper() for match in found}
-
-
 class Interpreter(Instructions):
-    """One motion task with its modules.
+    """One motion task with its modules; tools and work objects of the empty name are all that no module declares."""
 
-    Parameters are those of `wpcal.controllers.run.interpreter.Interpreter`. Tools and work objects of the empty name
-    are all that no module declares.
-    """
+    grammar, words = GRAMMAR, SYNTAX
 
     def __init__(
         self,
         files: Mapping[str, str],
-        machine: Machine,
-        *,
+        *args: Any,
         tools: Mapping[Any, Matrix] | None = None,
         bases: Mapping[Any, Matrix] | None = None,
-        signals: Mapping[Any, bool] | None = None,
-        on_stop: Callable[[str], bool] = lambda _: False,
+        **given: Any,
     ) -> None:
-        self.machine, self.on_stop, self.run = machine, on_stop, Run()
-        given = _signals_of(files.values()) if signals is None else signals
-        self.signals = {str(name).upper(): int(level) for name, level in given.items()}
         self.data: dict[str, Data] = {}
         self.local: dict[tuple[str, str], Data] = {}  #: By file and name.
-        self.routines: dict[str, Routine] = {}
-        self.calls: dict[str, set[str]] = {}
+        self.procedures: dict[str, Procedure] = {}
+        self.running: list[Procedure] = []
         self.texts: dict[str, str] = {}
-        self.scopes: list[dict[str, Data]] = []
-        self.files: list[str] = []
         self.errors: list[str] = []
-        self.is_fine, self.is_in_step = True, False
+        self.is_fine, self.is_in_step, self.in_handler = True, False, False
         self.shift = np.eye(4)
         self.undeclared: dict[str, Any] = {}
         self._predefine(tools or {}, bases or {})
-        for file, text in files.items():
-            self._load(ModuleReader(text, file))
+        super().__init__(files, *args, **given)
+        self.signals = {str(name).upper(): bool(level) for name, level in self.signals.items()}
+        self.file = ""  # until a routine runs
+
+    def signals_of(self, text: str) -> dict[str, bool]:
+        """Return the inputs for which searches wait, and their levels."""
+        return {match[2]: "NEGFLANK" not in match[1].upper() for match in SEARCH.finditer(text)}
 
     def _predefine(self, tools: Mapping[Any, Matrix], bases: Mapping[Any, Matrix]) -> None:
         given: dict[str, tuple[str, list[Any]]] = {}
@@ -92,10 +85,10 @@ class Interpreter(Instructions):
                 self.data[name.upper()] = Data("PERS", kind, typed(kind, values))
         self.given = set(self.data)
 
-    def _load(self, reader: ModuleReader) -> None:
-        self.calls |= reader.calls
+    def load(self, file: str, text: str) -> None:
+        """Read the modules of a file."""
+        reader, self.file = ModuleReader(text, file), file
         self.texts |= dict.fromkeys(reader.names, reader.text)
-        self.files.append(reader.file)
         for line, storage, kind, name, is_array, tokens, is_local in reader.declarations:
             key = (reader.file, name.upper())
             if key in self.local or (not is_local and name.upper() in self.data and name.upper() not in self.given):
@@ -110,21 +103,17 @@ class Interpreter(Instructions):
                 self.local[key] = made
             else:
                 self.data[name.upper()] = made
-        self.files.pop()
-        for routine in reader.routines:
-            if routine.name.upper() in self.routines:
-                raise ProgramError(f"{routine.name} is declared twice", path=reader.file)
-            self.routines[routine.name.upper()] = routine
+        for name, routine in reader.routines.items():
+            self.routines[self.declare(name, file, self.routines)] = self.procedures[name] = routine
 
     # -- names -----------------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Data | None:
         """Return data by its name in this routine or of a module."""
         name = name.upper()
-        if self.scopes and name in self.scopes[-1]:
-            return self.scopes[-1][name]
-        own = self.local.get((self.files[-1], name)) if self.files else None
-        return own or self.data.get(name)
+        if name in self.locals[-1]:
+            return self.locals[-1][name]  # type: ignore[no-any-return]
+        return self.local.get((self.file, name)) or self.data.get(name)
 
     def name(self, name: str) -> Any:
         """Return the value of a name."""
@@ -167,7 +156,7 @@ class Interpreter(Instructions):
             tool, wobj = options.get("TOOL"), options.get("WOBJ", self.data["WOBJ0"].value)
             if tool is None:
                 raise ProgramError("CRobT without \\Tool")
-            seen = inverse_pose(self.frame(wobj) @ self.shift) @ self.machine.reading(self.tool(tool))
+            seen = inverse_pose(self.T_of_frame(wobj) @ self.shift) @ self.machine.reading(self.T_of_tool(tool))
             return typed("robtarget", [*pose_values(seen), [0, 0, 0, 0], [9e9] * 6])
         functions: dict[str, Callable[..., Any]] = {
             "POSEMULT": lambda a, b: typed("pose", pose_values(matrix(a) @ matrix(b))),
@@ -190,9 +179,13 @@ class Interpreter(Instructions):
             raise ProgramError(f"the function {name} is unknown")
         return functions[name](*arguments)
 
-    def value(self, tokens: list[str]) -> Any:
-        """Return the value of an expression."""
-        return RapidParser(tokens, SYNTAX, self).whole()
+    def parser(self, tokens: list[str]) -> Parser:
+        """Return what reads arguments with a backslash, too."""
+        return RapidParser(tokens, SYNTAX, self)
+
+    def give(self, name: str, value: Any) -> None:
+        """Give the number of a loop a value."""
+        self.locals[-1][name] = Data("VAR", "num", value)
 
     def assign(self, tokens: list[str], value: Any) -> None:
         """Give data, or a part of it, a value."""
@@ -244,127 +237,107 @@ class Interpreter(Instructions):
 
     def entries(self) -> list[str]:
         """Return the procedures that no other one calls."""
-        return [name for name in entries_of(self.calls) if not self.routines[name].parameters]
+        texts = {name: text_of([*one.body, *(one.handler or ())]) for name, one in self.procedures.items()}
+        found = entries_of({name: self._words(text) for name, text in texts.items()})
+        return [name for name in found if not self.procedures[name].parameters]
 
     def start(self, routine: str = "main") -> Run:
         """Run a routine to its end, or until the operator ends it at a stop."""
         try:
-            self.call_routine(routine.upper(), [])
-        except StoppedError:
-            return self.run
+            return super().start(routine)
         except RapidError as error:
             raise ProgramError(f"no handler takes {error}") from error
-        self.run.is_finished = True
-        return self.run
 
-    def call_routine(self, name: str, arguments: list[list[str]]) -> None:
-        """Execute a procedure."""
-        routine = self.routines.get(name)
-        if routine is None:
+    def routine(self, name: str, arguments: Sequence[list[str]] = ()) -> None:
+        """Run a procedure with the texts of its arguments."""
+        found = self.procedures.get(name.upper())
+        if found is None:
             raise ProgramError(f"the instruction or routine {name} is unknown")
-        if len(arguments) != len(routine.parameters):
-            raise ProgramError(f"{name} is called with {len(arguments)} arguments, not {len(routine.parameters)}")
-        scope: dict[str, Data] = {}
-        for tokens, (mode, kind, parameter) in zip(arguments, routine.parameters, strict=True):
-            if mode == "IN":
-                scope[parameter.upper()] = Data("VAR", kind, typed(kind, self.value(tokens)))
-                continue
-            given = self.find(tokens[0]) if len(tokens) == 1 else None
-            if given is None or given.kind != kind or (mode == "PERS" and given.storage != "PERS"):
-                raise ProgramError(f"{name}: {' '.join(tokens)} is no {mode} {kind}")
-            scope[parameter.upper()] = given
-        self.scopes.append(scope)
-        self.files.append(routine.file)
+        if len(arguments) != len(found.parameters):
+            raise ProgramError(f"{name} is called with {len(arguments)} arguments, not {len(found.parameters)}")
+        given = [self._argument(name, tokens, *kind) for tokens, kind in zip(arguments, found.kinds, strict=True)]
+        self.running.append(found)
+        before, self.in_handler = self.in_handler, False
         try:
-            for _, storage, kind, variable, is_array, tokens, _ in routine.declarations:
-                value = self.value(tokens) if tokens else empty(kind)
-                scope[variable.upper()] = Data(storage, kind, value if is_array else typed(kind, value), is_array)
-            self.block(routine.body, routine)
-        except LeaveError:
-            pass
+            super().routine(name, given)
         finally:
-            self.scopes.pop()
-            self.files.pop()
-        self.machine.switch(Does.STOP)
+            self.running.pop()
+            self.in_handler = before
 
-    def block(self, statements: list[Statement], routine: Routine, *, in_handler: bool = False) -> None:
-        """Execute statements in order, and the handler of their routine where one fails."""
-        for statement in statements:
+    def _argument(self, name: str, tokens: list[str], mode: str, kind: str) -> Data:
+        if mode == "IN":
+            return Data("VAR", kind, typed(kind, self.value(tokens)))
+        given = self.find(tokens[0]) if len(tokens) == 1 else None
+        if given is None or given.kind != kind or (mode == "PERS" and given.storage != "PERS"):
+            raise ProgramError(f"{name}: {' '.join(tokens)} is no {mode} {kind}")
+        return given
+
+    def block(self, nodes: Sequence[Node]) -> None:
+        """Run statements in order, and the handler of their routine where one fails."""
+        file = self.file
+        for node in nodes:
             while True:
                 try:
-                    self.execute(statement, routine, in_handler=in_handler)
+                    self.step(file, node.line, partial(self.execute, node))
                 except RapidError as error:
-                    if routine.handler is None or in_handler:
+                    handler = self.running[-1].handler
+                    if handler is None or self.in_handler:
                         raise
                     self.errors.append(str(error))
+                    self.in_handler, self.file = True, file
                     try:
-                        self.block(routine.handler, routine, in_handler=True)
+                        self.block(handler)
                     except TryNextError:
                         break
                     except RetryError:
                         continue
                     finally:
                         self.errors.pop()
+                        self.in_handler = False
                     raise LeaveError from None
                 break
 
-    def execute(self, statement: Statement, routine: Routine, *, in_handler: bool) -> None:
-        """Execute one statement; the machine takes what is refused."""
-        kind, line, parts = statement
-        file = self.files[-1]
-        self.run.step(len(self.scopes), file, line)
-        self.machine.at = Place(file, line)
-
-        def block(body: list[Statement]) -> None:
-            self.run.step(len(self.scopes), file, line)
-            self.block(body, routine, in_handler=in_handler)
-
-        try:
-            if kind in {"if", "for", "while", "test"}:
-                getattr(self, f"_{kind}")(block, *parts)
-            elif kind == "assign":
-                self.assign(parts[0], self.value(parts[1]))
-            elif kind == "mark":
-                self.machine.switch(mark_of(parts[0]) or Does.DRY)
-            elif kind == "call":
-                self.instruction(*parts)
-        except ProgramError as error:
-            self.machine.at = Place(file, line)
-            self.machine.refuse(error.at(file, line))
-
-    def _if(self, block: Callable[[list[Statement]], None], branches: list[Any]) -> None:
-        for condition, body in branches:
-            if condition is None or self.value(condition) is True:
-                block(body)
-                return
-
-    def _for(
-        self, block: Callable[[list[Statement]], None], name: str, first: list[str], last: list[str], *rest: Any
-    ) -> None:
-        step, body = rest
-        begin, end = int(self.value(first)), int(self.value(last))
-        by = int(self.value(step)) if step else 1 if end >= begin else -1
-        if by == 0:
-            raise ProgramError("FOR with a step of 0")
-        for number in range(begin, end + (1 if by > 0 else -1), by):
-            self.scopes[-1][name.upper()] = Data("VAR", "num", number)
-            block(body)
-
-    def _while(self, block: Callable[[list[Statement]], None], condition: list[str], body: list[Statement]) -> None:
-        while self.value(condition):
-            block(body)
-
-    def _test(self, block: Callable[[list[Statement]], None], tokens: list[str], cases: list[Any]) -> None:
-        found = self.value(tokens)
-        for values, body in cases:
-            if values is None or any(self.value(one) == found for one in values):
-                block(body)
-                return
-
-    def instruction(self, name: str, arguments: list[list[str]], options: dict[str, list[str]]) -> None:
-        """Execute an instruction, or call a procedure."""
-        if self.is_known(name, arguments, options):
+    def execute(self, node: Node) -> None:
+        """Run one statement."""
+        if node.text.startswith(MARK):
+            self.machine.switch(mark_of(node.text[1:]) or Does.DRY)
             return
-        if options:
-            raise ProgramError(f"{name} is unknown")
-        self.call_routine(name.upper(), arguments)
+        tokens = tokens_of(node.text, SYNTAX)
+        word = tokens[0].upper()
+        if node.branches:
+            heads = {"IF": self.choose, "FOR": self._for, "WHILE": self.loop_while, "TEST": self._test}
+            heads[word](node, tokens)
+        elif word in STORAGE:
+            self._declare(tokens)
+        elif tokens[1:2] and tokens[1] in {".", "{", ":="} and ":=" in tokens:
+            equals = tokens.index(":=")
+            self.assign(tokens[:equals], self.value(tokens[equals + 1 :]))
+        else:
+            arguments, options = instruction(tokens[1:])
+            if not self.is_known(tokens[0], arguments, options):
+                if options:
+                    raise ProgramError(f"{tokens[0]} is unknown")
+                self.routine(tokens[0], arguments)
+
+    def _declare(self, tokens: list[str]) -> None:
+        storage, kind, name = tokens[0].upper(), tokens[1].lower(), tokens[2].upper()
+        is_array, equals = tokens[3:4] == ["{"], tokens.index(":=") if ":=" in tokens else len(tokens)
+        value = self.value(tokens[equals + 1 :]) if equals < len(tokens) else empty(kind)
+        self.locals[-1][name] = Data(storage, kind, value if is_array else typed(kind, value), is_array)
+
+    def _for(self, node: Node, tokens: list[str]) -> None:
+        words = [token.upper() for token in tokens]
+        if "FROM" not in words or "TO" not in words:
+            raise ProgramError(f"{node.text[:40]!r} is no FOR")
+        to, by = words.index("TO"), words.index("STEP") if "STEP" in words else len(words) - 1
+        first, last = int(self.value(tokens[words.index("FROM") + 1 : to])), int(self.value(tokens[to + 1 : by]))
+        step = int(self.value(tokens[by + 1 : -1])) if "STEP" in words else 1 if last >= first else -1
+        self.counted(node, words[1], first, last, step)
+
+    def _test(self, node: Node, tokens: list[str]) -> None:
+        found = self.value(tokens[1:])
+        for head, body in node.branches[1:]:
+            word, *values = tokens_of(head, SYNTAX)
+            if word.upper() == "DEFAULT" or found in self.parser([*values[:-1], ")"]).values(")"):
+                self.block(body)
+                return

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from wpcal.controllers.abb.values import SYNTAX
 from wpcal.controllers.language.grammar import mark_of
+from wpcal.controllers.run.blocks import Node, Row, Steps, tree
 from wpcal.controllers.run.expressions import tokens_of, without_comment
 from wpcal.controllers.run.program import ProgramError
 
 STORAGE = {"CONST", "VAR", "PERS"}
+ENDS = "ENDIF ENDFOR ENDWHILE ENDTEST"
 MOST_NAME = 32  #: Characters of a name.
-MOST_BLOCKS = 30  #: In one another.
 OPERATORS = {"AND", "OR", "XOR", "NOT", "DIV", "MOD"}
 MARK = "!"  #: Begins the token of a comment that marks a seam.
 SKIPPED = {"FUNC": "ENDFUNC", "TRAP": "ENDTRAP", "RECORD": "ENDRECORD"}
@@ -42,37 +44,22 @@ class Declaration(NamedTuple):
     is_local: bool = False  #: Whether only its module knows it.
 
 
-class Statement(NamedTuple):
-    """One instruction, or a block of them; `parts` are those of its kind."""
+@dataclass(frozen=True, slots=True)
+class Procedure(Steps):
+    """A procedure: its parameters are names, in capitals."""
 
-    kind: str
-    line: int
-    parts: tuple[Any, ...]
-
-
-@dataclass
-class Routine:
-    """A procedure."""
-
-    name: str
-    file: str
-    parameters: list[tuple[str, str, str]] = field(default_factory=list)
-    """How it is given (IN, VAR, PERS, INOUT), type, name."""
-    body: list[Statement] = field(default_factory=list)
-    handler: list[Statement] | None = None
-    declarations: list[Declaration] = field(default_factory=list)
+    kinds: tuple[tuple[str, str], ...] = ()  #: How each parameter is given (IN, VAR, PERS, INOUT), and its type.
+    handler: Sequence[Node] | None = None
 
 
 class ModuleReader:
     """Reads the modules of a file: `texts`, `declarations` and `routines`."""
 
     def __init__(self, text: str, file: str) -> None:
-        self.file, self.text, self.at, self.depth = file, text, 0, 0
+        self.file, self.text, self.at = file, text, 0
         self.names: list[str] = []
         self.declarations: list[Declaration] = []
-        self.routines: list[Routine] = []
-        self.calls: dict[str, set[str]] = {}
-        self.called = set[str]()  #: By the routine that is read.
+        self.routines: dict[str, Procedure] = {}
         self.tokens: list[str] = []
         self.lines: list[int] = []
         for number, line in enumerate(re.sub(r"^\s*%%%.*?%%%", _blank_lines, text, flags=re.DOTALL).splitlines(), 1):
@@ -138,7 +125,7 @@ class ModuleReader:
                 is_local = self.take().upper() == "LOCAL" or is_local
             word = self.peek()
             if word == "PROC":
-                self.routines.append(self._routine())
+                self._routine()
             elif word in STORAGE:
                 self.declarations.append(self._declaration()._replace(is_local=is_local))
             elif word in SKIPPED:
@@ -167,91 +154,66 @@ class ModuleReader:
         self.take(";")
         return Declaration(line, storage, kind, name, is_array, tokens)
 
-    def _routine(self) -> Routine:
+    def _routine(self) -> None:
+        line = self.line
         self.take("PROC")
-        routine = Routine(self.take(), self.file)
-        self.called = self.calls.setdefault(routine.name.upper(), set())
+        name, kinds, parameters = self.take(), list[tuple[str, str]](), list[str]()
         self.take("(")
         while self.peek() != ")":
             if self.peek() in {",", "\\"}:
                 self.take()
             mode = self.take().upper() if self.peek() in {"VAR", "PERS", "INOUT"} else "IN"
-            routine.parameters.append((mode, self.take().lower(), self.take()))
+            kinds.append((mode, self.take().lower()))
+            parameters.append(self.take().upper())
         self.take(")")
-        while self.peek() in STORAGE:
-            routine.declarations.append(self._declaration())
-        routine.body = self.statements("ERROR", "UNDO", "BACKWARD", "ENDPROC")
+        body, handler = self._body("ERROR", "UNDO", "BACKWARD", "ENDPROC"), None
         if self.peek() == "ERROR":
             self.take()
-            routine.handler = self.statements("UNDO", "BACKWARD", "ENDPROC")
+            handler = self._body("UNDO", "BACKWARD", "ENDPROC")
         while self.peek() in {"UNDO", "BACKWARD"}:
             self.take()
-            self.statements("UNDO", "BACKWARD", "ENDPROC")
+            self._body("UNDO", "BACKWARD", "ENDPROC")
         self.take("ENDPROC")
-        return routine
+        if name.upper() in self.routines:
+            raise ProgramError(f"{name} is declared twice", path=self.file)
+        self.routines[name.upper()] = Procedure(self.file, parameters, body, line, tuple(kinds), handler)
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def statements(self, *ends: str) -> list[Statement]:
-        """Take statements up to one of the words, and leave this."""
-        self.depth += 1
-        if self.depth > MOST_BLOCKS:
-            raise self.fault(f"more than {MOST_BLOCKS} blocks in one another")
-        found = []
+    def _body(self, *ends: str) -> list[Node]:
+        """Take statements up to one of the words, and leave this; blocks are trees of them."""
+        rows = list[Row]()
         while self.peek() not in ends:
-            found.append(self._statement())
-        self.depth -= 1
-        return found
+            rows += self._statement()
+        return tree(rows, self.file, begins=_begins, turns="ELSEIF ELSE CASE DEFAULT", ends=ENDS)
 
-    def _statement(self) -> Statement:
-        word, line = self.peek(), self.line
-        if word.startswith(MARK):
-            return Statement("mark", line, (self.take()[1:],))
-        kinds = {"IF": self._if, "FOR": self._for, "WHILE": self._while, "TEST": self._test}
-        if word in kinds:
+    def _statement(self) -> list[Row]:
+        """Take one statement, or what begins, divides or ends a block."""
+        word, line, begin = self.peek(), self.line, self.at
+        if word.startswith(MARK) or word in {"ELSE", *ENDS.split()}:
+            return [(line, self.take())]
+        if self.peek(1) == ":" and word != "DEFAULT":  # a label
+            self.at += 2
+            return []
+        if word == "IF":
             self.take()
-            return Statement(word.lower(), line, kinds[word]())
-        if self.peek(1) == ":":
-            return Statement("label", line, (self.take(), self.take()))
-        return self._simple()
-
-    def _for(self) -> tuple[Any, ...]:
-        name = self.take()
-        self.take("FROM")
-        first = self.until("TO")
-        self.take("TO")
-        last = self.until("DO", "STEP")
-        step = self.until("DO")[1:]
-        self.take("DO")
-        body = self.statements("ENDFOR")
-        self.take("ENDFOR")
-        return name, first, last, step, body
-
-    def _while(self) -> tuple[Any, ...]:
-        condition = self.until("DO")
-        self.take("DO")
-        body = self.statements("ENDWHILE")
-        self.take("ENDWHILE")
-        return condition, body
-
-    def _if(self) -> tuple[Any, ...]:
-        branches: list[tuple[list[str] | None, list[Statement]]] = []
-        condition = self._condition()
-        if self.peek() != "THEN":  # the short form holds one instruction
-            return ([(condition, [self._simple()])],)
-        self.take("THEN")
-        while True:
-            branches.append((condition, self.statements("ELSEIF", "ELSE", "ENDIF")))
-            if self.peek() == "ELSEIF":
+            condition = self._condition()
+            if self.peek() != "THEN":  # the short form holds one instruction
+                begin = self.at
+                self.until(";")
                 self.take()
-                condition = self.until("THEN")
-                self.take("THEN")
-                continue
-            if self.peek() == "ELSE":
-                self.take()
-                branches.append((None, self.statements("ENDIF")))
-            self.take("ENDIF")
-            return (branches,)
+                return [(line, text) for text in (f"IF {' '.join(condition)} THEN", self._text(begin, 1), "ENDIF")]
+        last = {"IF": "THEN", "ELSEIF": "THEN", "FOR": "DO", "WHILE": "DO", "CASE": ":", "DEFAULT": ":"}.get(word, ";")
+        if word == "TEST":
+            self.until("CASE", "DEFAULT", "ENDTEST")
+        else:
+            self.until(last)
+            self.take()
+        return [(line, self._text(begin, int(last == ";" and word != "TEST")))]
+
+    def _text(self, begin: int, but: int) -> str:
+        """Return the tokens that were taken, without the last ones."""
+        return " ".join(self.tokens[begin : self.at - but])
 
     def _condition(self) -> list[str]:
         """Take an expression: it ends at THEN, or where a word follows a value."""
@@ -266,48 +228,32 @@ class ModuleReader:
             self.take()
         return self.tokens[begin : self.at]
 
-    def _test(self) -> tuple[Any, ...]:
-        value = self.until("CASE", "DEFAULT")
-        cases: list[tuple[list[list[str]] | None, list[Statement]]] = []
-        while self.peek() != "ENDTEST":
-            if self.take().upper() == "DEFAULT":
-                self.take(":")
-                cases.append((None, self.statements("ENDTEST")))
-                continue
-            values = [self.until(",", ":")]
-            while self.take() == ",":
-                values.append(self.until(",", ":"))
-            cases.append((values, self.statements("CASE", "DEFAULT", "ENDTEST")))
-        self.take("ENDTEST")
-        return value, cases
 
-    def _simple(self) -> Statement:
-        begin, line = self.at, self.line
-        left = self.until(":=", ";", ",", "\\") if self.peek(1) in {".", "{", ":="} else []
-        if left and self.peek() == ":=":
-            self.take()
-            right = self.until(";")
-            self.take(";")
-            return Statement("assign", line, (left, right))
-        self.at = begin
-        name = self.take()
-        self.called.add(name.upper())
-        arguments: list[list[str]] = []
-        options: dict[str, list[str]] = {}
-        while self.peek() != ";":
-            if self.peek() == ",":
-                self.take()
-            if self.peek() == "\\":
-                self.take()
-                option = self.take().upper()
-                options[option] = []
-                if self.peek() == ":=":
-                    self.take()
-                    options[option] = self.until(",", "\\", ";")
-            else:
-                arguments.append(self.until(",", "\\", ";"))
-        self.take(";")
-        return Statement("call", line, (name, arguments, options))
+def instruction(tokens: Sequence[str]) -> tuple[list[list[str]], dict[str, list[str]]]:
+    """Return the arguments of an instruction, and those with a backslash."""
+    arguments, options, at = list[list[str]](), dict[str, list[str]](), 0
+
+    def until() -> list[str]:
+        nonlocal at
+        begin, depth = at, 0
+        while at < len(tokens) and (depth or tokens[at] not in {",", "\\"}):
+            depth += (tokens[at] in {"(", "[", "{"}) - (tokens[at] in {")", "]", "}"})
+            at += 1
+        return list(tokens[begin:at])
+
+    while at < len(tokens):
+        at += tokens[at] == ","
+        if tokens[at : at + 1] == ["\\"]:
+            option, at = "".join(tokens[at + 1 : at + 2]).upper(), at + 2
+            at += (has_value := tokens[at : at + 1] == [":="])
+            options[option] = until() if has_value else []
+        else:
+            arguments.append(until())
+    return arguments, options
+
+
+def _begins(text: str) -> bool:
+    return text.split(maxsplit=1)[0].upper() in {"IF", "FOR", "WHILE", "TEST"}
 
 
 def _blank_lines(match: re.Match[str]) -> str:
