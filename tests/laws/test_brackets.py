@@ -29,12 +29,14 @@ STEP_MM = 0.25
 pytestmark = pytest.mark.usefixtures("kernel_here")
 
 
-@pytest.fixture(scope="module")
-def cell(tmp_path_factory):
+@pytest.fixture(scope="module", params=["straight", "bent"])
+def cell(request, tmp_path_factory):
     """Return a robot in front of which every bracket is in reach, so that the torch alone decides."""
+    arm, tool = {"straight": ("ar2010", (0, 0, 330)), "bent": ("irb2600_12_165", TOOL)}[request.param]
     path = tmp_path_factory.mktemp("cell") / "cell.json"
-    made = run_here("cell", "new", "--torch-robot", "irb2600_12_165", "--tool", ",".join(map(str, TOOL)), "-o", path)
+    made = run_here("cell", "new", "--torch-robot", arm, "--tool", ",".join(map(str, tool)), "-o", path)
     assert made.returncode == 0, made.stderr
+    assert read_one_robot(path).torch_shape.bends == (request.param == "bent")
     return path
 
 
@@ -44,12 +46,13 @@ def dense(p):
     return np.concatenate([np.linspace(a, b, n + 1) for a, b, n in zip(p[:-1], p[1:], counts, strict=True)])
 
 
-SEEDS = [8, *(seed for seed in range(DRAWN) if seed != 8)]
+SEEDS = [58, *(seed for seed in range(DRAWN) if seed != 58)]  # in 58 a neck grazes an edge between two frames
 
 
 @pytest.mark.parametrize("seed", few(SEEDS, 1))
-def test_every_accepted_millimetre_is_exported(seed: int, tmp_path: Path) -> None:
-    out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path)
+def test_every_accepted_millimetre_is_exported_and_planned(seed: int, cell: Path, tmp_path: Path) -> None:
+    pytest.importorskip("fcl", reason="python-fcl is not installed")
+    out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path, "--torch", cell)
     finished = read_finished(out)
     seams = [seam for seam in finished.seams if seam.accepted]
     assert len(seams) >= len(bracket(np.random.default_rng(seed))) - 1  # each member is welded to another
@@ -66,11 +69,6 @@ def test_every_accepted_millimetre_is_exported(seed: int, tmp_path: Path) -> Non
         assert cKDTree(one).query(other)[0].max() < OFF_MM, each.name
         assert cKDTree(other).query(one)[0].max() < OFF_MM, each.name
 
-
-@pytest.mark.parametrize("seed", few(SEEDS, 1))
-def test_what_is_accepted_with_the_torch_of_a_cell_is_planned_whole(seed: int, cell: Path, tmp_path: Path) -> None:
-    pytest.importorskip("fcl", reason="python-fcl is not installed")
-    out, _ = calibrated(write_bracket(seed, tmp_path), tmp_path, "--torch", cell)
     robot = read_one_robot(cell)
     given = read_sequence_input(out, robot)
     assert given.other_torch(robot) is None

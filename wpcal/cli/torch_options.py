@@ -30,14 +30,14 @@ class SpinAsked:
         """
         from wpcal.core.errors import InputError
 
-        if shape.neck is not None and self.spin_range_deg:
+        if shape.bends and self.spin_range_deg:
             raise InputError(
                 f"--spin-range-deg {self.spin_range_deg:g}: the neck of {shape.name} is free as it is turned in "
                 "seams.json, and in no other way; leave the option away"
             )
         if self.spin_range_deg is not None:
             return replace(torch, spin_range_rad=math.radians(self.spin_range_deg))
-        return torch if shape.neck is None else replace(torch, spin_range_rad=0.0)
+        return torch if not shape.bends else replace(torch, spin_range_rad=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

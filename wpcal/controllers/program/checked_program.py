@@ -20,6 +20,7 @@ from wpcal.controllers.program.air_moves import (
     TorchAtTool,
     plan_air_moves,
 )
+from wpcal.controllers.program.few_moves import to_every_point
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError, InputError
 from wpcal.robot.torch.attitude import ToolAxis, wire_directions
@@ -63,6 +64,11 @@ def check_program(
         )
     part = TriangleMaterial.of(read_part_glb(program.part_glb), program.T_base_part)
     inside = _inside(program, part, torch)
+    # where lines and arcs meet the part, the poses with which the seam was felt when it was found may be free
+    if fitted := {path.seam.name for path in program.paths if path.moves is not None} & inside.keys():
+        own = (to_every_point(path, program.torch) if path.seam.name in fitted else path for path in program.paths)
+        program = replace(program, paths=tuple(own))
+        inside = _inside(program, part, torch)
     paths = [path for path in program.paths if path.seam.name not in inside]
     if inside and (strict or not paths):
         raise refused(inside, [path.seam.name for path in program.paths], torch)
@@ -117,7 +123,7 @@ def _with_ways(path: WeldPath, to_seam: AirWay, from_seam: AirWay) -> WeldPath:
 
 def _describe(part: TriangleMaterial, torch: TorchShape, axis: ToolAxis, plan: AirPlan) -> tuple[str, ...]:
     side = "-x" if axis is ToolAxis.Z else "+z"
-    neck = () if torch.neck is None else (f"the neck of {torch.name} bends towards {side} of the tool",)
+    neck = () if not torch.bends else (f"the neck of {torch.name} bends towards {side} of the tool",)
     return (
         f"checked against the part, to {part.deflection_mm:.2g} mm: {torch}",
         *neck,

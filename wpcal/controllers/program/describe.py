@@ -166,11 +166,17 @@ def describe_moves(program: WeldProgram) -> str:
     """Return one line about the lines and arcs of a program: how far they are from the seams at most."""
     tolerance = program.tolerance
     moves = [path.moves for path in program.paths if path.moves is not None]
-    if not moves:
+    points = [path.seam.name for path in program.paths if path.moves is None and not (path.run and path.run.is_woven)]
+    if not moves and not points:
         return "lines to every point of the weaves"
-    off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
     allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
-    return f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"
+    told = []
+    if moves:
+        off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
+        told = [f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"]
+    if points:
+        told.append(f"a line to every point of {listed(points)}, where longer ones would meet the part")
+    return "; ".join(told)
 
 
 def describe_path(path: WeldPath) -> str:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from wpcal.controllers.program import WeldPath, WeldProgram
+from wpcal.controllers.program.spin import spun
 from wpcal.core.arrays import FloatArray, frozen
 from wpcal.robot.moves import MovePath, PathTolerance, fit_moves
 from wpcal.robot.moves.course import Course
@@ -88,10 +89,23 @@ def with_moves(path: WeldPath, moves: MovePath) -> WeldPath:
 
     The approach and the retract keep their places and get the orientations of the first and the last pose.
     """
+    return replace(_along(path, moves.p, moves.R), moves=moves)
+
+
+def _along(path: WeldPath, p: FloatArray, R: FloatArray) -> WeldPath:
     rows = path.weld_rows
-    p = np.concatenate([path.p_base[: rows.start], moves.p, path.p_base[rows.stop :]])
-    R = np.concatenate([moves.R[:1], moves.R, moves.R[-1:]])
-    return replace(path, p_base=frozen(p), R_base=frozen(R), moves=moves)
+    p = np.concatenate([path.p_base[: rows.start], p, path.p_base[rows.stop :]])
+    return replace(path, p_base=frozen(p), R_base=frozen(np.concatenate([R[:1], R, R[-1:]])))
+
+
+def to_every_point(path: WeldPath, torch: TorchSettings) -> WeldPath:
+    """Return a path with a line to every frame of the seam, and the turns about the wire that its moves have there."""
+    frames = path.seam.frames
+    R = tool_rotations(frames.R, torch, path.seam.lean_rad, path.seam.spin_rad)
+    if torch.spin_range_rad > 0.0:
+        R = spun(R, spin_from_travel(path, torch), torch.tool_axis)
+    p = frames.p - (torch.standoff_mm + path.seam.more_wire_mm) * wire_directions(R, torch.tool_axis)
+    return replace(_along(path, p, R), moves=None)
 
 
 def spin_from_travel(path: WeldPath, torch: TorchSettings) -> FloatArray:

@@ -21,8 +21,9 @@ from wpcal.core.arrays import FloatArray, IntArray, frozen
 from wpcal.core.errors import ErrorCode, GeometryError
 from wpcal.core.same_bits import poses
 from wpcal.core.transform import RigidTransform
+from wpcal.optim.ladder import cheapest_way
 from wpcal.robot.kinematics.arm import Arm
-from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, TURN, solve_inverse, turn_into_limits
+from wpcal.robot.kinematics.inverse import LARGEST_STEP_RAD, solve_inverse, turn_into_limits, with_whole_turns
 from wpcal.robot.torch.attitude import ToolAxis, TorchSettings, tool_rotations
 
 
@@ -183,53 +184,32 @@ class _Seam:
             columns, q = states[row]
             keep = held[end][columns]
             states[row] = columns[keep], q[keep]
-        came: list[IntArray] = []
         columns, q = states[0]
-        away = np.abs(q - near).max(axis=1, initial=0.0)
-        cost = START_COST * (away if begin is not Begin.TRAVEL else np.abs(self.e[0, columns]) + WHOLE_TURNS * away)
-        for row in range(len(states)):
-            columns, q = states[row]
-            if not len(columns):
-                return _Stop(
-                    0, int(self.frame[row]), _why_not(arm.arm, self.joints[row, :, branch], np.abs(self.e[row]))
-                )
-            if row:
-                before, q_before = states[row - 1]
-                turn = self.e[row, columns] - self.e[row - 1, before][:, None]
-                total = cost[:, None] + np.hypot(self.swing[row - 1], turn)
-                step = np.abs(q - q_before[:, None]).max(axis=2)
-                total[step > LARGEST_STEP_RAD] = np.inf
-                if self.is_one_turn:
-                    total[before[:, None] != columns] = np.inf
-                came.append(np.argmin(total, axis=0))
-                cost = total[came[-1], np.arange(len(columns))]
-            if not np.isfinite(cost).any():
-                return _Stop(
-                    0,
-                    int(self.frame[row]),
-                    "the arm would have to change its branch between this point and the one before",
-                )
-        chosen = int(np.argmin(cost))
-        rows, last = np.zeros(len(states), dtype=np.int64), states[-1][1][chosen]
-        for row in range(len(states) - 1, -1, -1):
-            rows[row] = states[row][0][chosen]
-            chosen = int(came[row - 1][chosen]) if row else chosen
-        return rows, last
+        away = np.abs(q - near).max(axis=1)
+        first = START_COST * (away if begin is not Begin.TRAVEL else np.abs(self.e[0, columns]) + WHOLE_TURNS * away)
+
+        def step(i: int, now: IntArray, before: IntArray) -> FloatArray:
+            (at, q), (came, q_before) = (
+                (columns[own], q[own]) for (columns, q), own in ((states[i], now), (states[i - 1], before))
+            )
+            total = np.hypot(self.swing[i - 1], self.e[i, at][:, None] - self.e[i - 1, came])
+            is_jump = np.abs(q[:, None] - q_before).max(axis=2) > LARGEST_STEP_RAD
+            return np.where(is_jump | (self.is_one_turn & (at[:, None] != came)), np.inf, total)
+
+        way = cheapest_way([first, *(np.zeros(len(columns)) for columns, _ in states[1:])], step)
+        if (row := len(way)) < len(states):
+            why = "the arm would have to change its branch between this point and the one before"
+            if not len(states[row][0]):
+                why = _why_not(arm.arm, self.joints[row, :, branch], np.abs(self.e[row]))
+            return _Stop(0, int(self.frame[row]), why)
+        return np.array([columns[row] for (columns, _), row in zip(states, way, strict=True)]), states[-1][1][way[-1]]
 
 
 def _states(arm: Arm, q: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the columns that are reached, with every number of whole turns within the limits, and their joints."""
     columns = np.flatnonzero(np.isfinite(q).all(axis=1))
-    q = q[columns]
-    low, high = arm.limits
-    for joint in range(q.shape[1]):
-        fewest = int(np.ceil((low[joint] - np.pi) / TURN))
-        most = int(np.floor((high[joint] + np.pi) / TURN))
-        moved = np.repeat(q[None], most - fewest + 1, axis=0)
-        moved[:, :, joint] += TURN * np.arange(fewest, most + 1)[:, None]
-        is_held = (moved[:, :, joint] >= low[joint]) & (moved[:, :, joint] <= high[joint])
-        columns, q = np.broadcast_to(columns, is_held.shape)[is_held], moved[is_held]
-    return columns, q
+    rows, turned = with_whole_turns(q[columns], *arm.limits)
+    return columns[rows], turned
 
 
 def _why_not(arm: Arm, q: FloatArray, spin_rad: FloatArray) -> str:

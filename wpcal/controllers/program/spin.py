@@ -18,6 +18,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError
 from wpcal.core.rotations import quaternion_from_rotation
 from wpcal.core.tangent import exp_rotation
+from wpcal.optim.ladder import cheapest_way
 from wpcal.robot.torch.attitude import ToolAxis
 
 STEP_RAD = math.radians(5.0)  #: Step of e: finer steps change the sum by less than the swing does.
@@ -87,14 +88,7 @@ def least_turn(swing: FloatArray, e: FloatArray, allowed: BoolArray) -> IntArray
     """
     if not allowed.any(axis=1).all():
         raise GeometryError(f"point {int(np.argmin(allowed.any(axis=1)))}: no turn about the wire is possible")
-    cost = np.where(allowed[0], START_COST * np.abs(e[0]), np.inf)
-    came = np.zeros(allowed.shape, dtype=np.int64)
-    for row, angle in enumerate(swing, start=1):
-        total = cost[:, None] + np.hypot(angle, e[row] - e[row - 1][:, None])
-        came[row] = np.argmin(total, axis=0)
-        cost = np.where(allowed[row], total[came[row], np.arange(e.shape[1])], np.inf)
-    chosen = np.zeros(len(allowed), dtype=np.int64)
-    chosen[-1] = np.argmin(cost)
-    for row in range(len(allowed) - 1, 0, -1):
-        chosen[row - 1] = came[row, chosen[row]]
-    return chosen
+    own = np.where(allowed, START_COST * np.abs(e) * (np.arange(len(e)) == 0)[:, None], np.inf)
+    return np.array(
+        cheapest_way(list(own), lambda i, now, before: np.hypot(swing[i - 1], e[i, now][:, None] - e[i - 1, before]))
+    )

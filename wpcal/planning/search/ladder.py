@@ -18,12 +18,11 @@ from wpcal.core.same_bits import product
 from wpcal.optim.ladder import cheapest_way
 from wpcal.planning.cell.clearance import capsule_clearance
 from wpcal.planning.cell.closed_chain import SPIN, TRAVEL, WORK, YAW, joints_along
-from wpcal.planning.cell.shape import JOINTS
 from wpcal.planning.search.diagnosis import LEANS, Obstacle, attitudes_at, farthest_from_a_plan, left_reach, obstacle_at
 from wpcal.planning.search.objectives import Weights, deviation_weights, deviations, joint_step_weight
 from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 from wpcal.planning.search.reachable_states import ReachablePlace, usable_branches
-from wpcal.robot.kinematics.inverse import TURN
+from wpcal.robot.kinematics.inverse import with_whole_turns
 
 RUNG_MM = 7.0  #: Target distance of rungs; a path between them is a straight line in the coordinates.
 FEWEST_RUNGS, MOST_RUNGS = 8, 40  #: A short seam still has a shape. A long seam need not cost more than a second.
@@ -75,7 +74,7 @@ def _states_at(
     both = np.concatenate([joints[0, keep, one], joints[1, keep, two]], axis=1)
     clear = capsule_clearance(problem.cell, both).is_clear
     keep, both = keep[clear], both[clear]
-    state, turned = _with_turns(problem, both)
+    state, turned = with_whole_turns(both, *problem.cell.limits)
     rung, attitude = np.divmod(keep[state], len(attitudes))
     split = [rung == i for i in range(len(rungs))]
     return [attitude[rows] for rows in split], [turned[rows] for rows in split]
@@ -91,19 +90,6 @@ def _leans(problem: PlanningProblem) -> list[tuple[float, float]]:
 
 def _nearest(s_mm: FloatArray, target_mm: FloatArray) -> IntArray:
     return np.asarray(np.abs(s_mm[:, None] - target_mm).argmin(axis=0), dtype=np.int64)
-
-
-def _with_turns(problem: PlanningProblem, joints: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return every state once for each choice of whole turns within the limits: which state, and its joints."""
-    low, high = problem.cell.limits
-    state, turned = np.arange(len(joints)), joints
-    for joint in range(2 * JOINTS):
-        choices = np.arange(np.ceil((low[joint] - np.pi) / TURN), np.floor((high[joint] + np.pi) / TURN) + 1)
-        angle = turned[:, joint, None] + TURN * choices
-        row, choice = np.nonzero((angle >= low[joint]) & (angle <= high[joint]))
-        state, turned = state[row], turned[row].copy()
-        turned[:, joint] = angle[row, choice]
-    return state, turned
 
 
 def shortest_path(problem: PlanningProblem, ladder: Ladder, weights: Weights) -> CandidatePath | None:

@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.core.arrays import BoolArray, FloatArray
+from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import GeometryError, InputError
 from wpcal.core.same_bits import product, solve
 from wpcal.core.tangent import log_rotation
@@ -173,6 +173,22 @@ def turn_into_limits(arm: Arm, joints: ArrayLike, near: ArrayLike) -> FloatArray
     fewest, most = np.ceil((low - q) / TURN), np.floor((high - q) / TURN)
     turns = np.clip(np.rint((np.asarray(near) - q) / TURN), fewest, most)
     return np.where(fewest <= most, q + TURN * turns, np.nan)
+
+
+def with_whole_turns(joints: FloatArray, low: FloatArray, high: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return every state once for each choice of whole turns within the limits: its row, and its joints.
+
+    `joints`: shape (m, n). Within half a turn, rad.
+    `low`, `high`: shape (n,). rad.
+    """
+    state, turned = np.arange(len(joints)), joints
+    for joint in range(joints.shape[1]):
+        choices = np.arange(np.ceil((low[joint] - np.pi) / TURN), np.floor((high[joint] + np.pi) / TURN) + 1)
+        angle = turned[:, joint, None] + TURN * choices
+        row, choice = np.nonzero((angle >= low[joint]) & (angle <= high[joint]))
+        state, turned = state[row], turned[row].copy()
+        turned[:, joint] = angle[row, choice]
+    return state, turned
 
 
 def nearest_joints(arm: Arm, T_base_flange: ArrayLike, near: ArrayLike) -> FloatArray:

@@ -20,6 +20,6 @@ line and on an arc, with sources, `sweep` the places at which a move of a tool i
 
 from wpcal.robot.moves.fit import PathTolerance, fit_moves
 from wpcal.robot.moves.move import Arc, Line, Move, MovePath
-from wpcal.robot.moves.sweep import Reaching, Swept, sweep
+from wpcal.robot.moves.sweep import Reaching, Swept, sweep, sweep_moves
 
-__all__ = ["Arc", "Line", "Move", "MovePath", "PathTolerance", "Reaching", "Swept", "fit_moves", "sweep"]
+__all__ = ["Arc", "Line", "Move", "MovePath", "PathTolerance", "Reaching", "Swept", "fit_moves", "sweep", "sweep_moves"]

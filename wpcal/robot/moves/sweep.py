@@ -31,9 +31,9 @@ class Reaching(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """m places along n poses, as a controller moves between them: straight, and about one axis."""
+    """m places along poses or moves, as a controller moves between them: straight, and about one axis."""
 
-    at: FloatArray  #: shape (m,). Number of the pose, with a fraction between two poses.
+    at: FloatArray  #: shape (m,). Number of the pose or move, with the share of the way from it to the next.
     p: FloatArray  #: shape (m, 3). mm.
     R: FloatArray  #: shape (m, 3, 3). Axes of the tool.
 
@@ -44,8 +44,21 @@ def sweep(p: FloatArray, R: FloatArray, tool: Reaching, *, axis: int) -> Swept:
     `p`, `R`: shapes (n, 3) and (n, 3, 3). Tips of the wire, mm, and axes of the tool, in one frame; n of 1 or more.
     `axis`: Column of `R` along the wire.
     """
-    chord, turn = np.diff(p, axis=0), turns_between(R[:-1], R[1:])
-    about = np.abs(np.einsum("ni,ni->n", turn, R[:-1, :, axis]))
+    found = sweep_moves(p[:-1], np.diff(p, axis=0), R[:-1], turns_between(R[:-1], R[1:]), tool, axis=axis)
+    return Swept(
+        np.append(found.at, len(p) - 1.0), np.concatenate([found.p, p[-1:]]), np.concatenate([found.R, R[-1:]])
+    )
+
+
+def sweep_moves(
+    p: FloatArray, chord: FloatArray, R: FloatArray, turn: FloatArray, tool: Reaching, *, axis: int
+) -> Swept:
+    """Return the places of `sweep` on m moves of their own, each with its start and without its end.
+
+    `p`, `chord`, `turn`: shape (m, 3). Starts of the tip, ways from there, mm, and rotation vectors, rad.
+    `R`: shape (m, 3, 3). Axes of the tool at the starts.
+    """
+    about = np.abs(np.einsum("ni,ni->n", turn, R[:, :, axis]))
     across = np.sqrt(np.maximum((turn**2).sum(axis=1) - about**2, 0.0))
     way = np.linalg.norm(chord, axis=1)
     wire, body = way + across * tool.wire_mm, way + across * tool.far_mm + about * tool.aside_mm
@@ -53,8 +66,4 @@ def sweep(p: FloatArray, R: FloatArray, tool: Reaching, *, axis: int) -> Swept:
     row = np.repeat(np.arange(len(parts)), parts)
     share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
     between = product(exp_rotation(share[:, None] * turn[row]), R[row])
-    return Swept(
-        np.append(row + share, float(len(parts))),
-        np.concatenate([p[row] + share[:, None] * chord[row], p[-1:]]),
-        np.concatenate([between, R[-1:]]),
-    )
+    return Swept(row + share, p[row] + share[:, None] * chord[row], np.asarray(between))

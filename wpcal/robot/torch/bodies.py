@@ -42,15 +42,15 @@ def hulled(name: str, hull: FloatArray, **more: Any) -> dict[str, Any]:
 
 
 def mounted(shape: TorchShape, T_flange_tool: RigidTransform) -> TorchShape:
-    """Return the torch as it is on the flange: a straight one whose wire does not lead to the flange has a neck.
+    """Return the torch as it is on the flange: what has no neck gets one with the bodies of `bodies_of_shape`.
 
-    Its bodies are those of `bodies_of_shape`: behind the nozzle a body leads straight to the flange.
+    Behind the nozzle a body leads straight to the flange; where the wire leads there, the neck does not bend.
     """
     bend, flange = _bend(shape), T_flange_tool.inverse().t_mm
     off = float(np.linalg.norm(flange[:2]))
-    if shape.neck is not None or off <= ON_WIRE_MM:
+    if shape.neck is not None:
         return shape
-    angle = float(np.degrees(np.arctan2(off, bend[2] - flange[2])))
+    angle = float(np.degrees(np.arctan2(off, bend[2] - flange[2]))) if off > ON_WIRE_MM else 0.0
     from_mm, radius = -float(bend[2]) - shape.wire_mm, min(NECK_RADIUS_MM, _apart(bend, flange) / 2)
     neck = Neck(round(angle, 3), from_mm, 0.0, radius, from_mm, radius)
     length = round(_apart(bend, flange) - float(bend[2]), 3)

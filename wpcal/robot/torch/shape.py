@@ -151,6 +151,11 @@ class TorchShape:
         return (*found, *(tube for tube in straight if np.linalg.norm(tube.end - tube.start) > 0))
 
     @property
+    def bends(self) -> bool:
+        """Whether it makes a difference how far the torch is turned about its wire."""
+        return self.neck is not None and self.neck.angle_deg > 0.0
+
+    @property
     def reaching(self) -> Reaching:
         """How far its points are from the tip and from the line of the wire."""
         front, radius = self.wire_mm + self.front_mm, self.nozzle_radius_mm

@@ -16,9 +16,9 @@ from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.motion import APPROACH_MM
-from wpcal.core.same_bits import product
-from wpcal.core.tangent import exp_rotation
-from wpcal.robot.moves.interpolation import turns_between
+from wpcal.optim.ladder import cheapest_way
+from wpcal.robot.moves import sweep_moves
+from wpcal.robot.moves.interpolation import swings_between, turns_between
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.alike import find_alike
 from wpcal.seam.judge.stations import start_mm
@@ -35,12 +35,7 @@ SPIN_STEP_DEG = 45.0  #: Step of the turn about the wire that is tried with a be
 SPIN_SHARE = 0.1
 """A turn about the wire costs this share of a lean: robots turn the torch readily, and welders look past it."""
 STEP_MM = 1.0  #: Step of dense stations: where a free stretch begins or ends is known to this.
-BETWEEN_MM = 2.0
-"""Between two stations the torch is felt at this step: less than the thinnest sheet that is welded as a rib."""
-QUICK_TURN_DEG = 10.0
-"""Between frames of a run the torch is felt too where its direction turns by more: at corners the nozzle swings."""
-TURN_STEP_DEG = 1.5
-"""Where the torch turns, it is felt at this step, however near the stations are: the end of 300 mm moves by 8 mm."""
+HALF = 0.5 - 1e-9  #: Of the way between two stations; less round-off.
 MEETS = 1e3  #: Cost of a change that meets a solid, rad: more than all leans of a seam together.
 CHANGE_MM = 40.0  #: Where a change of lean meets a solid, other changes are looked for so far before and after.
 ROUNDS = 6  #: So often other changes are chosen for those that meet a solid.
@@ -49,9 +44,9 @@ ROUNDS = 6  #: So often other changes are chosen for those that meet a solid.
 class FeltAt(Enum):
     """What the stations are at which seams are felt."""
 
-    FRAMES = "frames"  #: Frames of the seams: the torch comes and goes at both ends, and is felt between them.
-    RUN = "run"
-    """Frames of runs round corners: the same, and the torch is felt between them wherever it turns quickly."""
+    FRAMES = "frames"
+    """Frames of the seams: the torch comes and goes at both ends, and is felt between them at the places at which a
+    program is compared with the part (`wpcal.robot.moves.sweep`): what is free here is free there."""
     DENSE = "dense"
     """So near to each other that each may become the end of a seam: the torch is felt on its approach everywhere, and
     between stations only where its lean changes."""
@@ -77,7 +72,7 @@ class Leans:
             ((a, b) for a in work for b in travel),
             key=lambda lean: (not _is_small(lean), abs(lean[0]) + abs(lean[1]), -lean[1], -lean[0]),
         )
-        spin = _angles(reach.spin_deg, SPIN_STEP_DEG) if reach.torch.neck is not None else [0.0]
+        spin = _angles(reach.spin_deg, SPIN_STEP_DEG) if reach.torch.bends else [0.0]
         spin = sorted({_half_turn(value) for value in spin}, key=lambda value: (abs(value), -value))
         return cls(np.radians(leans), sum(map(_is_small, leans)), np.radians(spin))
 
@@ -188,7 +183,7 @@ def _felt_each(graph: BrepGraph, trimmed: TrimmedFaces, own: FeltPoses, leans: L
     cuts = np.flatnonzero(np.diff(own.owner)) + 1
     for tier in leans.tiers:
         is_felt = ~free.any(axis=(1, 2))
-        if tier.start == 1 and own.torch.neck is not None:  # a lean may be better than a turn of the neck
+        if tier.start == 1 and own.torch.bends:  # a lean may be better than a turn of the neck
             same_spin = np.array([rows[:, 0].all(axis=0).any() for rows in np.split(free, cuts)])
             is_felt |= ~same_spin[own.owner]
         if tier.start >= leans.small and stations is not FeltAt.DENSE:
@@ -248,7 +243,7 @@ def _straight(seams: Sequence[Seam], torch: TorchShape, stations: FeltAt) -> Fel
     last = np.cumsum(counts) - 1
     if stations is FeltAt.DENSE:
         more[:] = APPROACH_MM
-    elif stations in (FeltAt.FRAMES, FeltAt.RUN):
+    elif stations is FeltAt.FRAMES:
         more[np.concatenate([last, last - np.array(counts) + 1])] = APPROACH_MM
     p = np.concatenate([seam.frames.p for seam in seams])
     R = np.concatenate([seam.frames.R for seam in seams])
@@ -296,19 +291,14 @@ def _chosen(steps: _Steps, free: BoolArray, is_open: BoolArray) -> IntArray:
     size = np.abs(rad).sum(axis=1) + SPIN_SHARE * np.abs(spin)
     change = np.abs(rad[:, None] - rad).sum(axis=2) + np.abs(turned(spin[:, None] - spin))
     for run in steps.runs(free, is_open):
-        cost = np.where(free[run[0]], size, np.inf)
-        came = []
-        for row in run[1:].tolist():
-            total = cost[:, None] + change
-            for pair in steps.barred.get(row - 1, ()):
-                total[pair] += MEETS
-            came.append(total.argmin(axis=0))
-            cost = np.where(free[row], total.min(axis=0) + size, np.inf)
-        best = int(np.argmin(cost))
-        for row, before in zip(run[:0:-1].tolist(), reversed(came), strict=True):
-            chosen[row] = best
-            best = int(before[best])
-        chosen[run[0]] = best
+
+        def step(i: int, now: IntArray, before: IntArray, run: IntArray = run) -> FloatArray:
+            total = change.copy()
+            for begin, end in steps.barred.get(int(run[i - 1]), ()):
+                total[end, begin] += MEETS
+            return np.asarray(total[np.ix_(now, before)], dtype=np.float64)
+
+        chosen[run] = cheapest_way(list(np.where(free[run], size, np.inf)), step)
     return chosen
 
 
@@ -329,23 +319,19 @@ class _Steps:
     def felt(self, chosen: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return lean and spin at each station, NaN where none is chosen, and the solid met before the next, or -1.
 
-        Between stations that are near to each other it is felt only where the lean changes; in runs, also where the
-        torch turns quickly.
+        Between dense stations it is felt only where the lean changes.
         """
         held, some = chosen >= 0, np.maximum(chosen, 0)
         lean, spin = np.where(held[:, None], self.lean[some], np.nan), np.where(held, self.spin[some], np.nan)
         after = np.full(len(chosen), -1)
         if self.stations is FeltAt.SOME or len(chosen) < 2:
             return lean, spin, after
-        is_asked = chosen[1:] != chosen[:-1]
-        if self.stations is not FeltAt.DENSE:
-            is_asked |= self.step_mm > BETWEEN_MM
         own = self.own
         back = back_directions(own.R, self.lean[some])
-        if self.stations is FeltAt.RUN:
-            is_asked |= _swing_deg(back[:-1], back[1:]) > QUICK_TURN_DEG
         leant = replace(own, back=back, more_mm=np.zeros(len(own)), spin_rad=self.spin[some])
-        is_asked &= self.joined & held[1:] & held[:-1]
+        is_asked = self.joined & held[1:] & held[:-1]
+        if self.stations is FeltAt.DENSE:
+            is_asked &= chosen[1:] != chosen[:-1]
         rows = np.flatnonzero(is_asked & ~are_steps_clear(self.graph, self.trimmed, leant)[:-1])
         asked = list(zip(rows.tolist(), chosen[rows].tolist(), chosen[rows + 1].tolist(), strict=True))
         self.feel(set(asked), is_told=True)
@@ -410,46 +396,42 @@ class _Steps:
 
         `begin`, `end`: numbers of the poses there. `is_midway`: felt at the pose in the middle only.
         """
-        own = self.own
-        backs = [back_directions(own.R[at], self.lean[pose]) for at, pose in ((rows, begin), (rows + 1, end))]
-        turn, turn_deg = np.zeros((len(rows), 3)), _swing_deg(*backs)
-        if own.torch.neck is not None:  # a controller turns the whole torch about one axis
-            places = (rows, backs[0], begin), (rows + 1, backs[1], end)
-            tools = [torch_axes(back, bend_directions(back, own.R[at], self.spin[pose])) for at, back, pose in places]
-            turn = turns_between(*tools)
-            turn_deg = np.degrees(np.linalg.norm(turn, axis=1))
-        counts = np.ceil(np.maximum(self.step_mm[rows] / BETWEEN_MM, turn_deg / TURN_STEP_DEG)).astype(int) - 1
-        counts = np.maximum(counts, 0)
-        which = np.repeat(np.arange(len(rows)), counts)
-        number = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
-        if is_midway:
-            some = number == np.repeat((counts + 1) // 2, counts)
-            which, number = which[some], number[some]
-        share, at = (number / (counts[which] + 1))[:, None], rows[which]
-        back = backs[0][which] + share * (backs[1] - backs[0])[which]
-        back /= np.linalg.norm(back, axis=1, keepdims=True)
-        spin = np.zeros(len(at))
-        if own.torch.neck is not None:
-            bend, _, back = np.moveaxis(product(exp_rotation(share * turn[which]), tools[0][which]), 2, 0)
-            spin = spin_of_bend(back, own.R[at], bend)
-        between = replace(
-            own.select(at),
-            owner=which,
-            p=own.p[at] + share * (own.p[at + 1] - own.p[at]),
-            back=back,
-            more_mm=np.zeros(len(at)),
-            spin_rad=spin,
-        )
-        solid = find_solids_met(self.graph, self.trimmed, between, is_between=True)
-        solid = np.where(solid < 0, find_solids_beside_neck(self.graph, self.trimmed, between), solid)
-        found = np.full(len(rows), -1)
-        bad = np.flatnonzero(solid >= 0)
-        found[which[bad]] = solid[bad]
+        found, wires = np.full(len(rows), -1), self.own.wire_mm[rows]
+        for wire_mm in np.unique(wires):
+            moves = np.flatnonzero(wires == wire_mm)
+            between, which = self._between(rows[moves], begin[moves], end[moves], wire_mm, is_midway=is_midway)
+            solid = find_solids_met(self.graph, self.trimmed, between, is_between=True)
+            solid = np.where(solid < 0, find_solids_beside_neck(self.graph, self.trimmed, between), solid)
+            bad = np.flatnonzero(solid >= 0)
+            found[moves[which[bad]]] = solid[bad]
         return found
 
-
-def _swing_deg(back: FloatArray, other: FloatArray) -> FloatArray:
-    return np.asarray(np.degrees(np.arccos(np.clip(np.einsum("ij,ij->i", back, other), -1.0, 1.0))))
+    def _between(
+        self, rows: IntArray, begin: IntArray, end: IntArray, wire_mm: float, *, is_midway: bool
+    ) -> tuple[FeltPoses, IntArray]:
+        """Return the torch at the places of `sweep` between stations, and the number of the move of each."""
+        own, torch = self.own, self.own.torch
+        back, other = (back_directions(own.R[at], self.lean[pose]) for at, pose in ((rows, begin), (rows + 1, end)))
+        tool = torch_axes(back, bend_directions(back, own.R[rows], self.spin[begin]))
+        turn = swings_between(back, other)
+        if torch.bends:  # a controller turns the whole torch about one axis
+            turn = turns_between(tool, torch_axes(other, bend_directions(other, own.R[rows + 1], self.spin[end])))
+        reaching = torch.with_more_wire(wire_mm - torch.wire_mm).reaching
+        swept = sweep_moves(own.p[rows], own.p[rows + 1] - own.p[rows], tool, turn, reaching, axis=2)
+        inner = np.flatnonzero(swept.at % 1.0 > 0.0)
+        if is_midway:
+            inner = inner[swept.at[inner] % 1.0 >= HALF]
+            inner = inner[np.unique(swept.at[inner].astype(int), return_index=True)[1]]
+        which, R = swept.at[inner].astype(int), swept.R[inner]
+        between = own.select(rows[which])
+        return replace(
+            between,
+            owner=which,
+            p=swept.p[inner],
+            back=R[:, :, 2],
+            more_mm=np.zeros(len(which)),
+            spin_rad=spin_of_bend(R[:, :, 2], between.R, R[:, :, 0]),
+        ), which
 
 
 def at_stations(seam: Seam, rows: IntArray, most: int) -> Seam:

@@ -21,7 +21,7 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.linked import near_pairs
 from wpcal.seam.chain import Chain
 from wpcal.seam.judge.evidence import Judge, is_judgement, judge_seams, weighed
-from wpcal.seam.judge.leans import FeltAt, feel_seams
+from wpcal.seam.judge.leans import feel_seams
 from wpcal.seam.judge.short_ends import MOST_END_MM, find_short_ends
 from wpcal.seam.judge.stations import find_stretches
 from wpcal.seam.limits import LEAST_CHANGE_MM
@@ -64,7 +64,7 @@ def weld_round_corners(
         links = links - wrong
     else:
         return list(seams)
-    felt = feel_seams(graph, trimmed, built, options.reach, FeltAt.RUN)
+    felt = feel_seams(graph, trimmed, built, options.reach)
     leant = [own.lay_on(seam) for seam, own in zip(built, felt, strict=True)]
     judged = judge_seams(graph, trimmed, leant, options, judge)
     kept = [(seam, run) for seam, run in zip(judged, runs, strict=True) if seam.accepted]
@@ -212,7 +212,7 @@ def _unreached(
     """
     wrong: set[Link] = set()
     stretches = find_stretches(graph, trimmed, built)
-    felt_runs = feel_seams(graph, trimmed, built, reach, FeltAt.RUN)
+    felt_runs = feel_seams(graph, trimmed, built, reach)
     for seam, run, felt, parts in zip(built, runs, felt_runs, stretches, strict=True):
         if felt.is_free and not any(part.solids for part in parts):
             continue

@@ -165,7 +165,7 @@ def with_free_torch(
     """
     away, other = strokes.bend, np.cross(strokes.contacts.wire, strokes.bend)
     bend, free = strokes.bend.copy(), np.zeros(len(strokes), dtype=bool)
-    for spin in range(SPINS if torch.neck is not None else 1):
+    for spin in range(SPINS if torch.bends else 1):
         angle = 2.0 * math.pi * spin / SPINS
         tried = np.flatnonzero(~free)
         turned = math.cos(angle) * away[tried] + math.sin(angle) * other[tried]
