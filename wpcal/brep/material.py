@@ -101,17 +101,7 @@ class ExactMaterial:
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
     ) -> IntArray:
-        """Find the solid that the lines of each straight tube meet first, with exact faces.
-
-        `tips`: shape (n, 3). Points on the axes, in `part`, mm.
-        `back`: shape (n, 3). Unit vectors along the axes.
-        `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
-
-        Returns
-        -------
-        ndarray of int, shape (n,)
-            -1 for a tube whose lines meet no face. What fits between lines (`tubes.LINES_MM`) is not met.
-        """
+        """Find the solid that each straight tube meets first, as `Material` says."""
         lines = tube_lines(back, radius_mm)
         k = lines.shape[1]
         origins = (tips + low[:, None] * back)[:, None] + lines
@@ -180,17 +170,7 @@ class TriangleMaterial:
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
     ) -> IntArray:
-        """Find the solid of the triangle nearest to the axis of each straight tube, among those that it meets.
-
-        `tips`: shape (n, 3). Points on the axes, in the frame of the triangles, mm.
-        `back`: shape (n, 3). Unit vectors along the axes.
-        `low`, `high`: shape (n,). Where each tube begins and ends, mm from the tip.
-
-        Returns
-        -------
-        ndarray of int, shape (n,)
-            -1 for a tube that meets no triangle.
-        """
+        """Find the solid of the triangle nearest to the axis of each tube that meets any; else as `Material`."""
         nearest = tube_triangles(self.corners, self.tree, tips, back, low, high, radius_mm)
         return np.where(nearest < 0, -1, np.append(self.solid, -1)[nearest])
 

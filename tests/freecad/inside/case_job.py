@@ -14,7 +14,7 @@ from freecad.wpcal_wb.document.calibration import fit_params, keep_fit, pose_of
 from freecad.wpcal_wb.document.kinds import Kind
 from freecad.wpcal_wb.document.pasted import pasted_points
 from freecad.wpcal_wb.document.placed import placed_part
-from freecad.wpcal_wb.document.seams import SeamModel, ask_seams
+from freecad.wpcal_wb.document.seams import SeamModel
 from freecad.wpcal_wb.document.session import session_of, stop_sessions
 from freecad.wpcal_wb.document.shown import Shown
 from freecad.wpcal_wb.document.taught import TaughtModel
@@ -33,6 +33,10 @@ def tee():
     return document
 
 
+def find_seams(model, text="Find"):
+    return model.session.ask("seams", model.request(), on_result=lambda found: model.take_seams(found, text)).wait()
+
+
 class JobTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:
@@ -49,7 +53,7 @@ class JobTest(unittest.TestCase):
 
     @classmethod
     def find(cls, text="Find seams"):
-        return ask_seams(cls.model, cls.session.ask, text, lambda _: None).wait()
+        return find_seams(cls.model, text)
 
     @classmethod
     def state_of_the_model(cls):
@@ -178,7 +182,7 @@ class JobTest(unittest.TestCase):
         rib.Placement.Base = FreeCAD.Vector(20, 40, 10)
         other.recompute()
         model = SeamModel(session_of(other))
-        ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
+        find_seams(model)
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 50)
         longest = max(model.seams, key=lambda seam: seam["length_mm"])
         shortest = min(model.seams, key=lambda seam: seam["length_mm"])
@@ -191,7 +195,7 @@ class JobTest(unittest.TestCase):
         self.assertEqual(
             model.drop_unfitting(found["seams"]), [longest["name"]], "one end of the rib stayed where it was"
         )
-        ask_seams(model, model.session.ask, "Find", lambda _: None).wait()
+        find_seams(model)
         self.assertEqual([one["candidate"]["name"] for one in model.decisions], [shortest["name"]])
         self.assertEqual(max(seam["length_mm"] for seam in model.seams), 60)
         self.assertFalse(model.is_stale)

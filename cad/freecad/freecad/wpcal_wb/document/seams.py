@@ -11,7 +11,6 @@ import json
 import math
 from typing import Any, Dict, Sequence, Tuple
 
-from ..client.process import Result
 from ..words import translate
 from .export import is_same_placement
 from .kinds import Kind, data_of, ensure_object, object_of, set_data, transaction
@@ -188,19 +187,6 @@ class SeamModel:
         self._options = {**self.options, ADDED_EDGES: [*named, *([] if place in named else [place])]}
 
 
-def ask_seams(model: SeamModel, ask: Any, text: str, on_done: Result) -> Any:
-    """Ask wpcal for the seams with the present decisions, and keep the answer as one step of Undo called `text`.
-
-    `ask` is `Session.ask`, or that of a panel.
-    """
-
-    def take(result: dict[str, Any]) -> None:
-        model.take_seams(result, text)
-        on_done(result)
-
-    return ask("seams", model.request(), on_result=take)
-
-
 def distance_to_path(point: Sequence[float], path: Sequence[Sequence[float]]) -> float:
     """Return the distance of a point to a polyline, mm."""
     if len(path) == 1:
@@ -230,11 +216,6 @@ def _sag(path: Sequence[Sequence[float]]) -> float:
             if turn < LARGEST_TURN:
                 largest = max(largest, max(first, second) * math.tan(turn / 4) / 2)
     return largest
-
-
-def _middle(seam: Seam) -> Vector:
-    x, y, z = seam["candidate"]["middle_part_mm"]
-    return (x, y, z)
 
 
 def _place(point: Sequence[float]) -> str:

@@ -12,6 +12,7 @@ class RecordView:
     """The view provider of an object: its icon in the tree and its drawing."""
 
     icon_name = "WpCal"
+    mode = ""  #: The only way of drawing.
 
     def __init__(self, view: Any) -> None:
         view.Proxy = self
@@ -19,6 +20,18 @@ class RecordView:
     def getIcon(self) -> str:
         """Return the icon in the tree."""
         return icon(self.icon_name)
+
+    def getDisplayModes(self, _view: Any) -> list[str]:
+        """Return the only way of drawing."""
+        return [self.mode]
+
+    def getDefaultDisplayMode(self) -> str:
+        """Return the only way of drawing."""
+        return self.mode
+
+    def setDisplayMode(self, mode: str) -> str:
+        """Take a mode as it is."""
+        return mode
 
     def dumps(self) -> None:
         """Save nothing (FreeCAD 1.0 and later)."""

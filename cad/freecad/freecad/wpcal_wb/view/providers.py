@@ -37,18 +37,6 @@ class CalibrationView(RecordView):
         if fit is not None:
             self.root.addChild(calibration_node(fit, obj.PartFrame, shown_of(obj)))
 
-    def getDisplayModes(self, _view: Any) -> list[str]:
-        """Return the only way in which a calibration is drawn."""
-        return [self.mode]
-
-    def getDefaultDisplayMode(self) -> str:
-        """Return the only way in which a calibration is drawn."""
-        return self.mode
-
-    def setDisplayMode(self, mode: str) -> str:
-        """Return the mode that is wanted."""
-        return mode
-
 
 VIEWS: dict[Kind, type[RecordView]] = {
     Kind.SEAMS: SeamsView,

@@ -27,6 +27,7 @@ class SeamsView(RecordView):
     """
 
     icon_name = "WpCal_FeaturesAndSeams"
+    mode = "Seams"
 
     def attach(self, view: Any) -> None:
         """Make the nodes once; `_draw` fills them."""
@@ -43,20 +44,8 @@ class SeamsView(RecordView):
         root.addChild(in_front())
         root.addChild(self._drawn)
         root.addChild(self._overlay)
-        view.addDisplayMode(root, "Seams")
+        view.addDisplayMode(root, self.mode)
         self._draw()
-
-    def getDisplayModes(self, _view: Any) -> list[str]:
-        """Return the only way of drawing."""
-        return ["Seams"]
-
-    def getDefaultDisplayMode(self) -> str:
-        """Return the only way of drawing."""
-        return "Seams"
-
-    def setDisplayMode(self, mode: str) -> str:
-        """Take a mode as it is."""
-        return mode
 
     def updateData(self, obj: Any, name: str) -> None:
         """Draw anew what has changed, also after Undo."""

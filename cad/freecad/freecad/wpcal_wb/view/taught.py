@@ -38,18 +38,6 @@ class TaughtView(RecordView):
         view.addDisplayMode(root, self.mode)
         self._draw()
 
-    def getDisplayModes(self, _view: Any) -> list[str]:
-        """Return the only way of drawing."""
-        return [self.mode]
-
-    def getDefaultDisplayMode(self) -> str:
-        """Return the only way of drawing."""
-        return self.mode
-
-    def setDisplayMode(self, mode: str) -> str:
-        """Take a mode as it is."""
-        return mode
-
     def updateData(self, obj: Any, name: str) -> None:
         """Draw anew what has changed, also after Undo. The residuals of earlier rows are gone."""
         if name == "Table" and hasattr(self, "_rings"):
