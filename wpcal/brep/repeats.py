@@ -1,8 +1,6 @@
 """Groups of solids that a part holds several times: the same shapes at other places, with nothing else near them.
 
 What depends only on shapes that are near is found once for such a group, and the copies get the same answer, moved.
-Where solids touch depends on what is very near; where a torch gets to, on what is around, so it is found once for each
-neighbourhood: copies around which the same groups lie in the same way (`same_neighbourhoods`).
 """
 
 from __future__ import annotations
@@ -25,9 +23,6 @@ from wpcal.core.linked import linked_groups
 SAME = 1e-10
 """Two groups are the same if their numbers (mm, rad, directions) differ by less: round-off of coordinates of 100 m.
 What is found about them then differs by less than 1e-9 mm."""
-
-
-SAME_PLACE_MM = 1e-6  #: Neighbours lie in the same way if their places agree within this.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,33 +76,6 @@ def find_copies(graph: BrepGraph, trimmed: TrimmedFaces, *, within_mm: float) ->
         else:
             copies.append(Copy(first, group))
     return tuple(copies)
-
-
-def same_neighbourhoods(
-    graph: BrepGraph, trimmed: TrimmedFaces, copies: tuple[Copy, ...], *, within_mm: float
-) -> tuple[int, ...]:
-    """Find, for each copy, the earlier one that has the same groups around it: its number, -1 for the first group.
-
-    A copy with a neighbourhood of its own has its own number.
-    """
-    low, high = boxes_of_solids(graph.face_solid, trimmed.face_box, len(graph.solid_names))
-    firsts = list({id(copy.first): copy.first for copy in copies}.values())
-    grouped = [*firsts, *(copy.group for copy in copies)]
-    shape = [*range(len(firsts)), *([id(first) for first in firsts].index(id(copy.first)) for copy in copies)]
-    alone = np.setdiff1d(np.arange(len(low)), np.concatenate([group.solids for group in grouped]))
-    sets = [*(group.solids for group in grouped), *alone[:, None]]
-    shape += [-1 - row for row in range(len(alone))]  # nothing else has this shape
-    boxes = [np.array([end(box[own], axis=0) for own in sets]) for end, box in ((np.min, low), (np.max, high))]
-    one, other = BoxTree.of(*boxes).meeting(boxes[0] - within_mm, boxes[1] + within_mm)
-    around: list[set[tuple[int, ...]]] = [set() for _ in sets]
-    for row, near in zip(one.tolist(), other.tolist(), strict=True):
-        off = np.round((boxes[0][near] - boxes[0][row]) / SAME_PLACE_MM).astype(np.int64)
-        around[row].add((shape[near], *off.tolist()))
-    known = {(shape[row], frozenset(around[row])): -1 for row in range(len(firsts))}
-    return tuple(
-        known.setdefault((shape[row], frozenset(around[row])), number)
-        for number, row in enumerate(range(len(firsts), len(grouped)))
-    )
 
 
 def _groups(graph: BrepGraph, trimmed: TrimmedFaces, within_mm: float) -> Iterator[SolidGroup]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,7 +67,7 @@ def detect_seams(
     found = find_seam_candidates(
         graph, options, trimmed=trimmed, sections=sections, beads=beads, flares=flares, marked=marked
     )
-    return judge_candidates(graph, CopiedSeams.none(found), options, trimmed=trimmed)
+    return judge_candidates(graph, CopiedSeams(tuple(found)), options, trimmed=trimmed)
 
 
 def find_seam_candidates(
@@ -134,8 +135,8 @@ def judge_candidates(
 ) -> tuple[Seam, ...]:
     """Judge candidates by what they are and by where a torch gets to them, and name them by their places."""
     has_marks = any(seam.source is SeamSource.MARKED for seam in found.seams)
-    judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.like(len(graph.solid_names)))
-    judged = _reached(graph, trimmed, found, options, judge)
+    judge = Judge.of(graph, trimmed, options, has_marks=has_marks, like=found.alike)
+    judged = _reached(graph, trimmed, found.seams, options, judge)
     judged = weld_round_corners(graph, trimmed, judged, options, judge)
     judged.sort(key=_in_order)
     candidates = candidates_of(graph, judged, [f"W{number}" for number in range(1, len(judged) + 1)])
@@ -167,25 +168,19 @@ def _with_wide_gaps(
 
 
 def _reached(
-    graph: BrepGraph, trimmed: TrimmedFaces, found: CopiedSeams, options: SeamOptions, judge: Judge
+    graph: BrepGraph, trimmed: TrimmedFaces, found: Sequence[Seam], options: SeamOptions, judge: Judge
 ) -> list[Seam]:
     """Judge seams by where a torch gets to them, too; those that are welded otherwise are cut where none does."""
-    seams = with_hiding(graph, trimmed, found.seams, options.reach)
+    seams = with_hiding(graph, trimmed, found, options.reach)
     judged = judge_seams(graph, trimmed, seams, options, judge)
     inside = [replace(seam, lean_rad=np.full((len(seam.frames), 2), np.nan)) for seam in judged if seam.inside]
-    felt = np.array([not seam.inside for seam in judged], dtype=bool)
-    welded = np.array([seam.accepted for seam in judged], dtype=bool)
-    as_first = (felt == felt[found.first]) & (welded == welded[found.first])
-    asked = np.flatnonzero(felt & (~as_first | (found.first == np.arange(len(seams)))))
-    cut, whole = asked[welded[asked]], asked[~welded[asked]]
-    pieces = dict(zip(cut.tolist(), cut_where_unreached(graph, trimmed, [seams[i] for i in cut], options), strict=True))
-    others = with_reach(graph, trimmed, [seams[i] for i in whole], options.reach)
-    pieces |= {row: [seam] for row, seam in zip(whole.tolist(), others, strict=True)}
-    pieces |= found.moved(np.setdiff1d(np.flatnonzero(felt), asked), pieces)
-    first, others = (
-        [piece for row in np.flatnonzero(felt & rows).tolist() for piece in pieces[row]] for rows in (welded, ~welded)
+    welded, others = (
+        [seam for seam, own in zip(seams, judged, strict=True) if not own.inside and own.accepted == is_welded]
+        for is_welded in (True, False)
     )
-    reached = [*with_hiding(graph, trimmed, first, options.reach), *others]
+    cut = [piece for pieces in cut_where_unreached(graph, trimmed, welded, options) for piece in pieces]
+    left = with_reach(graph, trimmed, others, options.reach)
+    reached = [*with_hiding(graph, trimmed, cut, options.reach), *left]
     told = [*inside, *judge_seams(graph, trimmed, reached, options, judge)]
     told = doubt_what_is_buried(judge, doubt_what_fixes_bolts(judge, trimmed, told))
     return doubt_what_is_left(judge, told)

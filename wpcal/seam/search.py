@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph
-from wpcal.brep.repeats import Firsts, copy_added_edges, find_copies, same_neighbourhoods
+from wpcal.brep.repeats import Firsts, copy_added_edges, find_copies
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
@@ -23,7 +23,6 @@ from wpcal.seam.find.flare_grooves import FlareGrooves, add_grooves
 from wpcal.seam.find.interpenetration import interpenetrating_solids
 from wpcal.seam.find.joint import JoinedPieces
 from wpcal.seam.find.marked import MarkedEdges
-from wpcal.seam.judge.other_torches import felt_within_mm
 from wpcal.seam.member.one_piece import are_welded_corners
 from wpcal.seam.options import SeamOptions
 from wpcal.seam.path.turning import OPPOSED_REASON
@@ -90,7 +89,7 @@ def find_part_seams(
     if mark is not None:
         wide, marked = mark(wide)
     trimmed = trimmed.with_graph(wide)
-    found = CopiedSeams.none(added.find(trimmed, options, marked))
+    found = CopiedSeams(tuple(added.find(trimmed, options, marked)))
     return PartSeams(wide, judge_candidates(wide, found, options, trimmed=trimmed), added.issues)
 
 
@@ -105,7 +104,6 @@ def _once_per_group(
     copies = find_copies(graph, trimmed, within_mm=options.reach.torch.wires_mm[-1] + WIRE_ROOM_MM)
     if not copies:
         return None
-    same = same_neighbourhoods(graph, trimmed, copies, within_mm=felt_within_mm(options.reach.torch))
     firsts = Firsts.of(graph, copies)
 
     def cross_firsts(part: BrepGraph, pairs: IntArray) -> tuple[BrepGraph, SeamPieces, tuple[Issue, ...]]:
@@ -123,7 +121,7 @@ def _once_per_group(
     new = np.flatnonzero(pieces.edge >= known)
     solid[pieces.edge[new] - known] = added.graph.face_solid[pieces.wall[new]]
     wide, edges, copies = copy_added_edges(graph, firsts, added.graph, solid, copies)
-    return wide, CopiedSeams.of(wide, [renumbered(seam, firsts.faces, edges) for seam in found], copies, same)
+    return wide, CopiedSeams.of(wide, [renumbered(seam, firsts.faces, edges) for seam in found], copies)
 
 
 def _add(graph: BrepGraph, trimmed: TrimmedFaces, options: SeamOptions, cross: Cross) -> _Added:

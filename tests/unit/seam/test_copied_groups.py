@@ -8,7 +8,7 @@ import pytest
 from tests.copied_groups import FAR, WITHIN_MM, check_same, moved, together
 from tests.saved_graphs import saved_graph
 from wpcal.brep import BrepGraph
-from wpcal.brep.repeats import find_copies, same_neighbourhoods
+from wpcal.brep.repeats import find_copies
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import IntArray
 from wpcal.core.issue import Issue
@@ -45,17 +45,13 @@ def test_seams_of_copies_are_those_of_a_search(name: str, monkeypatch: pytest.Mo
     check_same(found, seams_of_each(twice, monkeypatch))
 
 
-def test_near_groups_are_judged_once_for_each_neighbourhood(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_near_groups_are_judged_with_what_is_around_them(monkeypatch: pytest.MonkeyPatch) -> None:
     graph = saved_graph("frame")
     pitch = np.array([float(np.ptp(graph.vertex_p[:, 0])) + 45.0, 0.0, 0.0])
     row = graph
     for number in range(1, 5):
         row = together(row, moved(graph, number * pitch))
-    trimmed = TrimmedFaces.of(row)
-    copies = find_copies(row, trimmed, within_mm=40.0)
-    assert len(copies) == 4
-    assert same_neighbourhoods(row, trimmed, copies, within_mm=100.0) == (0, 0, 0, 3)
-    assert same_neighbourhoods(row, trimmed, copies, within_mm=5000.0) == (0, 1, 2, 3)
+    assert copies_of(row, within_mm=40.0) == 4
     found = seams_of(row)
     assert any(set(seam.blocked_by) - set(seam.solids) for seam in found)
     check_same(found, seams_of_each(row, monkeypatch))

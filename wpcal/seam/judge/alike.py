@@ -16,13 +16,14 @@ import numpy as np
 from wpcal.brep.boxes import BoxTree, boxes_of_solids
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
 from wpcal.brep.mesh import usual_deflection_mm
-from wpcal.brep.repeats import SAME_PLACE_MM, find_copies
+from wpcal.brep.repeats import find_copies
 from wpcal.brep.surfaces import project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.motion import APPROACH_MM
 from wpcal.seam.judge.torch_poses import BULGE_MM, FeltPoses
 
+SAME_PLACE_MM = 1e-6  #: What is around two seams lies in the same way if places agree within this.
 WIDER = 0.03
 """Share of a torch's length by which its room is wider than the leans at its corners: between two it swings out."""
 SLABS = 8  #: Boxes of a room: near the tip it is narrow.

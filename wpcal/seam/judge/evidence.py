@@ -161,7 +161,7 @@ class Judge:
         known = (graph, number, members, rolling, holes, hole_of_face, dict(clamps))
         play = with_play(graph, trimmed, options).play or ()
         options_of = (gap_mm, min_mm, level, has_marks, options.reach)
-        alike = np.arange(len(number)) if like is None else like
+        alike = np.arange(len(graph.solid_names)) if like is None else like
         looks = ShapeLooks(graph, trimmed, members, gap_mm, 2.0 * options.reach.torch.nozzle_radius_mm, alike)
         return cls(*known, *options_of, looks, play)
 

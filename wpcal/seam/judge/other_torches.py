@@ -10,7 +10,6 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.motion import APPROACH_MM
 from wpcal.robot.torch.file import shipped_torches
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.leans import FeltAt, at_stations, feel_seams
@@ -65,19 +64,6 @@ def with_other_torches(
                 found[row][at] = replace(found[row][at], other_torch=OtherTorch(torch.name, wire_mm))
             todo = [place for place in todo if place not in reached]
     return found
-
-
-def felt_within_mm(torch: TorchShape) -> float:
-    """Return how far from a solid, in x, y or z, a torch or a shipped one may meet faces at its seams, mm."""
-    shapes = [torch, *(shipped.shape for shipped in shipped_torches())]
-    return APPROACH_MM + max(
-        shape.length_mm + shape.wires_mm[-1] - shape.wire_mm + 2.0 * max(_radii(shape)) for shape in shapes
-    )
-
-
-def _radii(shape: TorchShape) -> tuple[float, ...]:
-    """Return the outer radii of the pieces of a torch, mm."""
-    return (shape.nozzle_radius_mm, *(tube.radius_mm for tube in shape.tubes))
 
 
 @cache

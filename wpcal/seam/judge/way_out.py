@@ -17,7 +17,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 
-DIRECTIONS = (40, 600)
+DIRECTIONS = (8, 40, 600)
 """Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them."""
 AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
 CHUNK = 50  #: Seams of which the rays are sent together.
