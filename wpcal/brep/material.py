@@ -90,18 +90,17 @@ class ExactMaterial:
         return boxes_of_solids(self.graph.face_solid, self.trimmed.face_box, len(self.graph.solid_names))
 
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
-        """Find where rays enter and leave solids.
-
-        `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
-        `length_mm`: shape (m,). Where the rays end.
-        """
+        """Find where rays enter and leave solids; shapes as in `Material`."""
         found = find_hits(self.graph, self.trimmed, origins, rays, length_mm=length_mm)
         return SolidHits(found.ray, self.graph.face_solid[found.face], found.at_mm, found.way)
 
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
     ) -> IntArray:
-        """Find the solid that each straight tube meets first, as `Material` says."""
+        """Find the solid that the lines of each tube meet first, exactly; shapes as in `Material`.
+
+        What fits between lines (`tubes.LINES_MM`) is not met.
+        """
         lines = tube_lines(back, radius_mm)
         k = lines.shape[1]
         origins = (tips + low[:, None] * back)[:, None] + lines
@@ -151,11 +150,7 @@ class TriangleMaterial:
         return low, high
 
     def hits(self, origins: FloatArray, rays: FloatArray, length_mm: FloatArray | float) -> SolidHits:
-        """Find where rays enter and leave solids.
-
-        `origins`, `rays`: shape (m, 3). Starts (mm) and unit directions in `part`.
-        `length_mm`: shape (m,). Where the rays end.
-        """
+        """Find where rays enter and leave solids; shapes as in `Material`."""
         length = np.broadcast_to(np.asarray(length_mm, dtype=np.float64), len(origins))
         none = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.int64))
         found = [none]
@@ -170,7 +165,7 @@ class TriangleMaterial:
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
     ) -> IntArray:
-        """Find the solid of the triangle nearest to the axis of each tube that meets any; else as `Material`."""
+        """Find the solid of the triangle nearest to the axis of each tube, of those it meets; shapes as in `Material`."""
         nearest = tube_triangles(self.corners, self.tree, tips, back, low, high, radius_mm)
         return np.where(nearest < 0, -1, np.append(self.solid, -1)[nearest])
 
