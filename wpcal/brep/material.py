@@ -165,7 +165,7 @@ class TriangleMaterial:
     def tube_solids(
         self, tips: FloatArray, back: FloatArray, low: FloatArray, high: FloatArray, radius_mm: float
     ) -> IntArray:
-        """Find the solid of the triangle nearest to the axis of each tube, of those it meets; shapes as in `Material`."""
+        """Find the solid of the nearest triangle that each tube meets; shapes as in `Material`."""
         nearest = tube_triangles(self.corners, self.tree, tips, back, low, high, radius_mm)
         return np.where(nearest < 0, -1, np.append(self.solid, -1)[nearest])
 
