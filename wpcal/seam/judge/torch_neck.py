@@ -17,10 +17,12 @@ from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import edge_distances, tube_frames
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape, Tube
-from wpcal.seam.judge.material import NECK_STEP_MM, TOUCH_MM, place_tube
+from wpcal.seam.judge.material import NECK_STEP_MM, place_tube
 
 PIECES = 200_000  #: Pairs of a pose and a piece of an edge in one array: some 50 MB.
 FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
+ROUND_MM = 0.5
+"""The lines are so much wider than the piece: a round part of radius r reaches in between two of them by a² / 8r."""
 
 
 def bend_directions(back: FloatArray, R: FloatArray, spin_rad: FloatArray) -> FloatArray:
@@ -85,8 +87,8 @@ def neck_faces(
             found[rows] = first_faces(graph, trimmed, owner[rows], at, way, length)
             rows = rows[found[rows] < 0]
             *axis, end = place_tube(tube, mouth[rows] + far[rows, None] * back[rows], back[rows], bend[rows])
-            ends = np.zeros(len(rows)), np.full(len(rows), end)
-            found[rows] = edges_in_tubes(graph, trimmed, owner[rows], axis, ends, tube.radius_mm - TOUCH_MM)
+            ends = np.full(len(rows), -wider_mm), np.full(len(rows), end + wider_mm)
+            found[rows] = edges_in_tubes(graph, trimmed, owner[rows], axis, ends, tube.radius_mm + wider_mm)
     return found
 
 
@@ -131,7 +133,7 @@ def _lines(tube: Tube, wider_mm: float) -> tuple[FloatArray, FloatArray, FloatAr
     count = max(FEWEST, 2 * math.ceil(math.pi * tube.radius_mm / APART_MM))
     turn = np.arange(count) * 2.0 * np.pi / count
     unit = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * np.cross(way, side)
-    radius = (tube.radius_mm + wider_mm) / np.cos(np.pi / count)
+    radius = (tube.radius_mm + wider_mm + ROUND_MM) / np.cos(np.pi / count)
     along = np.concatenate([np.zeros((1, 3)), radius * unit, radius / 2.0 * unit[::2]])
     spokes = np.broadcast_to(tube.start, (count, 3))
     origins = np.concatenate([tube.start + along, spokes])
