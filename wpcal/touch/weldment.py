@@ -68,13 +68,10 @@ class MovedModel:
     ) -> FloatArray:
         """Differentiate what touches measure by the unknowns, shape (n, q, m), mm.
 
-        Parameters
-        ----------
-        p_part : shape (n, 3). Touched points, in `part`, mm.
-        directions : shape (n, q, 3). In which each touch measures: its numbers are the displacements along them.
-        body : ndarray of int, shape (n,)
-            -1: the point does not move within the part.
-        shared : shape (n, q, s). What each number sees of one standard deviation of the shared errors, mm.
+        `p_part`: shape (n, 3). Touched points, in `part`, mm.
+        `directions`: shape (n, q, 3). In which each touch measures: its numbers are the displacements along them.
+        `body`: shape (n,). -1: the point does not move within the part.
+        `shared`: shape (n, q, s). What each number sees of one standard deviation of the shared errors, mm.
         """
         n, b = len(p_part), len(self.bodies)
         whole = directions @ point_jacobian(p_part - self.centre_part) / self._scale

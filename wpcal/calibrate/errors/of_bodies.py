@@ -29,16 +29,10 @@ MOST_POINTS = 200  #: The largest error of all seams is among the points with th
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeetingPoints:
-    """n points at which two moved faces meet, in `part`, after the motions.
-
-    Parameters
-    ----------
-    wall_body, base_body : ndarray of int, shape (n,)
-        -1: a face that does not move within the part.
-    """
+    """n points at which two moved faces meet, in `part`, after the motions."""
 
     p_part: FloatArray  #: shape (n, 3).
-    wall_body: IntArray
+    wall_body: IntArray  #: shape (n,), as `base_body`. -1: a face that does not move within the part.
     base_body: IntArray
     #: `n_wall`, `n_base`, `x`: shape (n, 3). Outward normals of the faces, and of the plane that goes with the wall,
     #: across the seam.

@@ -58,14 +58,7 @@ class Motions:
         return np.where(is_own[:, None, None], R[body], T.R), np.where(is_own[:, None], t[body], T.t_mm)
 
     def apply(self, body: IntArray, p_part: FloatArray) -> FloatArray:
-        """Move points of bodies within `part`, shape (n, 3).
-
-        Parameters
-        ----------
-        body : ndarray of int, shape (n,)
-            -1: a point that belongs to no body, and stays.
-        p_part : ndarray, shape (n, 3)
-        """
+        """Move points, shape (n, 3), of bodies, shape (n,), within `part`; those of body -1 stay."""
         R, t = self.moves_at(body, p_part)
         return np.asarray(np.einsum("nij,nj->ni", R, p_part) + t)
 
@@ -74,11 +67,7 @@ class Motions:
 
         Returns tuple of ndarray, shapes (n, 3, 3) and (n, 3). Of a body that does not bend, those of `moves`.
 
-        Parameters
-        ----------
-        body : ndarray of int, shape (n,)
-            -1: a point that belongs to no body, and stays.
-        p_part : shape (n, 3). In the model, mm.
+        `body`: shape (n,). -1: a point that belongs to no body, and stays. `p_part`: shape (n, 3). In the model, mm.
         """
         R, t = (np.concatenate(pair) for pair in zip(self.moves(), (np.eye(3)[None], np.zeros((1, 3))), strict=True))
         R, t = R[body], t[body]
@@ -133,11 +122,7 @@ class Motions:
 
         Returns ndarray, shape (n, 3, 6 b + k). Of points in `part`, mm per rad and per mm.
 
-        Parameters
-        ----------
-        body : ndarray of int, shape (n,)
-            -1: a point that belongs to no body.
-        p_part : shape (n, 3). In the model.
+        `body`: shape (n,). -1: a point that belongs to no body. `p_part`: shape (n, 3). In the model.
         """
         n, b, bends = len(body), len(self.bodies), self.bodies.bends
         J = np.zeros((n, 3, 6 * b + len(bends)))
