@@ -9,6 +9,7 @@ import operator
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 from wpcal.controllers.run.program import ProgramError
@@ -45,6 +46,11 @@ class Syntax:
     index: tuple[str, str] | None = None
     quote: str = '"'
     is_upper: bool = True  #: Upper and lower case are the same.
+
+    @cached_property
+    def operators(self) -> dict[str, tuple[int, Callable[[Any, Any], Any]]]:
+        """The level of each operator, and what it does."""
+        return {word: (level, one) for level, words in enumerate(self.levels) for word, one in words.items()}
 
 
 def as_number(text: str) -> float | int:
@@ -112,13 +118,10 @@ class Parser:
 
     def value(self, level: int = 0) -> Any:
         """Return the value of an expression; `ProgramError` if there is none."""
-        if level == len(self.grammar.levels):
-            return self.prefixed()
-        left = self.value(level + 1)
-        while self.word() in self.grammar.levels[level]:
-            function = self.grammar.levels[level][self.word()]
+        left = self.prefixed()
+        while (found := self.grammar.operators.get(self.word())) is not None and found[0] >= level:
             self.at += 1
-            left = self._applied(function, left, self.value(level + 1))
+            left = self._applied(found[1], left, self.value(found[0] + 1))
         return left
 
     def prefixed(self) -> Any:
