@@ -114,7 +114,6 @@ def propagated_covariance(p, C):
     return back @ LinearFit.of_points(p, covariances=C).touching @ back.T
 
 
-@pytest.mark.deep
 @pytest.mark.many
 def test_the_propagated_covariance_is_that_of_simulated_fits():
     row_mm = UNEQUAL["half of them unsure"]

@@ -21,7 +21,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wpcal.calibrate.errors.prediction import COVERAGE, JOINT_SAMPLES, Sigma, SigmaSource, length_quantile
+from wpcal.calibrate.errors.prediction import (
+    COVERAGE,
+    JOINT_SAMPLES,
+    Sigma,
+    SigmaSource,
+    length_quantile,
+    symmetric_root,
+)
 from wpcal.calibrate.errors.robot_field import (
     PRIOR_SCALE,
     Belief,
@@ -165,9 +172,7 @@ class ErrorBudget:
         ends = np.unique(np.argmax(away @ _drawn(3 * JOINT_POINTS)[0], axis=0))
         ends = ends[np.argsort(-errors[ends], kind="stable")][: JOINT_POINTS - 1]
         rows = np.unique(np.append(ends, np.argmax(errors)))
-        values, vectors = np.linalg.eigh(self._joint(points[rows] - self.centre))
-        # the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors
-        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+        root = symmetric_root(self._joint(points[rows] - self.centre))
         _, normal, state = _drawn(len(root))
         off = (normal @ root).reshape(JOINT_SAMPLES, -1, 3)
         drawn = np.sqrt(np.einsum("sni,sni->sn", off, off).max(axis=1))

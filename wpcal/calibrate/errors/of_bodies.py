@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.special import ndtri
 
-from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile
+from wpcal.calibrate.errors.prediction import COVERAGE, length_quantile, symmetric_root
 from wpcal.calibrate.observe.motions import Motions
 from wpcal.calibrate.solve.bodies import BodiesFit
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
@@ -133,17 +133,11 @@ def joint_error(J: FloatArray, covariance: FloatArray, rest: FloatArray | None =
         worst = np.argsort(-length_quantile(own, COVERAGE), kind="stable")[:MOST_POINTS]
         J, rest = J[worst], None if rest is None else rest[np.ix_(worst, worst)]
     rng = np.random.default_rng(0)
-    drawn = _root(covariance) @ rng.standard_normal((len(covariance), SAMPLES))
+    drawn = symmetric_root(covariance) @ rng.standard_normal((len(covariance), SAMPLES))
     off = (J.reshape(-1, J.shape[2]) @ drawn).reshape(len(J), 3, SAMPLES)
     if rest is not None:
-        off += np.tensordot(_root(rest), rng.standard_normal((len(J), 3, SAMPLES)), axes=1)
+        off += np.tensordot(symmetric_root(rest), rng.standard_normal((len(J), 3, SAMPLES)), axes=1)
     return float(np.quantile(np.linalg.norm(off, axis=1).max(axis=0), COVERAGE))
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    """Return the symmetric root: round-off turns eigenvectors of equal values, and each turn draws other errors."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
 
 
 def gap_errors_mm(fit: BodiesFit, points: MeetingPoints) -> FloatArray:

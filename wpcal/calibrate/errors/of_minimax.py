@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES
+from wpcal.calibrate.errors.prediction import EXCESS_GOAL, EXCESS_POINTS, EXCESS_SAMPLES, symmetric_root
 from wpcal.core.arrays import FloatArray
 from wpcal.optim.least_largest import least_largest
 
@@ -44,7 +44,7 @@ def minimax_of_stated(J: FloatArray, A: FloatArray, own: FloatArray, shared: Flo
     """
     rng = np.random.default_rng(seed)
     J, A, own, shared = _fewer(J, A, rng, own, shared)
-    errors = np.einsum("nij,mnj->mni", _root(own), rng.standard_normal((EXCESS_SAMPLES, len(J), 3)))
+    errors = np.einsum("nij,mnj->mni", symmetric_root(own), rng.standard_normal((EXCESS_SAMPLES, len(J), 3)))
     errors += np.einsum("nis,ms->mni", shared, rng.standard_normal((EXCESS_SAMPLES, shared.shape[2])))
     _, motions = _simulated(J, A, errors)
     return np.asarray(motions.T @ motions / EXCESS_SAMPLES)
@@ -56,12 +56,6 @@ def _fewer(J: FloatArray, A: FloatArray, rng: np.random.Generator, *more: FloatA
         return (J, A, *more)
     used = rng.choice(len(J), EXCESS_POINTS, replace=False)
     return tuple(each[used] for each in (J, A, *more))
-
-
-def _root(covariances: FloatArray) -> FloatArray:
-    """Return square roots of covariances (n, 3, 3), which may be singular."""
-    values, vectors = np.linalg.eigh(covariances)
-    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]) @ vectors.swapaxes(1, 2))
 
 
 def _simulated(J: FloatArray, A: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -222,3 +222,12 @@ def length_quantile(
     """
     trace, m = _satterthwaite(covariances)
     return frozen(np.sqrt(np.maximum(trace, 0.0) * _square_quantile(m, level, degrees_of_freedom)))
+
+
+def symmetric_root(covariances: FloatArray) -> FloatArray:
+    """Return the symmetric roots of covariances, shape (..., n, n), which may be singular.
+
+    Round-off turns eigenvectors of equal values: with another root each turn would draw other errors.
+    """
+    values, vectors = np.linalg.eigh(covariances)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]) @ vectors.swapaxes(-1, -2))
