@@ -19,7 +19,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.robot_servers import Robot
-from tests.samples.hopper import make_hopper
+from tests.samples.walked_parts import PARTS, put_part
 from wpcal.core.transform import RigidTransform
 
 CLICK_S = 3.0
@@ -28,7 +28,7 @@ READ_S = 5.0  #: To look at what a command printed and find the next line of the
 PICKER_S = 5.0
 """Processor time until the page of such a part is there, measured by hand: the process is still running."""
 ALLOWED_S, ALLOWED_WITH_ROBOT_S = 300.0, 90.0
-NAME = "hopper.step"
+NAME = "my_part.step"
 SIGMA_MM = 0.1
 T_MM, DEGREES = np.array([940.0, -310.0, 205.0]), (0.4, -0.3, 31.0)
 WAIT_S = 600
@@ -73,8 +73,9 @@ class Walk:
 
 
 @pytest.mark.deep
-def test_first_report_within_five_minutes(start: Any, open_page: Any, tmp_path: Path) -> None:
-    make_hopper(tmp_path / NAME)
+@pytest.mark.parametrize("part", PARTS)
+def test_first_report_within_five_minutes(part: str, start: Any, open_page: Any, tmp_path: Path) -> None:
+    put_part(part, tmp_path / NAME)
     walk = Walk(tmp_path)
     walk.wpcal(f"features {NAME}")
     walk.wpcal(f"seams {NAME}")
@@ -109,7 +110,7 @@ def test_first_report_within_five_minutes(start: Any, open_page: Any, tmp_path: 
 @pytest.mark.deep
 def test_first_report_with_a_robot_that_tells_its_position(start: Any, open_page: Any, tmp_path: Path) -> None:
     """The line that calibrates is the one that the page shows: it is copied whole."""
-    make_hopper(tmp_path / NAME)
+    put_part("hopper", tmp_path / NAME)
     walk, typed = Walk(tmp_path), " --robot kuka:192.168.0.10"
     listed = subprocess.run(
         [sys.executable, "-m", "wpcal", "features", NAME, "--json"], cwd=tmp_path, capture_output=True, check=True

@@ -22,20 +22,10 @@ from scipy.spatial.transform import Rotation
 
 from tests.few import few
 from tests.robot_servers import Robot
-from tests.samples.hopper import make_hopper
+from tests.samples.walked_parts import PARTS, put_part
 from wpcal.core.transform import RigidTransform
 from wpcal.links.judge import STILL_S
 
-ROOT = Path(__file__).parents[2]
-BLIND = ROOT.parent / "shared" / "blind"
-PARTS = {
-    "hopper": None,
-    "afpm_boom_vane": BLIND / "afpm_boom_vane.step",
-    "frame": ROOT / "fixtures" / "frame" / "frame.step",
-    "saddle": ROOT / "fixtures" / "saddle" / "saddle.step",
-    "iron_footer": BLIND / "iron_Footer_Type_U_L70.step",
-    "bench": BLIND / "wb_bench.step",
-}
 DAYS = {"good": (0.1, 0.0), "scattered": (0.35, 0.0), "mistyped": (0.1, 10.0)}
 """How the points are touched: standard deviation per axis, and by how much the second one is mistyped, mm."""
 REPORT_S, PROGRAM_S = 240.0, 300.0
@@ -97,13 +87,7 @@ def asked(said: str, places: dict[str, np.ndarray]) -> list[str]:
 
 def newcomer(part: str, day: str, tmp_path: Path) -> Newcomer:
     """Return him with the part and its features, in a new folder."""
-    source = PARTS[part]
-    if source is None:
-        make_hopper(tmp_path / "part.step")
-    elif not source.is_file():
-        pytest.skip("the shared parts are not beside the project")
-    else:
-        (tmp_path / "part.step").write_bytes(source.read_bytes())
+    put_part(part, tmp_path / "part.step")
     person = Newcomer(tmp_path, DAYS[day][0])
     listed = [sys.executable, "-m", "wpcal", "features", "part.step", "--json"]
     features = json.loads(subprocess.run(listed, cwd=tmp_path, capture_output=True, check=True).stdout)["features"]
