@@ -34,8 +34,7 @@ ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
 FIXTURES = ROOT / "fixtures"
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-LARGEST_BYTES = 200_000
-"""A page of the documentation with six pictures stays under a megabyte or so."""
+LARGEST_BYTES = 200_000  #: A page of the documentation with six pictures stays under a megabyte or so.
 
 
 @dataclass(frozen=True)

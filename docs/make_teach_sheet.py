@@ -15,8 +15,7 @@ from cad.sheet.paper import A4
 from cad.sheet.welds import read_listed_welds
 
 ROOT = Path(__file__).parents[1]
-COLOURS = 16
-"""Colours of the picture: enough for black, red and blue lines with soft edges."""
+COLOURS = 16  #: Colours of the picture: enough for black, red and blue lines with soft edges.
 
 
 def main() -> None:

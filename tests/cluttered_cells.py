@@ -17,13 +17,10 @@ from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.new_cell import NewCell, new_cell_files
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 
-ROBOTS = Path(__file__).parents[2] / "shared" / "robots"
-"""URDF files with meshes, beside the checkout."""
+ROBOTS = Path(__file__).parents[2] / "shared" / "robots"  #: URDF files with meshes, beside the checkout.
 FIXTURES = Path(__file__).parents[1] / "fixtures"
-TOOL = (30.0, 0.0, 330.0, 0.0, 35.0, 0.0)
-"""A bent torch: the tool centre point on the flange, mm and deg."""
-TRIED = 3000
-"""Random states per round from which the free ones are taken."""
+TOOL = (30.0, 0.0, 330.0, 0.0, 35.0, 0.0)  #: A bent torch: the tool centre point on the flange, mm and deg.
+TRIED = 3000  #: Random states per round from which the free ones are taken.
 
 
 class Clutter(NamedTuple):

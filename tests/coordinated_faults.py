@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from tests.coordinated_programs import READERS, WRITTEN_MM, Array, followed
 
-WRITTEN_DEG = 5e-3
-"""Rounding of the files, as `WRITTEN_MM`."""
+WRITTEN_DEG = 5e-3  #: Rounding of the files, as `WRITTEN_MM`.
 
 
 class Seam(NamedTuple):

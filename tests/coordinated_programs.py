@@ -19,8 +19,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from tests.moves_of_programs import circle_through, numbers
 
 Array = np.ndarray[Any, Any]
-WRITTEN_MM = 5e-3
-"""Rounding of the files: four decimals of a degree at 2 m in twelve joints are some micrometres."""
+WRITTEN_MM = 5e-3  #: Rounding of the files: four decimals of a degree at 2 m in twelve joints are some micrometres.
 
 
 class Step(NamedTuple):

@@ -9,8 +9,7 @@ from wpcal.brep import BrepGraph
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam import Seam
 
-FAR = np.array([1500.0, -730.0, 1.25])
-"""mm: farther than a torch feels."""
+FAR = np.array([1500.0, -730.0, 1.25])  #: mm: farther than a torch feels.
 WITHIN_MM = 400.0
 MOVED_MM = 1e-8
 """Frames of copies are those of the first group, moved. Round-off shifts places along free-form curves by 3e-9 mm."""

@@ -23,8 +23,7 @@ from tests.rpc_client import RpcClient
 from tests.running import run_here
 from wpcal.core.rotations import rotation_from_zyx
 
-ROUND_OFF = 1e-9
-"""Relative: places that say a number in full."""
+ROUND_OFF = 1e-9  #: Relative: places that say a number in full.
 R_BASE_PART = rotation_from_zyx(0.6, -0.035, 0.02)
 P_BASE_PART_MM = np.array([812.5, -240.25, 155.75])
 TOUCHES = (6, 4)

@@ -28,8 +28,7 @@ from tests.near import ROOT, changed_files, near_tests
 COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 OPERATORS = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.MatMult: "*"}
 OPERATOR = re.compile(r"[<>=!]=|[<>+*/@-]|\band\b|\bor\b")
-LIMIT_S = 300
-"""A mutant that runs longer than this is found: it does not end."""
+LIMIT_S = 300  #: A mutant that runs longer than this is found: it does not end.
 
 
 @dataclass(frozen=True, slots=True)

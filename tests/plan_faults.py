@@ -10,14 +10,11 @@ import numpy as np
 
 from tests.real_cells import Array, RealCell, of_record
 
-FINER = 10
-"""States between two of the plan."""
+FINER = 10  #: States between two of the plan.
 PATH_MM, AXIS_DEG = 0.1, 1.0
 """The asked tolerance of 0.05 mm, and as much again for what a straight line in the joints leaves between points."""
-ROUND_OFF = 1e-6
-"""Relative: numbers of files are rounded."""
-MOST = 5
-"""Faults of one kind that are listed."""
+ROUND_OFF = 1e-6  #: Relative: numbers of files are rounded.
+MOST = 5  #: Faults of one kind that are listed.
 
 
 def plan_faults(

@@ -17,10 +17,8 @@ from tests.moves_of_programs import circle_through, numbers
 from tests.plan_faults import AXIS_DEG, PATH_MM
 from tests.real_cells import Array, RealCell, matrix
 
-JOINT_DEG = 1e-3
-"""Rounding of the files, of five decimals and more."""
-FINER = 10
-"""Places between two points of the plan."""
+JOINT_DEG = 1e-3  #: Rounding of the files, of five decimals and more.
+FINER = 10  #: Places between two points of the plan.
 
 
 class Move(NamedTuple):

@@ -16,12 +16,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 Array = np.ndarray[Any, Any]
-FLOOR_MM = 50.0
-"""Thickness of the floor, whose top is that of the cell."""
-TORCH = 7
-"""The torch counts as the link after the flange."""
-APART = 4
-"""Links of one robot that are this far apart in the chain must not meet: nearer ones touch by construction."""
+FLOOR_MM = 50.0  #: Thickness of the floor, whose top is that of the cell.
+TORCH = 7  #: The torch counts as the link after the flange.
+APART = 4  #: Links of one robot that are this far apart in the chain must not meet: nearer ones touch by construction.
 
 
 def matrix(xyz_mm: Any, rpy_rad: Any) -> Array:

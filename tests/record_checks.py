@@ -12,8 +12,7 @@ import jsonschema
 
 from wpcal.core import records
 
-OWN_NAME_OF_TESTS = "wpcal/test/1"
-"""A record that tests of `wpcal.core.records` make up."""
+OWN_NAME_OF_TESTS = "wpcal/test/1"  #: A record that tests of `wpcal.core.records` make up.
 
 _to_json = records.to_json
 

@@ -15,8 +15,7 @@ import jsonschema
 from cad.rpc.protocol import ANSWER, schema_of
 from tests.running import children_of
 
-GONE_S = 2.0
-"""So long after its client, no process of wpcal is left."""
+GONE_S = 2.0  #: So long after its client, no process of wpcal is left.
 
 
 class RpcClient:

@@ -20,10 +20,8 @@ from cad.work.plain_data import pack, unpack
 from tests.record_checks import check_output
 from wpcal.cli.main import run
 
-FINISHED = (0, 1)
-"""Exit codes of a command that wrote its results: within the tolerance, or not."""
-TIMEOUT_S = 300
-"""Of a command in a process: far above the slowest test."""
+FINISHED = (0, 1)  #: Exit codes of a command that wrote its results: within the tolerance, or not.
+TIMEOUT_S = 300  #: Of a command in a process: far above the slowest test.
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
 """Mark of a test that looks at processes: a container may have no /proc."""

@@ -20,8 +20,7 @@ from wpcal.planning.search.problem import CandidatePath, PlanningProblem
 
 CELLS = Path(__file__).parents[1] / "fixtures" / "cells"
 CELL, SEAMS = CELLS / "two-mh6.json", CELLS / "saddle-seams.json"
-THINNED = 4
-"""Every fourth point of the saddle: the shared search takes some seconds."""
+THINNED = 4  #: Every fourth point of the saddle: the shared search takes some seconds.
 COARSE, FEW_WEIGHTS = 8, SWEEP[2::5]
 """Every eighth point and three sets of weights, for tests that compare searches: each takes a second."""
 

@@ -17,10 +17,8 @@ from wpcal.touch.searches import Contact, Search, TouchPlan, touches_csv, touche
 from wpcal.touch.searches.record import TOUCHES_FILE
 
 TEE_PLAN = Path(__file__).parents[1] / "fixtures" / "tee" / "touches_plan"
-TWO_TOUCHES = TEE_PLAN.with_name("two_touches")
-"""T1 and T4 of it: short enough for the programs in the docs."""
-CLEAR_Z_MM = 115.0
-"""25 mm above the web."""
+TWO_TOUCHES = TEE_PLAN.with_name("two_touches")  #: T1 and T4 of it: short enough for the programs in the docs.
+CLEAR_Z_MM = 115.0  #: 25 mm above the web.
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 """The torch points down; its x is that of the part."""
 STROKE_MM, START_MM = 16.0, 8.0

@@ -22,12 +22,9 @@ from wpcal.touch.plan import NominalError, TouchPart
 from wpcal.touch.searches import Search
 from wpcal.touch.searches.setup import TouchSetup
 
-RIM = 16
-"""Points around the wire, at its end and above it."""
-ABOVE_MM = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Heights above the end at which the wire is felt."""
-CONTACT_MM = 1e-7
-"""The wire touches if it is this near."""
+RIM = 16  #: Points around the wire, at its end and above it.
+ABOVE_MM = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)  #: Heights above the end at which the wire is felt.
+CONTACT_MM = 1e-7  #: The wire touches if it is this near.
 
 
 class MissedError(Exception):

@@ -29,13 +29,11 @@ from wpcal.seam.path.moved import MovedSeam, StillSeams
 
 SIGMA_MM = 0.2
 FIXTURE = Path(__file__).parents[1] / "fixtures" / "uprights" / "uprights.step"
-TRIED_PER_FACE = 200
-"""Points in the box of a face; those that lie in the face may be touched."""
+TRIED_PER_FACE = 200  #: Points in the box of a face; those that lie in the face may be touched.
 LEAST_RADIUS_MM = 10.0
 """Nobody touches the wall of a bolt hole that is somewhere within a millimetre. Where a body can slide round a wall by
 more than a tenth of its radius, the band is too narrow: the normal of the touch is then not known."""
-MOST_SEAMS = 12
-"""Of a part, evenly chosen: its other seams are between the same bodies."""
+MOST_SEAMS = 12  #: Of a part, evenly chosen: its other seams are between the same bodies.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,8 +18,7 @@ from wpcal.brep.material import TriangleMaterial
 from wpcal.brep.mesh_glb import read_part_glb
 from wpcal.core.arrays import FloatArray
 
-STEP = Path(__file__).parents[2] / "shared" / "step"
-"""STEP files of assemblies, beside the checkout."""
+STEP = Path(__file__).parents[2] / "shared" / "step"  #: STEP files of assemblies, beside the checkout.
 ARMS = {"irb1600_6_12": "rapid", "ma2010": "inform", "kr5_arc": "krl", "m10ia": "fanuc"}
 """Arms with the language of their maker."""
 ASSEMBLIES = {
@@ -29,8 +28,7 @@ ASSEMBLIES = {
 """File, place of the part in the base of the robot (mm), and the solid that is touched (None: any)."""
 COUPLED = {"m10ia": (("joint_3", "joint_2"),)}
 """Joints whose shown angles do not hold the motion of another one: the URDF files have the true angles."""
-TAUGHT = 4
-"""Corners that are touched."""
+TAUGHT = 4  #: Corners that are touched.
 
 
 class Row(NamedTuple):

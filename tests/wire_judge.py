@@ -17,8 +17,7 @@ from tests.real_cells import RealCell
 Array = np.ndarray[Any, Any]
 STEP_MM = 2.0
 """The tip moves by about so much between two states that are judged: a plate of 8 mm is met several times."""
-ALONG_MM = 1.0
-"""Points of the wire are so far apart."""
+ALONG_MM = 1.0  #: Points of the wire are so far apart.
 AT_ONCE = 200
 
 

@@ -15,12 +15,10 @@ if TYPE_CHECKING:
     from cad.workpiece.bodies import BodiesOptions, BodyGroup
     from cad.workpiece.moving import MovingChoice
 
-EACH_SOLID = "each"
-"""What ``--bodies`` means without a file."""
+EACH_SOLID = "each"  #: What ``--bodies`` means without a file.
 USUAL_BENDING = "1"
 """What ``--bending`` means without a number, mm: class E of ISO 13920 allows twice as much on lengths from 1 to 2 m."""
-USUAL_CONTACTS = "usual"
-"""What ``--contacts`` means without a number."""
+USUAL_CONTACTS = "usual"  #: What ``--contacts`` means without a number.
 
 
 def _json_file(value: str | None) -> str | None:

@@ -21,8 +21,7 @@ OTHER_VERSION_MM = 1e-5
 change last digits."""
 OF_VERSIONS = ("versions", "files")
 """Fields of records that say the versions, and hashes of files whose bytes they change."""
-MOST_OF_A_FILE = 10
-"""Differences that are listed of one file."""
+MOST_OF_A_FILE = 10  #: Differences that are listed of one file.
 
 
 def other_versions(claimed: Path, made: Path, record: Mapping[str, Any]) -> dict[str, tuple[str, str]]:

@@ -13,10 +13,8 @@ from wpcal.core.errors import InputError
 from wpcal.core.input_file import STDIN, sha256_of
 from wpcal.core.wording import shown
 
-OPTION = "--inputs"
-"""With which the user says where an input is, for messages."""
-OF_FOLDER = "--touches"
-"""Option that may name the folder of its file."""
+OPTION = "--inputs"  #: With which the user says where an input is, for messages.
+OF_FOLDER = "--touches"  #: Option that may name the folder of its file.
 CURRENT = "/0/1/2/3/4/5/6/7"
 """Stands for the folder in which the results were made: so many ``../`` of a name find their place."""
 

@@ -17,13 +17,11 @@ from wpcal.core.wording import listed, shown
 JOB, PART, TAUGHT, WHEN = "job", "part", "taught", "when"
 """Columns: the name of the job and of its folder, its files, and when its points were touched."""
 REQUIRED = (JOB, PART, TAUGHT)
-LONGEST_NAME = 200
-"""Bytes of a job's name: file systems allow 255."""
+LONGEST_NAME = 200  #: Bytes of a job's name: file systems allow 255.
 NO_NAMES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(1, 10))})
 """Names that Windows keeps for devices: a folder of results is copied from one system to another."""
 NOT_IN_NAMES = frozenset('/\\:*?"<>|')
-OWN_NAMES = frozenset({"summary.jsonl", "summary.csv"})
-"""Files that a batch writes beside the folders."""
+OWN_NAMES = frozenset({"summary.jsonl", "summary.csv"})  #: Files that a batch writes beside the folders.
 OF_THE_BATCH = {
     "out": "every job is written to OUT/JOB, and OUT is the option --out of wpcal batch",
     "force": "results are kept; --resume of wpcal batch replaces what has other inputs",
@@ -33,8 +31,7 @@ OF_THE_BATCH = {
 }
 """Options of `wpcal calibrate` that are not those of a row, and why."""
 YES, NO = frozenset({"yes", "true", "1", "x"}), frozenset({"no", "false", "0"})
-BETWEEN = ";"
-"""Between the values of an option that may be given more than once."""
+BETWEEN = ";"  #: Between the values of an option that may be given more than once.
 
 
 @dataclass(frozen=True, slots=True)

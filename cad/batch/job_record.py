@@ -19,8 +19,7 @@ from wpcal.core.whole_folder import put_in_place
 from wpcal.results.agree import JOB_FILE, JOB_SCHEMA
 
 _BEGIN = f'{{\n "schema": "{JOB_SCHEMA}"'.encode()
-SUMMARY_SCHEMA = "wpcal/job-summary/1"
-"""Of each line of ``summary.jsonl``."""
+SUMMARY_SCHEMA = "wpcal/job-summary/1"  #: Of each line of ``summary.jsonl``.
 REPORT = "report.html"
 
 

@@ -68,8 +68,7 @@ class Pages(Enum):
     """Of which jobs the page is written."""
 
     ALL = "all"
-    FAIL = "fail"
-    """Of jobs that end with a code other than 0: FAIL, and UNSURE unless it is accepted."""
+    FAIL = "fail"  #: Of jobs that end with a code other than 0: FAIL, and UNSURE unless it is accepted.
     NONE = "none"
 
 

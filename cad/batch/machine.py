@@ -28,8 +28,7 @@ from cad.work.group import GroupRequest
 from cad.work.host import Failure, Host, ServerEndedError
 from wpcal.core.errors import WpcalError
 
-KEPT_OPEN = 2
-"""So many parts without jobs stay open in a worker: the next job may be about one of them."""
+KEPT_OPEN = 2  #: So many parts without jobs stay open in a worker: the next job may be about one of them.
 END_S, STEP_S = 2.0, 0.02
 """Processes that are ended can write during a fraction of a second; so long their files are removed again."""
 GONE = "the process that starts the jobs of this worker was ended"

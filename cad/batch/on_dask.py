@@ -24,8 +24,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.whole_folder import flushed_later
 from wpcal.study.dask.cluster import Call, CallFailed, Cluster
 
-SMALL = 65_536
-"""Bytes. A larger file that several jobs name is sent once, and workers take it from one another."""
+SMALL = 65_536  #: Bytes. A larger file that several jobs name is sent once, and workers take it from one another.
 
 
 def run_on_dask(

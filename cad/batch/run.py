@@ -20,12 +20,10 @@ from wpcal.core.errors import InputError
 from wpcal.core.records import check_writable
 from wpcal.core.whole_folder import FolderLock, lock_taken
 
-WORK_MARK = ".wpcal-batch-"
-"""Start of the name of the folder for unfinished work, in the output folder."""
+WORK_MARK = ".wpcal-batch-"  #: Start of the name of the folder for unfinished work, in the output folder.
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 """After one of these errors every other job would fail for the same reason."""
-MOST_TRIES = 2
-"""A job or a group whose process somebody else killed is tried once more."""
+MOST_TRIES = 2  #: A job or a group whose process somebody else killed is tried once more.
 WAIT_FOR_LOCK_S, STEP_S = 3.0, 0.05
 """The processes of a batch that was killed end within this time, and so long they hold its lock."""
 

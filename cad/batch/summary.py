@@ -24,8 +24,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.whole_folder import flush
 
 JSONL, CSV = "summary.jsonl", "summary.csv"
-FAILED = "ERROR"
-"""In place of a verdict: the job did not end with one."""
+FAILED = "ERROR"  #: In place of a verdict: the job did not end with one.
 NUMBERS = (
     "worst_residual_mm", "worst_point", "objective_mm", "bound_mm", "worst_seam_error_mm", "worst_seam",
 )  # fmt: skip

@@ -18,8 +18,7 @@ from wpcal.core.records import parse_json
 from wpcal.results.agree import JOB_FILE
 from wpcal.results.differences import Difference, differences_of, walk_records
 
-FROM_RESULT = ("verdict", *NUMBERS, "pose")
-"""Fields of a line that are those of the job's result."""
+FROM_RESULT = ("verdict", *NUMBERS, "pose")  #: Fields of a line that are those of the job's result.
 
 
 def read_summary(out: Path) -> list[dict[str, Any]]:

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from wpcal.study.dask.cluster import Cluster
 
 MOST_AT_ONCE = 256
-MOST_SHOWN = 10
-"""Failed jobs that the terminal lists; the summary lists all."""
+MOST_SHOWN = 10  #: Failed jobs that the terminal lists; the summary lists all.
 RESUME = "--resume"
 
 

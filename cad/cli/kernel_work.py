@@ -19,10 +19,8 @@ from wpcal.core.input_file import MOST_STEP_MB, STDIN, read_bytes
 if TYPE_CHECKING:
     from cad.workpiece.answer_cache import AnswerCache
 
-FROM_STDIN = "stdin.step"
-"""Name of a part that comes from standard input, and so of its results."""
-STARTING = "starting the CAD kernel"
-"""What is done until the first message of the kernel's process."""
+FROM_STDIN = "stdin.step"  #: Name of a part that comes from standard input, and so of its results.
+STARTING = "starting the CAD kernel"  #: What is done until the first message of the kernel's process.
 
 
 def run_on_part(

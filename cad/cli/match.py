@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from wpcal.controllers.points_asked import PointsAsked
     from wpcal.taught.match import Match
 
-MOST_SHOWN = 20
-"""Answers shown; --json has all of them."""
+MOST_SHOWN = 20  #: Answers shown; --json has all of them.
 
 
 @command()

@@ -6,8 +6,7 @@ import click
 
 POINT_LETTERS = ("V", "C", "H", "S", "M", "B", "E")
 """`FeatureKind` values of `POINT_KINDS`; written out so that the help needs no NumPy."""
-KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")
-"""All `FeatureKind` values."""
+KIND_LETTERS = (*POINT_LETTERS, "L", "X", "P", "A")  #: All `FeatureKind` values.
 
 
 FINDING, CHOICE = "wpcal.seam.options:SeamOptions", "cad.batch.request:SeamsAsked"

@@ -31,11 +31,9 @@ if TYPE_CHECKING:
 NOT_CALIBRATE = ("part_step", "taught", "out", "seams", "host", "port", "browser", "other_part")
 """Arguments that are not copied to `wpcal calibrate`: it has others, the page has its own, or the table needs none."""
 
-OF_SOLIDS = ("weld", "not")
-"""What is said about solids is said in the page, too."""
+OF_SOLIDS = ("weld", "not")  #: What is said about solids is said in the page, too.
 
-OF_RIGID_PARTS = ("criterion", "certify", "rigid")
-"""Options that `wpcal calibrate` refuses if bodies may have moved."""
+OF_RIGID_PARTS = ("criterion", "certify", "rigid")  #: Options that `wpcal calibrate` refuses if bodies may have moved.
 
 DEFAULT_TABLE = Path("taught.csv")
 

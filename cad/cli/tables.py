@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from wpcal.seam.member.note import MemberNotes
     from wpcal.taught.features import ReferenceFeature
 
-MOST_SHOWN = 6
-"""Names of solids in one row of the table of members."""
+MOST_SHOWN = 6  #: Names of solids in one row of the table of members.
 
 
 def features_table(features: Sequence[ReferenceFeature], file_name: str, ease: Mapping[str, str]) -> Table:

@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from cad.batch.run import Task
     from wpcal.core.errors import WpcalError
 
-DIGITS = "all digits"
-"""How results are compared that the same versions wrote."""
-MOST_SHOWN = 10
-"""Differences of one folder that the terminal lists; --json lists all that were found."""
+DIGITS = "all digits"  #: How results are compared that the same versions wrote.
+MOST_SHOWN = 10  #: Differences of one folder that the terminal lists; --json lists all that were found.
 MAY_DIFFER = (
     "summary.jsonl and summary.csv: seconds, when, line, and the error of a job that failed",
     "files that wpcal calibrate and wpcal batch do not write",

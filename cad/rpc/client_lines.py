@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
-MOST_BYTES = 16_000_000
-"""Of a line: ten thousand rows of taught points and as many decisions have 4 MB."""
+MOST_BYTES = 16_000_000  #: Of a line: ten thousand rows of taught points and as many decisions have 4 MB.
 CHUNK_BYTES = 1 << 16
 
 

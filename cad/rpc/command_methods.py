@@ -22,8 +22,7 @@ from wpcal.seam.record import SEAMS_SCHEMA
 
 GIVEN_BY_PARAMS = frozenset({"out", "json", "format", "write_templates", "write_setup", "check", "no_cache"})
 """Options that a request states by its params, and those that print or only prepare something."""
-COMMANDS = ("export", "touches", "plan")
-"""Methods with the options of the command of the same name."""
+COMMANDS = ("export", "touches", "plan")  #: Methods with the options of the command of the same name.
 
 CommandMethod = Callable[[Mapping[str, Any]], dict[str, Any]]
 

@@ -10,11 +10,9 @@ from typing import Any, Never, TypeAlias
 
 from wpcal.core.printable import printable
 
-PROTOCOL = 1
-"""Version of the protocol; a change that an older client cannot take has another number."""
+PROTOCOL = 1  #: Version of the protocol; a change that an older client cannot take has another number.
 LONGEST_ID = 200
-LARGEST_ID = 2**53
-"""Every language reads whole numbers up to this one exactly."""
+LARGEST_ID = 2**53  #: Every language reads whole numbers up to this one exactly.
 MOST_DEEP = "too many lists or objects in one another"
 
 _COUNT = re.compile(r"(?<![\w.])(\d{1,15}) of (\d{1,15})(?![\w.])")

@@ -26,10 +26,8 @@ from wpcal.taught.features import Touchable
 from wpcal.taught.user_frames import ProgramReading
 
 Found: TypeAlias = tuple[tuple[Seam, ...], Workpiece]
-MOST_FOUND = 4
-"""Seams with other options or decisions."""
-MOST_PARTS = 4
-"""In memory; others are read again when they are asked for."""
+MOST_FOUND = 4  #: Seams with other options or decisions.
+MOST_PARTS = 4  #: In memory; others are read again when they are asked for.
 
 
 @dataclass(eq=False)

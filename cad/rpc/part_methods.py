@@ -40,8 +40,7 @@ from wpcal.taught.table import TaughtPoints, taught_csv
 from wpcal.taught.table import read_taught as read_table
 from wpcal.taught.user_frames import ProgramReading
 
-DECISIONS = "decisions"
-"""Name of the decisions in messages."""
+DECISIONS = "decisions"  #: Name of the decisions in messages.
 PART_OPTIONS = OptionSet(Request, without=("details", "json", "accept_unsure", "touches", "setup"))
 """Those of `wpcal calibrate`: every method about a part takes all of them, and uses those that concern it."""
 PROGRAM_NAMES = tuple(option_names(PointsAsked))

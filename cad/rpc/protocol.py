@@ -14,8 +14,7 @@ from wpcal.core.record_check import check_complete
 from wpcal.records import schema
 
 HANDLE = "handle"
-ANSWER = "answer"
-"""The schema of every line that is sent; the others are those of methods."""
+ANSWER = "answer"  #: The schema of every line that is sent; the others are those of methods.
 
 
 @cache

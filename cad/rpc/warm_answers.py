@@ -9,8 +9,7 @@ from typing import Any, TypeVar
 
 from cad.workpiece.answer_cache import AnswerCache, key_of
 
-MOST_ANSWERS = 8
-"""Of one part: its faces, triangles, and the seams with the last options."""
+MOST_ANSWERS = 8  #: Of one part: its faces, triangles, and the seams with the last options.
 
 Answer = TypeVar("Answer")
 

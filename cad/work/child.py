@@ -41,8 +41,7 @@ READING = "reading "  #: Progress messages begin with it while a file is read.
 GRACE_S = 1.0
 """After an interrupt the child may remove its temporary folder for as long as this. In the kernel it cannot."""
 
-LAST_BYTES = 10_000
-"""Of what processes print: enough to find the last line."""
+LAST_BYTES = 10_000  #: Of what processes print: enough to find the last line.
 CRASH_SIGNALS = frozenset({"SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL"})
 """Signals that end a process after a fault in compiled code."""
 

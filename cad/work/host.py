@@ -25,8 +25,7 @@ from cad.work.server import ENDED, GROUP
 from wpcal.core.errors import InputError, KernelError
 from wpcal.core.threads import ONE_THREAD
 
-END_S = 10.0
-"""The server needs less than a second to end its processes and to remove what they began."""
+END_S = 10.0  #: The server needs less than a second to end its processes and to remove what they began.
 LATE, NO_MEMORY = "--job-seconds", "--job-gb"
 """The options that change the limits, for messages."""
 
@@ -34,14 +33,10 @@ LATE, NO_MEMORY = "--job-seconds", "--job-gb"
 class EventKind(Enum):
     """What happened."""
 
-    OPENED = auto()
-    """A group is ready for jobs."""
-    DONE = auto()
-    """A job was done; the value is what it returned."""
-    FAILED = auto()
-    """A job failed; the value is a `Failure`."""
-    LOST = auto()
-    """A group cannot run jobs; the value is a `Failure`. Its running jobs are lost with it."""
+    OPENED = auto()  #: A group is ready for jobs.
+    DONE = auto()  #: A job was done; the value is what it returned.
+    FAILED = auto()  #: A job failed; the value is a `Failure`.
+    LOST = auto()  #: A group cannot run jobs; the value is a `Failure`. Its running jobs are lost with it.
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,10 +22,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-GROUP = struct.Struct("<q")
-"""Number of a group."""
-ENDED = struct.Struct("<qq")
-"""Number of a group, and the status of its process as the system tells it."""
+GROUP = struct.Struct("<q")  #: Number of a group.
+ENDED = struct.Struct("<qq")  #: Number of a group, and the status of its process as the system tells it.
 
 
 def main() -> None:

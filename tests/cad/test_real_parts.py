@@ -30,8 +30,7 @@ Command = Callable[..., Any]
 SEAMS = {"as1-oc-214.stp": (132, 0), "dm1-id-214.stp": (20, 0), "colored.step": (0, 0), "house_walls.stp": (0, 0)}
 """Candidates and accepted seams. They were looked at once and are kept to notice a change: there is no other authority
 for them."""
-LARGE = ("house_walls.stp",)
-"""Of 17 m: the scale that 10 K of steel may have is 1.7 mm there, and that is said."""
+LARGE = ("house_walls.stp",)  #: Of 17 m: the scale that 10 K of steel may have is 1.7 mm there, and that is said.
 POINTS = 5  #: As many as a person would teach.
 
 REFUSED = {

@@ -53,8 +53,7 @@ COMMANDS = {
     "welds": "out",
 }
 """In an order in which every command finds its input: `calibrate` writes the folder that others read."""
-NEEDS_ROBOT = {"teach"}
-"""Commands that do nothing without a robot that answers; tests of links run them against one."""
+NEEDS_ROBOT = {"teach"}  #: Commands that do nothing without a robot that answers; tests of links run them against one.
 
 
 def joint_rows() -> str:

@@ -78,8 +78,7 @@ def test_an_operator_may_end_the_program_at_a_missed_search(brand, programs, tee
     assert ran.results.exists()
 
 
-STATED = 2.58
-"""In standard deviations of the plan: as far as 99 % of the parts are off along any direction."""
+STATED = 2.58  #: In standard deviations of the plan: as far as 99 % of the parts are off along any direction.
 
 
 def drawn(brand, count):

@@ -19,8 +19,7 @@ ROBOT = Path(__file__).parents[3] / "shared" / "robots" / "irb2600_12_165" / "ir
 pytestmark = pytest.mark.skipif(not ROBOT.is_file(), reason="the URDF files lie beside the checkout and are not here")
 TORCH, WIRE_MM, WIRE_RADIUS_MM = "robot-22", 18.0, 0.6
 PLACES = {"t_joint": "900,-50,500,0,0,30", "saddle": "1050,0,560,0,0,15"}
-WELDED = 0.9
-"""Share of the accepted length that is welded at least."""
+WELDED = 0.9  #: Share of the accepted length that is welded at least.
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 DEFLECTION_MM = 2e-4  #: Of curved faces: below the last digit that any controller stores.
 ANGLE_RAD = 0.3  #: Of neighbouring triangles; small rounds need no more.
 NEAR_MM = 8.0  #: Faces that are further from a whole move than this are not looked at on it.
-TINY = 1e-30
-"""Keeps divisions by the squared length of an edge without length finite: its ends are measured anyway."""
+TINY = 1e-30  #: Keeps divisions by the squared length of an edge without length finite: its ends are measured anyway.
 
 
 def triangles_of(step: Path) -> Array:

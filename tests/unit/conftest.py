@@ -17,8 +17,7 @@ from wpcal.seam.seam import JointType, Seam, SeamFrames, SeamPieces, WeldType
 
 TEE_GOLDEN = Path(__file__).parents[2] / "fixtures" / "tee" / "golden"
 CONFIGURATIONS = {"fanuc": "N U T, 0, 0, 0", "inform": "1,0,0,0,0,0,0,0"}
-QUARTER = np.pi / 2
-"""Rotations about y by a quarter turn are where Rz Ry Rx angles lose one degree of freedom."""
+QUARTER = np.pi / 2  #: Rotations about y by a quarter turn are where Rz Ry Rx angles lose one degree of freedom.
 
 
 def _seam(name, p, R, *, accepted=True, frame="part"):

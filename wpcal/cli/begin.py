@@ -8,8 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 PARTS = (".step", ".stp")
-MOST_FOLDERS = 200
-"""Result folders are looked for among so many folders."""
+MOST_FOLDERS = 200  #: Result folders are looked for among so many folders.
 
 
 def next_here(folder: Path) -> list[str]:

@@ -11,10 +11,8 @@ from rich.table import Table
 
 from wpcal.core.wording import listed
 
-ERRORS = ("u95_mm", "u95_across_mm", "u95_placing_mm", "u95_unseen_mm")
-"""Columns of errors of a seam."""
-MOST_ROWS = 40
-"""Most bodies shown; of more, those with the strongest evidence."""
+ERRORS = ("u95_mm", "u95_across_mm", "u95_placing_mm", "u95_unseen_mm")  #: Columns of errors of a seam.
+MOST_ROWS = 40  #: Most bodies shown; of more, those with the strongest evidence.
 LEAST_P = 0.001
 """Smaller probabilities are shown as "< 0.001"."""
 

@@ -17,11 +17,9 @@ from wpcal.results.next_steps import HELP_PAGE, next_steps
 if TYPE_CHECKING:
     from wpcal.calibrate import CalibrationResult, Distrusted, HeldMotion, StartsEvidence
 
-MOST_ROWS = 60
-"""Most points shown, more than a person usually teaches. Of a larger set, those that fit worst."""
+MOST_ROWS = 60  #: Most points shown, more than a person usually teaches. Of a larger set, those that fit worst.
 
-MOST_NAMED = 6
-"""Most distrusted points in the title; the table of points has the rest."""
+MOST_NAMED = 6  #: Most distrusted points in the title; the table of points has the rest.
 
 
 COLOURS = {"PASS": "green", "UNSURE": "yellow", "FAIL": "red"}

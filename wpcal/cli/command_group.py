@@ -26,14 +26,12 @@ SECTIONS: Mapping[str, Sequence[str]] = {
     "For other programs": ("rpc",),
 }
 """The help lists wpcal's own commands in this order."""
-FROM_OTHERS = "From other packages"
-"""The last heading of the help: commands that other packages bring."""
+FROM_OTHERS = "From other packages"  #: The last heading of the help: commands that other packages bring.
 
 HELP_FLAGS = frozenset({"-h", "--help", "--help-all"})
 ORIGINS = "wpcal.origins"  #: Key in the memory of a call.
 
-WHOLE_SENTENCE = 1000
-"""Letters: the first sentence of a command's help is wrapped and never cut."""
+WHOLE_SENTENCE = 1000  #: Letters: the first sentence of a command's help is wrapped and never cut.
 
 RENAMED_EVERYWHERE: Mapping[str, str] = {"--output": "--out"}
 RENAMED: Mapping[str, Mapping[str, str]] = {

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 FILE_COLUMNS = 120
 """Width of a table in a file or a pipe, which has no width of its own: room for the names of two solids."""
-BORDER = 3
-"""Characters between two columns of a usual table: a line and a space on both sides."""
+BORDER = 3  #: Characters between two columns of a usual table: a line and a space on both sides.
 
 
 class PlainConsole(Console):

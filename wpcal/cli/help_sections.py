@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import click
 
-MOST_ON_A_SCREEN = 22
-"""A command with so many options or fewer shows them all."""
+MOST_ON_A_SCREEN = 22  #: A command with so many options or fewer shows them all.
 SECTIONS = {
     "What you have": """
         nominal bodies touches seams cell robot torch tool uframe part only welds template have exclude

@@ -17,8 +17,7 @@ from wpcal.core.threads import use_one_thread
 from wpcal.core.version import __version__
 
 EXIT_OUR_FAULT = 70
-EXIT_OF_SIGNAL = 128
-"""As in a shell: 143 after SIGTERM, 129 after SIGHUP."""
+EXIT_OF_SIGNAL = 128  #: As in a shell: 143 after SIGTERM, 129 after SIGHUP.
 EXIT_INTERRUPTED = EXIT_OF_SIGNAL + 2
 
 

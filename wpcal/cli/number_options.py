@@ -10,8 +10,7 @@ from typing import Any
 
 import click
 
-MOST_WHOLE = 2**64
-"""Seeds have up to 64 bits."""
+MOST_WHOLE = 2**64  #: Seeds have up to 64 bits.
 
 
 def with_strict_numbers(command: click.Command) -> click.Command:

@@ -28,8 +28,7 @@ from wpcal.core.options import GROUP, OPTION, Option
 Callback = TypeVar("Callback", bound=Callable[..., Any])
 Group = type[Any] | str
 """A dataclass, or where it is."""
-DEGREES = 9
-"""Decimals of a default in degrees: radians and back are off by round-off."""
+DEGREES = 9  #: Decimals of a default in degrees: radians and back are off by round-off.
 
 
 def takes(

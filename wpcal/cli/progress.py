@@ -20,12 +20,10 @@ import click
 from wpcal.core.printable import printable
 from wpcal.core.progress import Progress
 
-USUAL_PATIENCE_S = 2.0
-"""Who waits longer wants to know what for. A command that ends sooner says its result only."""
+USUAL_PATIENCE_S = 2.0  #: Who waits longer wants to know what for. A command that ends sooner says its result only.
 REPEAT_S = 10.0
 """A step that lasts is said again after this time, with its numbers: whoever reads the log sees that it goes on."""
-PATIENCE_VARIABLE = "WPCAL_PROGRESS_AFTER_S"
-"""Environment variable that changes it; 0 says every step at once."""
+PATIENCE_VARIABLE = "WPCAL_PROGRESS_AFTER_S"  #: Environment variable that changes it; 0 says every step at once.
 LONGEST_S = threading.TIMEOUT_MAX
 _NUMBERS = re.compile(r"\d+")
 

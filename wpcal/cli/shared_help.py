@@ -6,8 +6,7 @@ The first sentence is the same in every command; a command may add another one.
 from __future__ import annotations
 
 JSON_HELP = "Print JSON on stdout"
-FORCE_HELP = "Replace what exists"
-"""A command adds what it writes, after a colon."""
+FORCE_HELP = "Replace what exists"  #: A command adds what it writes, after a colon.
 
 DETAILS_HELP = "Also print the objective, its lower bound and the gap, and the correction in radians."
 SIGMA_HELP = "Teaching error: standard deviation per axis."

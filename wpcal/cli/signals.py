@@ -14,8 +14,7 @@ from types import FrameType
 ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Ctrl-C, and what a shell, a service manager or a closed terminal sends. Windows has no SIGHUP."""
 
-SOON_S = 2.0
-"""To remove what was begun takes less than this. A signal that comes later ends the removal, too."""
+SOON_S = 2.0  #: To remove what was begun takes less than this. A signal that comes later ends the removal, too.
 
 
 class Stopped(KeyboardInterrupt):
@@ -26,8 +25,7 @@ class Stopped(KeyboardInterrupt):
         self.number = number
 
 
-AGAIN_S = 0.05
-"""A signal that comes where Python drops errors is sent again after this."""
+AGAIN_S = 0.05  #: A signal that comes where Python drops errors is sent again after this.
 
 
 def _is_swallowed(frame: FrameType | None) -> bool:

@@ -83,8 +83,7 @@ class TwoRobotRequest:
 
 WAYS_BETWEEN = "the ways from one seam to the next are not planned: move both robots there by hand, or by your program"
 """Said where several seams are planned with two robots."""
-LONGEST_FOLDER = 60
-"""Characters of the name of a folder."""
+LONGEST_FOLDER = 60  #: Characters of the name of a folder.
 
 
 def run_seams_of_two_robots(asked: TwoRobotRequest, seam: str | None, *, force: bool, as_json: bool) -> int:

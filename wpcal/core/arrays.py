@@ -24,8 +24,7 @@ def frozen(values: ArrayLike) -> FloatArray:
     return array
 
 
-LARGEST_MM = 1e9
-"""Largest coordinate: beyond a thousand kilometres, float64 numbers are more than 1e-7 mm apart."""
+LARGEST_MM = 1e9  #: Largest coordinate: beyond a thousand kilometres, float64 numbers are more than 1e-7 mm apart.
 
 
 def as_points(values: ArrayLike, *, name: str) -> FloatArray:

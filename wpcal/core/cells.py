@@ -12,8 +12,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.numbers import parse_number
 from wpcal.core.wording import LONGEST_SHOWN, shown
 
-UNIT_OF_COLUMN = re.compile(r"_(mm2|mm|deg)$")
-"""The end of the name of a column of numbers."""
+UNIT_OF_COLUMN = re.compile(r"_(mm2|mm|deg)$")  #: The end of the name of a column of numbers.
 _UNIT = re.compile(r"(?<=[0-9.,])\s*(mm²|mm2|mm|cm|dm|m|µm|um|inch|in|\"|deg|°|rad)$", re.IGNORECASE)
 _SAME_UNIT = {"mm²": "mm2", "°": "deg", "um": "µm", "inch": "in", '"': "in"}
 _HEADER_UNIT = re.compile(r"(?P<name>.*?[^\s_])(?:[\s_]+|\s*[(\[]\s*)(?P<unit>mm²|mm2|mm|deg|°)\s*[)\]]?")
@@ -24,8 +23,7 @@ _GROUP_MARKS = " \u00a0\u2009\u202f'\u2019"
 _GROUPED = re.compile(rf"[-+]?[0-9]{{1,3}}(?:[{_GROUP_MARKS}][0-9]{{3}})+(?:[.,][0-9]*+)?")
 _WITH_BOTH = re.compile(r"[-+]?[0-9]{1,3}(?:(?P<mark>[.,])[0-9]{3})(?:(?P=mark)[0-9]{3})*(?P<last>[.,])[0-9]*+")
 _WITH_ONE_TWICE = re.compile(r"[-+]?[0-9]{1,3}(?:(?P<mark>[.,])[0-9]{3})(?:(?P=mark)[0-9]{3})+")
-LONGEST_NUMBER = 100
-"""Characters of a cell with a number; a longer one is not looked at more closely."""
+LONGEST_NUMBER = 100  #: Characters of a cell with a number; a longer one is not looked at more closely.
 
 
 def column_name(cell: str) -> str:

@@ -7,8 +7,7 @@ import gc
 NEW_OBJECTS = 100_000
 """Python's own 700 made it look a thousand times while the records of a large part were made: three quarters of that
 time, and nothing was found."""
-OLDER_ROUNDS = 50
-"""Older objects are looked at after so many rounds of the younger ones."""
+OLDER_ROUNDS = 50  #: Older objects are looked at after so many rounds of the younger ones.
 
 
 def collect_rarely() -> None:

@@ -18,66 +18,44 @@ class ErrorCode(StrEnum):
     acts on the cause. Extensions may use other words.
     """
 
-    INPUT = "input"
-    """The data cannot be used, and no other code says why."""
-    FRAME = "frame"
-    """Two quantities are in different frames."""
-    UNIT = "unit"
-    """A unit is missing, unknown or implausible."""
-    GEOMETRY = "geometry"
-    """The geometry is degenerate."""
-    FORMAT = "format"
-    """A file breaks its format."""
-    CONVERGENCE = "convergence"
-    """A solver stopped before its goal."""
-    KERNEL = "kernel"
-    """The CAD kernel failed."""
-    EXISTS = "exists"
-    """An output file or folder already exists; the caller must allow overwriting."""
+    INPUT = "input"  #: The data cannot be used, and no other code says why.
+    FRAME = "frame"  #: Two quantities are in different frames.
+    UNIT = "unit"  #: A unit is missing, unknown or implausible.
+    GEOMETRY = "geometry"  #: The geometry is degenerate.
+    FORMAT = "format"  #: A file breaks its format.
+    CONVERGENCE = "convergence"  #: A solver stopped before its goal.
+    KERNEL = "kernel"  #: The CAD kernel failed.
+    EXISTS = "exists"  #: An output file or folder already exists; the caller must allow overwriting.
     USER_FRAME_MISSING = "user-frame-missing"
     """A program does not contain the values of its user frame; the caller must give them."""
-    TOOL_MISSING = "tool-missing"
-    """A position is that of the flange or of the joints; the caller must give the tool."""
-    ARM_MISSING = "arm-missing"
-    """A position is stored as joint values; the caller must give the arm and the tool."""
+    TOOL_MISSING = "tool-missing"  #: A position is that of the flange or of the joints; the caller must give the tool.
+    ARM_MISSING = "arm-missing"  #: A position is stored as joint values; the caller must give the arm and the tool.
     POINT_UNUSABLE = "point-unusable"
     """A program stores a point without a usable position; the caller can name the points to read."""
-    NOMINAL_MISSING = "nominal-missing"
-    """The nominal place of the part would resolve this; the caller must give it."""
+    NOMINAL_MISSING = "nominal-missing"  #: The nominal place of the part would resolve this; the caller must give it.
     ROBOT_SPACE = "robot-space"
     """A result was taught through an identified robot and is used without it, or the other way round."""
-    NO_SEAM = "no-seam"
-    """The part has no seam; the caller can also take notches inside one solid."""
-    NOTHING_ACCEPTED = "nothing-accepted"
-    """No seam is accepted; the caller can take the candidates as well."""
+    NO_SEAM = "no-seam"  #: The part has no seam; the caller can also take notches inside one solid.
+    NOTHING_ACCEPTED = "nothing-accepted"  #: No seam is accepted; the caller can take the candidates as well.
     PART_MISSING = "part-missing"
     """A result folder has no triangles of the part, with which poses and moves are checked."""
-    POSE_IN_MATERIAL = "pose-in-material"
-    """The torch would be inside the part at a pose."""
+    POSE_IN_MATERIAL = "pose-in-material"  #: The torch would be inside the part at a pose.
     JOINT_PATH = "joint-path"
     """An arm cannot follow a seam or a way within its joint limits and without changing its branch."""
-    NO_FREE_WAY = "no-free-way"
-    """No checked way of the torch leads from one seam to the next."""
-    FEATURES_NOT_CHOSEN = "features-not-chosen"
-    """No set of features could be chosen; the caller can name them."""
-    MARK_UNKNOWN = "mark-unknown"
-    """No edge has the name, layer or colour that the caller gave."""
-    SOLID_UNKNOWN = "solid-unknown"
-    """No solid, product or instance has the name that the caller gave."""
-    EDGE_UNKNOWN = "edge-unknown"
-    """No edge is at the place that the caller gave."""
-    PORT_UNUSABLE = "port-unusable"
-    """The port cannot be opened; the caller can choose another."""
+    NO_FREE_WAY = "no-free-way"  #: No checked way of the torch leads from one seam to the next.
+    FEATURES_NOT_CHOSEN = "features-not-chosen"  #: No set of features could be chosen; the caller can name them.
+    MARK_UNKNOWN = "mark-unknown"  #: No edge has the name, layer or colour that the caller gave.
+    SOLID_UNKNOWN = "solid-unknown"  #: No solid, product or instance has the name that the caller gave.
+    EDGE_UNKNOWN = "edge-unknown"  #: No edge is at the place that the caller gave.
+    PORT_UNUSABLE = "port-unusable"  #: The port cannot be opened; the caller can choose another.
     WELD_RULES_MISSING = "weld-rules-missing"
     """Weld data was written with rules of the user; the caller must give them again."""
-    WELDS_MISSING = "welds-missing"
-    """Arc instructions need weld data."""
+    WELDS_MISSING = "welds-missing"  #: Arc instructions need weld data.
     PLACE_UNWRITABLE = "place-unwritable"
     """Nothing can be written at the place of an output; the caller can choose another."""
 
 
-LONGEST_MESSAGE = 2000
-"""Characters of a message. The longest of wpcal's own have 500."""
+LONGEST_MESSAGE = 2000  #: Characters of a message. The longest of wpcal's own have 500.
 
 
 class WpcalError(Exception):

@@ -18,17 +18,13 @@ from pathlib import Path
 
 from wpcal.core.errors import InputError
 
-LIMIT_VARIABLE = "WPCAL_MOST_MB"
-"""Environment variable that replaces the size limits below, MB."""
-MOST_MB = 200.0
-"""Tables, programs, records and meshes. The seams of a structure of 30 000 faces take 25 MB."""
-MOST_STEP_MB = 2000.0
-"""STEP files. The largest real part that was tried has 170 MB."""
+LIMIT_VARIABLE = "WPCAL_MOST_MB"  #: Environment variable that replaces the size limits below, MB.
+MOST_MB = 200.0  #: Tables, programs, records and meshes. The seams of a structure of 30 000 faces take 25 MB.
+MOST_STEP_MB = 2000.0  #: STEP files. The largest real part that was tried has 170 MB.
 BYTES_PER_MB = 1_000_000
 NEAR_NAME = 0.75
 """Likeness (of `difflib`) from which a name is a slip of another one: hoper.step of hopper.step has 0.95."""
-STDIN = "-"
-"""As the name of a file: standard input."""
+STDIN = "-"  #: As the name of a file: standard input.
 _NOTED: ContextVar[Callable[[Path, bytes], None] | None] = ContextVar("_NOTED", default=None)
 """Notes files that are read."""
 _OWN = Path(__file__).parents[1]

@@ -6,15 +6,12 @@ from typing import Any
 
 from wpcal.core.options import opt, opt_deg
 
-APPROACH_MM = 50.0
-"""Distance along the wire before and after a seam: it clears a nozzle of common size."""
-WIRE_RADIUS_MM = 0.6
-"""Radius of a wire of 1.2 mm, the thickest that is usual."""
+APPROACH_MM = 50.0  #: Distance along the wire before and after a seam: it clears a nozzle of common size.
+WIRE_RADIUS_MM = 0.6  #: Radius of a wire of 1.2 mm, the thickest that is usual.
 AIR_CLEARANCE_MM = 3.0
 """Least distance of wire and nozzle from the part on moves through the air: above the errors of a calibration and of a
 path, and above the bend of a wire that sticks out by 20 mm."""
-AIR_SPEED_MM_S = 100.0
-"""Speed of approach and retract."""
+AIR_SPEED_MM_S = 100.0  #: Speed of approach and retract.
 WELD_SPEED_MM_S = 8.0
 """Speed along a seam: common for a MAG fillet with a throat of 4 to 5 mm. For plans and programs,
 unless weld data state one."""

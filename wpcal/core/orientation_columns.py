@@ -10,8 +10,7 @@ from wpcal.core.rotations import rotation_from_quaternion, rotation_from_zyx
 from wpcal.core.tables import Table
 
 QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")
-ANGLE_COLUMNS = ("rx_deg", "ry_deg", "rz_deg")
-"""Angles about the fixed axes x, y, z in this order: ``R = Rz Ry Rx``."""
+ANGLE_COLUMNS = ("rx_deg", "ry_deg", "rz_deg")  #: Angles about the fixed axes x, y, z in this order: ``R = Rz Ry Rx``.
 
 UNIT_LENGTH_ATOL = 1e-3
 """A quaternion printed with four digits is this near to length one; further off it is something else."""

@@ -19,14 +19,10 @@ from wpcal.core.errors import FormatError
 from wpcal.core.schemas import has_schema, schema
 from wpcal.core.wording import shown
 
-LARGEST_DEG = 1e6
-"""Angles: more than 2700 turns are a mistake, and far below this a float64 still has 1e-9 degrees."""
-LARGEST_NUMBER = 1e15
-"""Other numbers: the largest whole number below which float64 holds every tenth."""
-LARGEST_WHOLE = 2**64
-"""Whole numbers: seeds have up to 64 bits."""
-MOST_LEVELS = 64
-"""Lists and objects in one another, in a field that the schema does not know."""
+LARGEST_DEG = 1e6  #: Angles: more than 2700 turns are a mistake, and far below this a float64 still has 1e-9 degrees.
+LARGEST_NUMBER = 1e15  #: Other numbers: the largest whole number below which float64 holds every tenth.
+LARGEST_WHOLE = 2**64  #: Whole numbers: seeds have up to 64 bits.
+MOST_LEVELS = 64  #: Lists and objects in one another, in a field that the schema does not know.
 _ENTRY_WORDS = {"frames": "point", "searches": "search", "bodies": "body"}
 """Names of list entries that are not the singular of the list's name: ``seams.csv`` counts points, too."""
 

@@ -22,8 +22,7 @@ from wpcal.core.input_file import read_bytes, require_name
 from wpcal.core.record_check import check_record
 from wpcal.core.whole_folder import flush, put_in_place, temporary_name, temporary_sibling
 
-MOST_AT_ONCE = 16
-"""Lists of at most so many items are written by one format for all of them."""
+MOST_AT_ONCE = 16  #: Lists of at most so many items are written by one format for all of them.
 
 
 def to_json(record: Mapping[str, Any]) -> str:

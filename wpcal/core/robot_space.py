@@ -16,10 +16,8 @@ class RobotSpace(Enum):
     conversions use that model, its errors largely cancel. If only one of them is corrected, they do not.
     """
 
-    NOMINAL = "nominal"
-    """The controller's own model: what the pendant shows."""
-    IDENTIFIED = "identified"
-    """An identified model: where the tool really is."""
+    NOMINAL = "nominal"  #: The controller's own model: what the pendant shows.
+    IDENTIFIED = "identified"  #: An identified model: where the tool really is.
 
     @classmethod
     def parse(cls, text: str) -> RobotSpace:

@@ -27,13 +27,10 @@ from wpcal.core.input_file import read_bytes
 from wpcal.core.numbers import NUMBER
 from wpcal.core.wording import listed, shown
 
-SEPARATORS = ";\t,"
-"""In order of priority: a header with a semicolon or a tab is not separated by commas."""
-MOST_COLUMNS = 1000
-"""A table with more columns was not written for wpcal."""
+SEPARATORS = ";\t,"  #: In order of priority: a header with a semicolon or a tab is not separated by commas.
+MOST_COLUMNS = 1000  #: A table with more columns was not written for wpcal.
 _PLAIN = re.compile(r"[0-9.eE+\-\n]*+")
-MISSPELT = 0.7
-"""Similarity above which an unknown column counts as a misspelt one: ``used`` and ``use`` have 0.86."""
+MISSPELT = 0.7  #: Similarity above which an unknown column counts as a misspelt one: ``used`` and ``use`` have 0.86.
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,8 +147,7 @@ def read_table(path: Path) -> Table:
     return parse_table(read_bytes(path), path=str(path))
 
 
-SPREADSHEET_MARK = b"PK\x03\x04"
-"""Spreadsheets of today are ZIP archives."""
+SPREADSHEET_MARK = b"PK\x03\x04"  #: Spreadsheets of today are ZIP archives.
 
 
 def parse_table(raw: bytes, *, path: str) -> Table:

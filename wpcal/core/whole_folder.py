@@ -26,10 +26,8 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-MARK = ".wpcal-"
-"""Start of the names of temporary files and folders. The rest cannot be foreseen."""
-ABANDONED_S = 60.0
-"""A younger folder may belong to a run that has not locked it yet."""
+MARK = ".wpcal-"  #: Start of the names of temporary files and folders. The rest cannot be foreseen.
+ABANDONED_S = 60.0  #: A younger folder may belong to a run that has not locked it yet.
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 _RENAME_SWAP = 2
 _NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.EBUSY, errno.EXDEV, errno.ENOTSUP, errno.EPERM)
@@ -282,8 +280,7 @@ class FolderLock(Enum):
 
     OURS = auto()
     ANOTHERS = auto()
-    NONE = auto()
-    """This system or file system has no locks."""
+    NONE = auto()  #: This system or file system has no locks.
 
 
 @contextmanager

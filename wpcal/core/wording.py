@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-LONGEST_SHOWN = 40
-"""Characters of a wrong text that a message repeats."""
-MOST_LISTED = 20
-"""Names that a message lists."""
-MOST_NAMED = 6
-"""Names that a sentence about what to do lists; tables and pages have the rest."""
+LONGEST_SHOWN = 40  #: Characters of a wrong text that a message repeats.
+MOST_LISTED = 20  #: Names that a message lists.
+MOST_NAMED = 6  #: Names that a sentence about what to do lists; tables and pages have the rest.
 
 
 def shown(value: object) -> str:

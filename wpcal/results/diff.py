@@ -16,10 +16,8 @@ from wpcal.results.agree import CALIBRATION_FILE, SEAMS_FILE
 from wpcal.results.differences import Difference
 from wpcal.results.folder import RECORD_SCHEMAS, read_record
 
-LEVER_MM = 1000.0
-"""A rotation is measured by the arc at this distance: the size of a large welded part."""
-EQUAL_MM = 0.01
-"""Distances up to this count as equal: a tenth of the repeatability of a robot."""
+LEVER_MM = 1000.0  #: A rotation is measured by the arc at this distance: the size of a large welded part.
+EQUAL_MM = 0.01  #: Distances up to this count as equal: a tenth of the repeatability of a robot.
 COMPARED_NUMBERS = ("objective_mm", "lower_bound_mm", "rms_mm")
 COMPARED_WORDS = ("verdict", "criterion", "certified", "robot_space")
 

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-LONGEST = 60
-"""Letters of a value that are shown."""
+LONGEST = 60  #: Letters of a value that are shown.
 
 
 @dataclass(frozen=True, slots=True)

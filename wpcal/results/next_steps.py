@@ -9,8 +9,7 @@ from typing import Any
 
 from wpcal.core.wording import MOST_NAMED, listed
 
-HELP_PAGE = "docs/how-to/fail-what-now.md"
-"""The page that explains every verdict sentence."""
+HELP_PAGE = "docs/how-to/fail-what-now.md"  #: The page that explains every verdict sentence.
 
 AGAIN = "Then calibrate again."
 SMALL = 10.0

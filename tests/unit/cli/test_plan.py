@@ -10,8 +10,7 @@ from wpcal.core.motion import WELD_SPEED_MM_S
 
 pytestmark = pytest.mark.many
 
-SHOWN = 4
-"""Every fourth path of the shared sweep: enough to choose from."""
+SHOWN = 4  #: Every fourth path of the shared sweep: enough to choose from.
 
 
 @pytest.fixture(scope="module")

@@ -34,8 +34,7 @@ NOZZLE_MM, LENGTH_MM = 11.0, 300.0
 LEAST_MM = 1.0
 STEP_MM = 6.0
 """Of places along a move, and of points along the torch: at 14 mm from the part that misses at most 1 mm."""
-CLOUD_MM = 1.5
-"""Distance of neighbours in the cloud; no point of a triangle is farther than 0.6 of it from the cloud."""
+CLOUD_MM = 1.5  #: Distance of neighbours in the cloud; no point of a triangle is farther than 0.6 of it from the cloud.
 
 
 def cloud(program):

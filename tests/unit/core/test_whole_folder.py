@@ -16,8 +16,7 @@ from wpcal.core.records import new_directory, write_file
 HEAD = "calibration.json"
 OURS = (HEAD, "a.calibrated.step", "seams.json")
 USERS = {"notes.txt": "mine", "rapid/WPCAL.mod": "program", "rapid/deep/x": "x"}
-MOST_MOMENTS = 400
-"""Far above the number of system calls of one run."""
+MOST_MOMENTS = 400  #: Far above the number of system calls of one run.
 OLD_S = 2 * whole_folder.ABANDONED_S
 
 

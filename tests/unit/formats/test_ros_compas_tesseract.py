@@ -16,8 +16,7 @@ from wpcal.formats.tesseract import write_tesseract
 ATOL_MM = 1e-6  #: Nine decimals of a metre in three coordinates: 0.9e-6.
 ATOL_DEG = 2e-7  #: Nine decimals of a quaternion: 2e-9 rad.
 ROUND_OFF_MM = 1e-9
-ROUND_OFF_DEG = 1e-6
-"""The angle between equal rotations comes out of a cosine: the root of round-off, in degrees."""
+ROUND_OFF_DEG = 1e-6  #: The angle between equal rotations comes out of a cosine: the root of round-off, in degrees.
 
 
 def ros_poses(text):

@@ -15,10 +15,8 @@ from wpcal.seam.record import SEAMS_SCHEMA, seams_from_record
 
 HOLDING = np.radians([19.0, 21.0, 36.0, 15.0, -77.0, 0.0])
 """Robot 2 holds the branch pipe where robot 1 reaches all around it; joint T then turns it."""
-SPIN = np.radians(-118.0)
-"""Of the torch about its wire: its body is then away from both arms."""
-NEAR = np.radians([0.0, 0.0, 0.0, 0.0, -45.0, 0.0])
-"""Robot 1 bends like this."""
+SPIN = np.radians(-118.0)  #: Of the torch about its wire: its body is then away from both arms.
+NEAR = np.radians([0.0, 0.0, 0.0, 0.0, -45.0, 0.0])  #: Robot 1 bends like this.
 
 
 @pytest.fixture(scope="session")

@@ -16,8 +16,7 @@ from wpcal.planning.cell.cell_file import read_cell
 from wpcal.planning.cell.grasp import BASE1_COLUMNS, BASE2_COLUMNS, measure_bases, read_base_points
 
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
-EXACT_MM = 1e-6
-"""Exact points of two metres through the minimax fit."""
+EXACT_MM = 1e-6  #: Exact points of two metres through the minimax fit.
 EXACT_RAD = 1e-9
 
 

@@ -11,8 +11,7 @@ from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-BLOCKED = 5
-"""The first point in collision."""
+BLOCKED = 5  #: The first point in collision.
 
 
 def test_points_before_a_singular_one_are_checked(monkeypatch):

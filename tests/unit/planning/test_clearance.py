@@ -10,10 +10,8 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.cell.bodies import Owner, body_pairs
 from wpcal.planning.cell.clearance import STATES, capsule_clearance
 
-ROUND_OFF_MM = 1e-9
-"""Coordinates of some metres: three orders above float64's own round-off."""
-SOLVER_MM = 1e-6
-"""What the bounded least squares keeps of coordinates of some metres."""
+ROUND_OFF_MM = 1e-9  #: Coordinates of some metres: three orders above float64's own round-off.
+SOLVER_MM = 1e-6  #: What the bounded least squares keeps of coordinates of some metres.
 
 
 def random_state(n, seed=0, spread=1.5):

@@ -26,10 +26,8 @@ from wpcal.seam.seam import SeamFrames
 
 CLOSED_MM, CLOSED_RAD = 1e-6, 1e-9
 """Asked of the closed chain at every point; round-off of a metre is four orders below."""
-ROUND_OFF_RAD = 1e-12
-"""Some sines and arc tangents of one angle."""
-SLOPE_ATOL = 1e-7
-"""Round-off of the difference quotient with `STEP`: 1e-15 / 1e-6 times the size of a joint angle."""
+ROUND_OFF_RAD = 1e-12  #: Some sines and arc tangents of one angle.
+SLOPE_ATOL = 1e-7  #: Round-off of the difference quotient with `STEP`: 1e-15 / 1e-6 times the size of a joint angle.
 STEP = 1e-6
 
 

@@ -20,8 +20,7 @@ PAIRS, MOST_FAILED = 70, 1
 """Per cell: 210 pairs in all, of which 99 % must be joined."""
 MOST_STATES = 12_000
 """States that the planner measures for a pair, at most once in a hundred more: 1.5 s at 0.12 ms each."""
-FINER = 10
-"""States between two that the planner measured."""
+FINER = 10  #: States between two that the planner measured.
 SAME_MM = 1e-9
 
 

@@ -29,8 +29,7 @@ from wpcal.planning.search.path_diagnosis import no_plan, path_obstacle
 from wpcal.planning.search.plan_seam import FIRST, judge_paths, sweep_paths
 from wpcal.planning.search.reachable_states import ReachablePlace, find_reachable_places
 
-BLOCKED = 4
-"""Point of the coarse seam that a lug blocks: the last scanned points are 0, 2, 4, 5, 7 and 9."""
+BLOCKED = 4  #: Point of the coarse seam that a lug blocks: the last scanned points are 0, 2, 4, 5, 7 and 9.
 
 
 @pytest.fixture

@@ -12,8 +12,7 @@ from wpcal.planning.plan.recheck import check_path
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 ENGINES_MM = 2e-3
 """What FCL's allowance (1e-4) and the bounded least squares of coordinates of metres leave between both."""
-LOOKS = 12
-"""States of a path that are judged again: each takes some hundredths of a second."""
+LOOKS = 12  #: States of a path that are judged again: each takes some hundredths of a second.
 
 
 def cluttered(cell, tip, rng):

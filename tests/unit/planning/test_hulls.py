@@ -19,10 +19,8 @@ from wpcal.robot.kinematics.urdf_bodies import capsule_around
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
-HULL_MM = 2 * FCL_MM
-"""FCL's distance is reported this much too small at most: the allowance and its own error."""
-LEAST_SQUARES_MM = 1e-3
-"""Error of distances of a metre: the sums to one are weighted rows of the least squares."""
+HULL_MM = 2 * FCL_MM  #: FCL's distance is reported this much too small at most: the allowance and its own error.
+LEAST_SQUARES_MM = 1e-3  #: Error of distances of a metre: the sums to one are weighted rows of the least squares.
 ROUND_OFF_MM = 1e-9
 
 

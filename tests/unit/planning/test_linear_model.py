@@ -8,8 +8,7 @@ from wpcal.planning.search.problem import CandidatePath
 from wpcal.planning.search.refine import linearise, refine_path
 
 WEIGHTS = {POSITION: 1e-3, TORCH: 1e-3, MOTION: 1.0}
-SUM_ATOL = 1e-12
-"""Round-off of sums of some hundred squares near one."""
+SUM_ATOL = 1e-12  #: Round-off of sums of some hundred squares near one.
 GRADIENT_RTOL = 1e-4
 """Of the largest part: clearances have one-sided difference quotients, everything else exact derivatives."""
 

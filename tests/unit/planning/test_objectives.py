@@ -23,8 +23,7 @@ from wpcal.planning.search.objectives import (
     printed_values,
 )
 
-ROUND_OFF = 1e-12
-"""Sums of some numbers near one."""
+ROUND_OFF = 1e-12  #: Sums of some numbers near one.
 DEG = math.pi / 180.0
 
 

@@ -23,8 +23,7 @@ from wpcal.planning.sequence.sequence_input import read_sequence_input
 fcl = pytest.importorskip("fcl", reason="python-fcl is not installed")
 
 ROUND_OFF_MM = 1e-6
-FCL_MM = 1e-3
-"""FCL measures distances of capsules from triangles to about 1e-5 mm."""
+FCL_MM = 1e-3  #: FCL measures distances of capsules from triangles to about 1e-5 mm.
 
 
 @pytest.fixture

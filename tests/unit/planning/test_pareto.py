@@ -4,10 +4,8 @@ import pytest
 from wpcal.core.errors import InputError
 from wpcal.planning.search.pareto import hypervolume, is_nondominated, thin_front
 
-ROUND_OFF = 1e-9
-"""Sums of some tens of products near a thousand."""
-SAMPLING = 0.01
-"""Three standard deviations of a share of 0.3 in 20 000 random points."""
+ROUND_OFF = 1e-9  #: Sums of some tens of products near a thousand.
+SAMPLING = 0.01  #: Three standard deviations of a share of 0.3 in 20 000 random points.
 
 
 def test_nondominated_rows_by_hand():

@@ -14,8 +14,7 @@ from wpcal.planning.plan.run import build_run
 from wpcal.planning.search.objectives import OBJECTIVE_NAMES, OBJECTIVES
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-DRAWN_MM = 0.01
-"""Frames are kept as 32-bit numbers: 1e-4 mm at 2 m; the clock of the page has milliseconds."""
+DRAWN_MM = 0.01  #: Frames are kept as 32-bit numbers: 1e-4 mm at 2 m; the clock of the page has milliseconds.
 HOSTILE = "</script><img src=x onerror='window.struck = true'>"
 
 

@@ -19,8 +19,7 @@ pytest.importorskip("fcl", reason="python-fcl is not installed")
 CELL = Path(__file__).parents[3] / "fixtures" / "cells" / "two-mh6.json"
 ROUND_OFF_RAD = 1e-12
 ROUND_OFF_MM = 1e-9
-AWAY = np.array([0.0, -0.9, 0.9, 0.0, 0.6, 0.0])
-"""Both arms folded back: far from each other and from the table."""
+AWAY = np.array([0.0, -0.9, 0.9, 0.0, 0.6, 0.0])  #: Both arms folded back: far from each other and from the table.
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,7 @@ from wpcal.planning.plan.recheck import check_path
 from wpcal.planning.plan.run import Phase, build_run
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-CLOSED_FORM_MM = 1e-6
-"""The inverse kinematics meets a pose of two metres to 1e-9 of it."""
+CLOSED_FORM_MM = 1e-6  #: The inverse kinematics meets a pose of two metres to 1e-9 of it.
 CLOSED_FORM_RAD = 1e-9
 ROUND_OFF_S = 1e-9
 

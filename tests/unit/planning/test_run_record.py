@@ -21,12 +21,9 @@ from wpcal.planning.plan.run import build_run
 from wpcal.planning.plan.run_record import run_csv, run_record
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
-RELATIVE = 1e-9
-"""Ten significant digits."""
-CHAIN_MM = 0.02
-"""Five decimals of a degree: 9e-8 rad at 2 m in twelve joints are 2e-3 mm."""
-CLOSED_CHAIN_MM = 1e-6
-"""Asked of every point of every plan."""
+RELATIVE = 1e-9  #: Ten significant digits.
+CHAIN_MM = 0.02  #: Five decimals of a degree: 9e-8 rad at 2 m in twelve joints are 2e-3 mm.
+CLOSED_CHAIN_MM = 1e-6  #: Asked of every point of every plan.
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,7 @@ from tests.saddle import changed
 from wpcal.core.errors import InputError
 from wpcal.planning.plan.plan import schedule_plan
 
-ROUND_OFF = 1e-9
-"""Relative; seconds and mm/s of size 1 to 100."""
+ROUND_OFF = 1e-9  #: Relative; seconds and mm/s of size 1 to 100.
 CHORD = 2e-3
 """Arc length to chord of steps of 2 mm on a radius of 25 mm: (step / radius)² / 24 = 3e-4, and what the discretisation
 of the seam adds."""

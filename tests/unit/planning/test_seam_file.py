@@ -10,8 +10,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.planning.plan.seam_file import read_seam_path
 from wpcal.robot.kinematics.arm_file import find_arm
 
-ROUND_OFF_MM = 1e-9
-"""There and back by a transform of a metre."""
+ROUND_OFF_MM = 1e-9  #: There and back by a transform of a metre.
 
 
 @pytest.fixture

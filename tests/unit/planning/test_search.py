@@ -16,8 +16,7 @@ from wpcal.planning.search.objectives import MOTION, OBJECTIVES, POSITION, TORCH
 from wpcal.planning.search.pareto import Preference, failed_record, pareto_record
 from wpcal.planning.search.plan_seam import SWEEP, best_paths, judge_paths, plan_seam
 
-SAME = 1e-9
-"""Round-off of millimetres and angles that were added to nothing."""
+SAME = 1e-9  #: Round-off of millimetres and angles that were added to nothing.
 FEW = Nsga2Options(population=20, generations=3)
 
 

@@ -9,12 +9,9 @@ from scipy.optimize import lsq_linear
 from wpcal.core.rotations import rotation_from_zyx
 from wpcal.planning.cell.segments import Segments, segment_distances
 
-ROUND_OFF_MM = 1e-9
-"""Coordinates of up to 1e3 mm: five orders of float64's own round-off."""
-SOLVER_MM = 1e-6
-"""What the bounded least squares states as its own tolerance, times the coordinates."""
-TOUCHING_MM = 1e-5
-"""Parallel and touching: the square root of the round-off of a squared length of 1e6 mm²."""
+ROUND_OFF_MM = 1e-9  #: Coordinates of up to 1e3 mm: five orders of float64's own round-off.
+SOLVER_MM = 1e-6  #: What the bounded least squares states as its own tolerance, times the coordinates.
+TOUCHING_MM = 1e-5  #: Parallel and touching: the square root of the round-off of a squared length of 1e6 mm².
 
 
 def segments(start, end):

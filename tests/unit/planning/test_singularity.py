@@ -4,10 +4,8 @@ import pytest
 from wpcal.planning.cell.workplace import regularity
 from wpcal.robot.kinematics.arm_file import find_arm
 
-SLOPE_ATOL = 1e-8
-"""Round-off of a central difference quotient with steps of 1e-6."""
-SAME_RATIO = 1e-9
-"""Round-off of a determinant of a 6 × 6 matrix."""
+SLOPE_ATOL = 1e-8  #: Round-off of a central difference quotient with steps of 1e-6.
+SAME_RATIO = 1e-9  #: Round-off of a determinant of a 6 × 6 matrix.
 
 
 @pytest.mark.parametrize("name", ["mh6", "m10ia", "irb1600_6_12"])

@@ -29,8 +29,7 @@ from wpcal.weld.runs import RunChoice
 
 pytest.importorskip("fcl", reason="python-fcl is not installed")
 
-PATH_MM = 0.02
-"""Between points that are 5 mm apart a straight line in the joints leaves a straight seam by less."""
+PATH_MM = 0.02  #: Between points that are 5 mm apart a straight line in the joints leaves a straight seam by less.
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,7 @@ pytestmark = pytest.mark.skipif(
     not ROBOTS.is_dir(), reason="the folder of URDF files lies beside the checkout and is not here"
 )
 
-LEAST_WELDED = 0.6
-"""Of the frame; what is left is told: the wrist does not turn so far."""
+LEAST_WELDED = 0.6  #: Of the frame; what is left is told: the wrist does not turn so far.
 
 
 @pytest.fixture(scope="module")

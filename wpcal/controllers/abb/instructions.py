@@ -22,8 +22,7 @@ from wpcal.controllers.run.machine import WHOLE_ZONE, Matrix, Place
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.same_bits import inverse_pose
 
-STOP_LIMIT_MM_S = 100.0
-"""`SearchL\\Stop` is only allowed below this speed."""
+STOP_LIMIT_MM_S = 100.0  #: `SearchL\\Stop` is only allowed below this speed.
 NO_AXIS = 9e9  #: The value of an external axis that the robot does not have.
 LINE_LENGTH, EVENT_LENGTH = 80, 46  #: Characters that TPWrite and ErrWrite take.
 

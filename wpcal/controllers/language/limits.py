@@ -20,8 +20,7 @@ from jinja2.compiler import CodeGenerator
 from jinja2.exceptions import SecurityError
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-MOST_STEPS = 100_000
-"""Lines that a template runs for one block: a header of 200 lines needs less than 1000."""
+MOST_STEPS = 100_000  #: Lines that a template runs for one block: a header of 200 lines needs less than 1000.
 MOST_CHARACTERS = 10_000_000  #: That a block, or a text or list within it, has.
 MOST_PRODUCT = 20_000_000
 """Of the lengths and numbers that a function gets: what it makes is not larger, whatever it repeats."""

@@ -36,8 +36,7 @@ from wpcal.core.transform import RigidTransform
 from wpcal.touch.searches import halves_of
 
 LARGEST_FRAME = 63  #: The last user frame.
-HEAD = 5
-"""D-variables: two of the fingerprint, user frame, tool, count. The next one counts the misses."""
+HEAD = 5  #: D-variables: two of the fingerprint, user frame, tool, count. The next one counts the misses.
 
 
 def write_touch_inform(program: TouchProgram) -> dict[str, str]:

@@ -17,8 +17,7 @@ from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.seam import Seam
 
-DIRECTIONS = (8, 40, 600)
-"""Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them."""
+DIRECTIONS = (8, 40, 600)  #: Directions that are tried one after the other: a manhole of 400 mm at 1 m is 1 % of them.
 AROUND = 6  #: Rays around a free one, at the radius of the nozzle.
 CHUNK = 50  #: Seams of which the rays are sent together.
 GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))  #: Directions turned by it, one after the other, are spread evenly.

@@ -54,8 +54,7 @@ SLENDER = 2.0  #: A profile with sharp roots is so many times longer than it is 
 SLENDER_PLATE, SLENDER_WALL = 0.12, 0.2
 """A slender plate, bar or profile is thinner than this share of the root of its area; a slender tube has a wall thinner
 than this share of its height."""
-STOUT_MM = (20.0, 100.0)
-"""A stout piece of bar is a member if it is so long, at most so thick, and the whole solid."""
+STOUT_MM = (20.0, 100.0)  #: A stout piece of bar is a member if it is so long, at most so thick, and the whole solid.
 DRAWN_SOLID_MM = 250.0  #: Bars are rolled up to this thickness; what is thicker was a box, and was drawn solid.
 LEAST_OF_FACE = 0.8  #: A member explains a face if it explains more than this share of it.
 WHOLE = 0.97  #: A member that explains so much of the surface is the whole solid.
