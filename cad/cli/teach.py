@@ -121,19 +121,19 @@ class Teaching:
         self.asked = tuple(found["judgement"]["next_points"])
         residuals = ", ".join(f"{point['name']} {point['distance_mm']:.3f}" for point in found["points"])
         click.echo(f"residuals, mm: {residuals}")
-        errors = [
-            (max(u95), seam.name)
-            for seam, u95 in zip(session.part.seams, found["u95_mm"], strict=True)
-            if seam.accepted and u95
-        ]
-        if errors:
-            largest = ", ".join(f"{seam} {error:.3f}" for error, seam in sorted(errors, reverse=True)[:SHOWN_SEAMS])
-            click.echo(f"95 % errors of the seams, mm: {largest}{' …' if len(errors) > SHOWN_SEAMS else ''}")
+        self._show_errors(found["u95_mm"])
         click.echo(f"{self.verdict} for a tolerance of {found['tolerance_mm']:g} mm")
         if self.again or not (self.asked or self._waiting()):
             for text in found["steps"]:
                 if text != AGAIN:
                     click.echo(f"  {text}")
+
+    def _show_errors(self, u95_mm: Sequence[Sequence[float]]) -> None:
+        seams = zip(self.started.session.part.seams, u95_mm, strict=True)
+        errors = [(max(u95), seam.name) for seam, u95 in seams if seam.accepted and u95]
+        if errors:
+            largest = ", ".join(f"{seam} {error:.3f}" for error, seam in sorted(errors, reverse=True)[:SHOWN_SEAMS])
+            click.echo(f"95 % errors of the seams, mm: {largest}{' …' if len(errors) > SHOWN_SEAMS else ''}")
 
     def _next(self) -> int | None:
         """Return the row to touch next: one without coordinates, else a new one that helps; None if it is enough."""

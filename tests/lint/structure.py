@@ -13,10 +13,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMITS = {
-    "lines of wpcal and cad": 121_330,
-    "lines of tests": 63_470,
+    "lines of wpcal and cad": 121_370,
+    "lines of tests": 63_558,
     "rooms": 21,
-    "arrows between rooms": 105,
+    "arrows between rooms": 107,
     "functions and classes of one name in several files": 8,
     "functions of more than 60 lines": 1,
     "functions with more than 6 parameters": 84,

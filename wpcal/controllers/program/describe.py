@@ -167,16 +167,14 @@ def describe_moves(program: WeldProgram) -> str:
     tolerance = program.tolerance
     moves = [path.moves for path in program.paths if path.moves is not None]
     points = [path.seam.name for path in program.paths if path.moves is None and not (path.run and path.run.is_woven)]
-    if not moves and not points:
-        return "lines to every point of the weaves"
     allowed = "" if tolerance is None else f" (allowed: {tolerance.mm:g} mm, {math.degrees(tolerance.wire_rad):g} deg)"
     told = []
     if moves:
-        off_mm, off_rad = max(each.off_mm for each in moves), max(each.off_rad for each in moves)
+        off_mm, off_rad = np.max([(each.off_mm, each.off_rad) for each in moves], axis=0)
         told = [f"lines and arcs: the wire is at most {off_mm:.3f} mm and {math.degrees(off_rad):.2f} deg off{allowed}"]
     if points:
         told.append(f"a line to every point of {listed(points)}, where longer ones would meet the part")
-    return "; ".join(told)
+    return "; ".join(told) or "lines to every point of the weaves"
 
 
 def describe_path(path: WeldPath) -> str:

@@ -61,8 +61,8 @@ def found_place(plan: TouchPlan, taught: TaughtPoints | None) -> tuple[RigidTran
     searches = [plan.search(name) for name in taught.names]
     if missed := {each.name for each in plan.searches} - {each.name for each in searches}:
         raise InputError(f"{', '.join(sorted(missed))} of the first stage found nothing: the second needs all of them")
-    p, normal = (np.array([getattr(each, name) for each in searches]) for name in ("contact_part", "normal_part"))
-    radius = np.array([each.radius_mm for each in searches])
+    found = ((each.contact_part, each.normal_part, each.radius_mm) for each in searches)
+    p, normal, radius = map(np.array, zip(*found, strict=True))
     H, q = _rows(p, normal, known.centre_part), plan.T_base_part.inverse().apply(taught.p_base) - known.centre_part
     moved = np.zeros(6)
     for _ in range(STEPS):
