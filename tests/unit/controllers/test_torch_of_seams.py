@@ -12,8 +12,10 @@ import pytest
 from tests.unit.conftest import box_mesh, plate
 from wpcal.brep.mesh_glb import read_part_glb, write_part_glb
 from wpcal.cli.main import run
+from wpcal.controllers.judge.written import WrittenWrongError, write_judged
 from wpcal.controllers.program import build_program
 from wpcal.controllers.program.checked_program import check_program
+from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import GeometryError
 from wpcal.results.folder import read_finished
 from wpcal.robot.torch.attitude import TorchSettings, neck_directions, wire_directions
@@ -66,6 +68,8 @@ def test_a_neck_that_points_into_the_part_is_found(finished_folder: Callable[[],
             said.append(str(error))
     assert [("the neck is inside 'block'" in words) for words in said] == [False, False, True]
     assert f"the neck of {NECK} bends towards -x of the tool" in said[0]
+    with pytest.raises(WrittenWrongError, match=r"the neck of .* is inside 'block'"):
+        write_judged("rapid", controller_named("rapid").write, replace(program, shape=torch))
 
 
 def test_another_torch_in_the_options_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

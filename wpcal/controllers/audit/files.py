@@ -37,6 +37,7 @@ from wpcal.planning.sequence.kept_plan import PLAN_FILE, PLAN_SCHEMA, read_kept_
 from wpcal.results.agree import CALIBRATION_FILE, JOB_FILE, PART_FILE, SEAMS_FILE, changed_files
 from wpcal.results.folder import FinishedCalibration, read_finished, read_record
 from wpcal.robot.kinematics.urdf import read_urdf
+from wpcal.robot.torch.shape import USUAL_TORCH
 from wpcal.seam.judge.stations import start_mm
 
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt")
@@ -196,7 +197,10 @@ class _Audit:
         if finished.part_glb is not None and not is_corrected:  # corrected targets are not where the torch will be
             part = TriangleMaterial.of(read_part_glb(finished.part_glb), finished.T_base_part)
         seams = np.concatenate([np.zeros((0, 3)), *(_densely(seam.frames.p) for seam in finished.seams)])
-        return replace(self.around, T_base_part=finished.T_base_part, part=part, start_mm=start, seams=seams)
+        torch = self.around.torch if self.around.torch != USUAL_TORCH else finished.torch or USUAL_TORCH
+        return replace(
+            self.around, torch=torch, T_base_part=finished.T_base_part, part=part, start_mm=start, seams=seams
+        )
 
     def _of_plan(self, folder: Path) -> Surroundings:
         """Add the cell of a plan with one robot."""

@@ -25,7 +25,7 @@ from wpcal.core.errors import ErrorCode, FormatError, WpcalError
 from wpcal.core.transform import RigidTransform
 from wpcal.robot.kinematics.arm import Arm
 from wpcal.robot.kinematics.inverse import turn_into_limits
-from wpcal.robot.torch.attitude import ToolAxis, wire_directions
+from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 from wpcal.seam.record_check import FARTHEST_MM, ROTATION_ATOL
@@ -130,9 +130,14 @@ def _motion_faults(motions: Sequence[Motion], around: Surroundings) -> Iterator[
             if off > NEAR_SEAM_MM + around.standoff_mm:
                 yield motion, f"welds {off:.0f} mm off every seam", ErrorCode.INPUT
     if around.part is not None:
-        standoff = [around.standoff_mm] * len(motions)
         found = meetings(
-            motions, around.part, around.torch, around.tool_axis, standoff_mm=standoff, start_mm=around.start_mm
+            motions,
+            around.part,
+            around.torch,
+            around.tool_axis,
+            standoff_mm=around.standoff_mm,
+            more_wire_mm=[0.0] * len(motions),
+            start_mm=around.start_mm,
         )
         yield from ((each.motion, each.what, ErrorCode.POSE_IN_MATERIAL) for each in found)
 
@@ -157,7 +162,8 @@ def pose_faults(poses: Sequence[ReadPose], around: Surroundings) -> Iterator[Fau
     if around.part is not None:
         wire = wire_directions(R, around.tool_axis)
         tips = p + around.standoff_mm * wire
-        found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm)
+        bend = None if around.torch.neck is None else neck_directions(R, around.tool_axis)
+        found = find_poses_in_material(around.part, tips, -wire, around.torch, start_mm=around.start_mm, bend=bend)
         for row, solid, part in zip(found.row.tolist(), found.solid, found.part, strict=True):
             what = f"the {part.value} of {around.torch} is inside {solid!r}"
             yield _fault(sound[row], what, ErrorCode.POSE_IN_MATERIAL)

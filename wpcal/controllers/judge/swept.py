@@ -14,7 +14,7 @@ from wpcal.core.arrays import FloatArray
 from wpcal.core.same_bits import poses
 from wpcal.robot.moves import sweep
 from wpcal.robot.moves.interpolation import Moves, turns_between
-from wpcal.robot.torch.attitude import ToolAxis, wire_directions
+from wpcal.robot.torch.attitude import ToolAxis, neck_directions, wire_directions
 from wpcal.robot.torch.shape import TorchShape
 from wpcal.seam.judge.material import find_poses_in_material
 
@@ -44,19 +44,35 @@ def meetings(
     torch: TorchShape,
     axis: ToolAxis,
     *,
-    standoff_mm: Sequence[float],
+    standoff_mm: float,
+    more_wire_mm: Sequence[float],
     start_mm: float = START_MM,
 ) -> Iterator[Meeting]:
     """Yield where motions meet the part; of each motion the first place, of one that is not followed its end.
 
-    `standoff_mm`: How far the tip of the wire is beyond the tool centre point of each motion.
+    `standoff_mm`: How far the tip of the usual wire is beyond the tool centre point.
+    `more_wire_mm`: How much longer than usual the wire of each motion is.
     """
+    for more_mm in dict.fromkeys(more_wire_mm):
+        own = [motion for motion, each in zip(motions, more_wire_mm, strict=True) if each == more_mm]
+        yield from _meetings(own, part, torch.with_more_wire(more_mm), axis, standoff_mm + more_mm, start_mm)
+
+
+def _meetings(
+    motions: Sequence[Motion],
+    part: TriangleMaterial,
+    torch: TorchShape,
+    axis: ToolAxis,
+    standoff_mm: float,
+    start_mm: float,
+) -> Iterator[Meeting]:
     column, pending, count = 2 if axis is ToolAxis.Z else 0, list[tuple[Motion, FloatArray, FloatArray]](), 0
 
     def judged() -> Iterator[Meeting]:
         p, R = (np.concatenate([each[row] for each in pending]) for row in (1, 2))
         own = np.repeat(np.arange(len(pending)), [len(each[1]) for each in pending])
-        found = find_poses_in_material(part, p, -R[:, :, column], torch, start_mm=start_mm)
+        bend = None if torch.neck is None else neck_directions(R, axis)
+        found = find_poses_in_material(part, p, -R[:, :, column], torch, start_mm=start_mm, bend=bend)
         told = set[int]()
         for row, solid, piece in zip(found.row.tolist(), found.solid, found.part, strict=True):
             if own[row] not in told:
@@ -65,11 +81,11 @@ def meetings(
                 what = f"on the move there, at base {x:.1f}, {y:.1f}, {z:.1f} mm, the {piece.value} of {torch}"
                 yield Meeting(pending[own[row]][0], f"{what} is inside {solid!r}")
 
-    for motion, more_mm in zip(motions, standoff_mm, strict=True):
+    for motion in motions:
         if motion.goal is None or not np.isfinite(motion.goal).all():
             continue
         p, R = _poses(motion)
-        tips = p + more_mm * wire_directions(R, axis)
+        tips = p + standoff_mm * wire_directions(R, axis)
         swept = sweep(tips, R, torch.reaching, axis=column)
         pending.append((motion, swept.p, swept.R))
         count += len(swept.p)

@@ -201,9 +201,10 @@ def _require_free(trace: Trace, found: Compared, asked: Asked, program: WeldProg
     torch, start = program.torch, max((start_mm(path.seam) for path in program.paths), default=START_MM)
     more = [0.0, *(path.seam.more_wire_mm for path in program.paths)]
     motions = [motion for motion in trace.motions if id(motion) not in strange]
-    standoff = [torch.standoff_mm + more[motion.seam if motion.seam < len(more) else 0] for motion in motions]
-    found_in = meetings(motions, part, program.shape, torch.tool_axis, standoff_mm=standoff, start_mm=start)
-    for meeting in found_in:
+    own = [more[motion.seam if motion.seam < len(more) else 0] for motion in motions]
+    for meeting in meetings(
+        motions, part, program.shape, torch.tool_axis, standoff_mm=torch.standoff_mm, more_wire_mm=own, start_mm=start
+    ):
         raise _wrong(name, meeting.motion.place, meeting.what)
     return added
 
