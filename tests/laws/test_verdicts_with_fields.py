@@ -17,7 +17,7 @@ def is_seldom_wrong(found):
 
 @pytest.mark.parametrize(("n", "field"), [(6, (0.3, 300.0)), (12, (0.5, 1000.0))])
 def test_a_stated_field_gives_the_band_its_share(n, field):
-    found = field_study("frame", n, RobotField(*field), stated="all", trials=150)
+    found = field_study("frame", n, RobotField(*field), stated="all", trials=600)
     assert COVERED[0] <= found.study.covered <= COVERED[1]
     assert is_seldom_wrong(found)
 

@@ -132,13 +132,14 @@ def _point(body: str) -> _Point:
     joints, values = dict(JOINT.findall(group["body"])), dict(COORDINATE.findall(group["body"]))
     row = [joints.get(key, "") for key in "123456"] if joints else [values.get(key, "") for key in "XYZWPR"]
     own, _, others = body.partition("GP2")
+    place, tool2 = dict(COORDINATE.findall(others)), TOOL.search(others)
     try:
         numbers = [float(v) for v in row]
         external = tuple(float(v) for v in (*EXTENDED.findall(own), *(v for _, v in JOINT.findall(others))))
+        six = Values(float(place.get(key, "nan")) for key in "XYZWPR")
     except ValueError:
         return _Point(frame[1], tool[1], None)
-    place, tool2 = dict(COORDINATE.findall(others)), TOOL.search(others)
-    held = None if not place or tool2 is None else (tool2[1], Values(float(place.get(key, "nan")) for key in "XYZWPR"))
+    held = None if not place or tool2 is None else (tool2[1], six)
     return _Point(frame[1], tool[1], Joints(numbers) if joints else Values(numbers), external, held)
 
 

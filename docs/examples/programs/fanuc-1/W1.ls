@@ -11,7 +11,7 @@ CONTROL_CODE = 00000000 00000000;
 /MN
    1:  !W1 ;
    2:  !tee fillet, 8.0 mm, 1 line, 95 % ;
-   3:  !  error up to 0.226 mm ;
+   3:  !  error up to 0.227 mm ;
    4:  UFRAME_NUM=4 ;
    5:  UTOOL_NUM=2 ;
    6:L P[1] 100mm/sec FINE ;

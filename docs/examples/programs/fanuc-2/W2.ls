@@ -14,7 +14,7 @@ CONTROL_CODE = 00000000 00000000;
    3:  !  PB, 290 A, 30.5 V, 7.4 m/min ;
    4:  !  wire, 6.3 mm/s, tee fillet, ;
    5:  !  150.0 mm, 1 line, 95 % error ;
-   6:  !  up to 0.264 mm ;
+   6:  !  up to 0.265 mm ;
    7:  UFRAME_NUM=4 ;
    8:  UTOOL_NUM=2 ;
    9:L P[1] 100mm/sec FINE ;
