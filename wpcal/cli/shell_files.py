@@ -56,8 +56,7 @@ def _script(command: click.Command, shell: str) -> str:
     from click.shell_completion import get_completion_class
 
     kind = get_completion_class(shell)
-    if kind is None:
-        raise NotImplementedError(shell)
+    assert kind is not None  # `install` refuses other shells
     return kind(command, {}, "wpcal", "_WPCAL_COMPLETE").source()
 
 

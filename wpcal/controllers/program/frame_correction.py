@@ -144,7 +144,8 @@ def correction_of(plan: TouchPlan, setup: TouchSetup, seams: FloatArray, *, hold
         scale, root = np.repeat([1.0 / design.length_mm, 1.0], 3), np.sqrt(W)[:, None]
         gains = (scale[:, None] * np.linalg.pinv(root * H * scale, rcond=SEEN) * root.T).T
     elif len(design.free_motions()):
-        raise InputError("the searches of the plan leave a motion of the part free")
+        more = "" if plan.first_stage is None else "; plan a second stage, too (wpcal touches PART --after FIRST -)"
+        raise InputError(f"the searches of the plan leave a motion of the part free{more}")
     else:
         gains = np.linalg.solve(H.T @ (W[:, None] * H), H.T * W).T
     noise = np.diag(design.variances) + design.shared @ design.shared.T
