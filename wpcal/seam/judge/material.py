@@ -16,6 +16,7 @@ import numpy as np
 from wpcal.brep.material import Material, find_solids_around
 from wpcal.brep.rays import START_MM
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.moves.sweep import STEP_MM
 from wpcal.robot.torch.shape import USUAL_TORCH, TorchShape, Tube
 
 WIRE_RADIUS_MM = 0.3
@@ -23,8 +24,6 @@ WIRE_RADIUS_MM = 0.3
 NEAR_ROOT_MM = 4.0
 """Nearer to the tip only the axis of the wire is felt: in the root of an acute joint, such as the chamfer of a prepared
 edge, a wire touches the faces that it joins. At 4 mm a wire 7 degrees beside a face is free of it."""
-NECK_STEP_MM = 10.0
-"""While the torch comes and goes along the wire, neck and body are felt at this step: less than their radius."""
 TOUCH_MM = 1e-3  #: A nozzle that touches a face along a line is free: it is felt this much nearer to its axis.
 
 
@@ -127,10 +126,10 @@ def _inside_neck(
     more: FloatArray,
     free: BoolArray,
 ) -> Iterator[tuple[TorchPart, IntArray, IntArray]]:
-    """Yield the poses at which neck or body is inside solids, there and on the way along the wire; those still free."""
-    for far in np.arange(0.0, more.max(initial=0.0) + NECK_STEP_MM, NECK_STEP_MM):
+    """Yield the poses at which neck or body is inside solids, there and at steps of the way along the wire."""
+    for far in np.arange(0.0, more.max(initial=0.0) + STEP_MM, STEP_MM):
         for tube in torch.tubes:
-            rows = np.flatnonzero(free & (far < more + NECK_STEP_MM))
+            rows = np.flatnonzero(free & (far < more + STEP_MM))
             at = np.minimum(far, more[rows])[:, None]
             start, way, length = place_tube(tube, p[rows] + (torch.wire_mm + at) * back[rows], back[rows], bend[rows])
             zero = np.zeros(len(rows))

@@ -63,13 +63,11 @@ def find_in_ways(
     for more_mm in {seam.more_wire_mm for seam, *_ in ways}:
         own = [number for number, (seam, *_) in enumerate(ways) if seam.more_wire_mm == more_mm]
         longer = torch.with_more_wire(more_mm)
-        along = [_with_ends(*ways[number][1:], axis, back_mm) if torch.bends else ways[number][1:] for number in own]
-        swept = [sweep(*each, longer.reaching, axis=2 if axis is ToolAxis.Z else 0) for each in along]
+        swept = [sweep(*ways[number][1:], longer.reaching, axis=2 if axis is ToolAxis.Z else 0) for number in own]
         counts = np.array([len(each.at) for each in swept])
         ends = np.cumsum(counts)
         more, R = np.zeros(ends[-1]), np.concatenate([each.R for each in swept])
-        if not torch.bends:  # along the wire the torch is as long again; a bent one is moved there
-            more[ends - counts], more[ends - 1] = back_mm
+        more[ends - counts], more[ends - 1] = back_mm
         inside = find_poses_in_material(
             material,
             np.concatenate([each.p for each in swept]),
@@ -82,14 +80,5 @@ def find_in_ways(
         for row, part, solid in zip(inside.row.tolist(), inside.part, inside.solid, strict=True):
             which = int(np.searchsorted(ends, row, side="right"))
             at, each = row - ends[which] + counts[which], swept[which]
-            place = float(np.clip(each.at[at] - torch.bends, 0.0, len(ways[own[which]][1]) - 1.0))
-            found[own[which]] += (InWay(place, each.p[at], part, solid),)
+            found[own[which]] += (InWay(float(each.at[at]), each.p[at], part, solid),)
     return found
-
-
-def _with_ends(
-    p: FloatArray, R: FloatArray, axis: ToolAxis, back_mm: tuple[float, float]
-) -> tuple[FloatArray, FloatArray]:
-    """Return poses with those from which a torch comes along the wire, and to which it goes."""
-    ends = p[[0, -1]] - np.array(back_mm)[:, None] * wire_directions(R[[0, -1]], axis)
-    return np.concatenate([ends[:1], p, ends[1:]]), R[[0, *range(len(R)), -1]]

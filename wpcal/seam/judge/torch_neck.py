@@ -16,8 +16,9 @@ from wpcal.brep.near_groups import find_near_faces, first_faces, first_of_groups
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.brep.tubes import edge_distances, tube_frames
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
+from wpcal.robot.moves.sweep import STEP_MM
 from wpcal.robot.torch.shape import TorchShape, Tube
-from wpcal.seam.judge.material import NECK_STEP_MM, place_tube
+from wpcal.seam.judge.material import place_tube
 
 PIECES = 200_000  #: Pairs of a pose and a piece of an edge in one array: some 50 MB.
 FEWEST, APART_MM = 16, 9.0  #: Lines on the surface of a piece, and how far apart they are at most.
@@ -73,10 +74,10 @@ def neck_faces(
     """
     found = np.full(len(mouth), -1)
     frames = torch_axes(back, bend)
-    for step_mm in np.arange(0.0, more_mm.max(initial=0.0) + NECK_STEP_MM, NECK_STEP_MM):
+    for step_mm in np.arange(0.0, more_mm.max(initial=0.0) + STEP_MM, STEP_MM):
         far = np.minimum(step_mm, more_mm)
         for tube in torch.tubes:
-            rows = np.flatnonzero((found < 0) & (step_mm < more_mm + NECK_STEP_MM))
+            rows = np.flatnonzero((found < 0) & (step_mm < more_mm + STEP_MM))
             if len(rows) == 0:
                 continue
             origins, rays, lengths = _lines(tube, wider_mm)
