@@ -59,7 +59,7 @@ def seams(
 ) -> int:
     """List the weld seams of PART.step: contacts between solids, and concave edges inside one.
 
-    Every candidate has a confidence; those of 50 % and more (--strict: 80 %, --generous: 25 %) are accepted. --all also
+    Every candidate has a confidence; those of 80 % and more (--strict: 90 %, --generous: 5 %) are accepted. --all also
     lists the others with the reasons, and what the solids are taken for; --weld and --not set that right.
     """
     from cad.cli.kernel_work import run_on_part

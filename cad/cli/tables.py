@@ -181,15 +181,15 @@ def explained_table(record: Mapping[str, Any]) -> Table:
     table.add_column("what")
     table.add_column("factor", justify="right", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
-    start = record["start_confidence"]
+    start = (f"{record['start_score']:g}", f"{record['start_confidence']:.0%}")
     for number, text in enumerate(record["chain"][:-1]):
-        table.add_row(text, "" if number else f"{start:g}", "" if number else f"{start:.0%}")
+        table.add_row(text, *(("", "") if number else start))
     for one in record["findings"]:
         because = f" ({one['why']} Found by: {one['found_by']})" if one["why"] else ""
         table.add_row(f"{one['text']}{because}", f"{one['factor']:g}", f"{one['confidence_after']:.1%}")
     for one in record["members"]:
         table.add_row(f"{one['solid']}: taken for {one['taken_as']}; {'; '.join(one['why'])}", "", "")
-    table.add_row(record["chain"][-1], "", f"{record['confidence']:.0%}")
+    table.add_row(record["chain"][-1], f"{record['score']:.3g}", f"{record['confidence']:.0%}")
     return table
 
 

@@ -79,8 +79,8 @@ def test_feet_of_the_brackets_have_the_expected_length_and_joint(shared_step: Pa
 
 def test_every_candidate_that_is_not_accepted_says_why(shared_step: Path) -> None:
     for seam in seams_of(shared_step, "as1-oc-214"):
-        assert seam.accepted == (seam.confidence >= 0.25 and not seam.blocked_by)
-        assert seam.confidence < 0.5  # what is bolted is not welded by default
+        assert seam.accepted == (seam.confidence >= Level.GENEROUS.value and not seam.blocked_by)
+        assert seam.confidence < Level.USUAL.value  # what is bolted is not welded by default
         assert seam.accepted or seam.against
         bolt = any("bolt" in name or "nut" in name or name == "rod" for name in seam.solids)
         assert (

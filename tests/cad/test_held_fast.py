@@ -54,14 +54,13 @@ def graph_of(pair: tuple[Any, Any]) -> Any:
 @pytest.mark.parametrize("name", HELD)
 def test_a_ring_between_shoulders_is_held(name: str) -> None:
     graph = graph_of(HELD[name])
-    assert is_held_fast(graph, TrimmedFaces.of(graph), 0, 1, 0.5)
     assert is_held_fast(graph, TrimmedFaces.of(graph), 1, 0, 0.5)
 
 
 @pytest.mark.parametrize("name", SLID_ON)
 def test_a_ring_that_slides_onto_its_seat_is_not(name: str) -> None:
     graph = graph_of(SLID_ON[name])
-    assert not is_held_fast(graph, TrimmedFaces.of(graph), 0, 1, 0.5)
+    assert not is_held_fast(graph, TrimmedFaces.of(graph), 1, 0, 0.5)
 
 
 def test_a_tyre_is_a_candidate_that_generous_takes_and_a_ring_at_a_collar_is_welded() -> None:

@@ -22,7 +22,7 @@ def test_one_seam_is_explained_in_words_in_json_and_as_a_picture(
     told = record["explained"]
     assert (told["seam"], told["picture"]) == ("W1", "tee.W1.svg")
     assert (tmp_path / "tee.W1.svg").read_text(encoding="utf-8").startswith("<svg")
-    assert record["judging"] == {"weld": [], "not": [], "level": "usual", "least_confidence": 0.5}
+    assert record["judging"] == {"weld": [], "not": [], "level": "usual", "least_confidence": 0.8}
     assert {member["taken_as"] for member in record["members"]} == {"a member"}
     section = {"wall_thickness_mm": 150.0, "base_thickness_mm": 10.0, "gap_mm": 0.0, "opening_deg": 90.0}
     assert told["section"] == {**section, "largest_throat_mm": 7.0}

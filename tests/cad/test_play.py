@@ -81,7 +81,7 @@ def test_a_gap_that_all_ribs_have_is_no_doubt_and_one_that_a_person_says_is() ->
     welds = [seam for seam in detect_seams(graph) if seam.accepted]
     assert [round(seam.confidence, 2) for seam in welds] == [0.95] * 8
     said = [seam for seam in detect_seams(graph, SeamOptions(gap_mm=1.0)) if seam.accepted]
-    assert [round(seam.confidence, 2) for seam in said] == [0.65] * 8
+    assert [round(seam.confidence, 2) for seam in said] == [0.85] * 8
 
 
 @pytest.mark.parametrize(("radius", "length", "play"), [(20.0, 120.0, 0.5), (10.0, 60.0, 0.5), (10.0, 60.0, 0.25)])

@@ -26,6 +26,12 @@ class Foot:
     uv: FloatArray  #: shape (m, 2).
 
 
+def off_axis(points: FloatArray, o: FloatArray, z: FloatArray) -> FloatArray:
+    """Return the distance of points of shape (n, 3) from the axis through `o` along the unit vector `z`, shape (n,)."""
+    arm = points - o
+    return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
+
+
 def project_to_faces(graph: BrepGraph, faces: ArrayLike, points: ArrayLike) -> Foot:
     """Find the nearest point of each face's whole surface to a point.
 

@@ -111,7 +111,7 @@ class TorchShape(Record):
 class Member(Record):
     solid: str
     taken_as: str = D("steel, a bolt or screw, wood, …")
-    factor: Share = D("The confidence of each of its seams was multiplied by it; 1 for a member.")
+    factor: Share = D("The score of each of its seams was multiplied by it; 1 for a member.")
     why: list[str] = D("The evidence in words.")
     said: bool | None = D("Whether a person said that it can be welded; null if nobody said anything.")
 

@@ -43,7 +43,7 @@ class Play(Record):
 
 class Finding(Record):
     rule: str = D("Key of the rule: not-reached. Empty in files from before rules had keys.")
-    factor: Share = D("The confidence was multiplied by it.")
+    factor: Share = D("The score was multiplied by it.")
 
 
 class Hiding(Open):
@@ -143,7 +143,7 @@ class Seam(Record):
     closed: bool
     length_mm: NotNegative
     accepted: bool = D("Taken as a weld unless the user says otherwise.")
-    confidence: Maybe[Share] = D("How sure the rules are that this is a weld; accepted from 0.5.")
+    confidence: Maybe[Share] = D("How sure the rules are that this is a weld; accepted from 0.8.")
     reachable: bool
     source: Maybe[str] = D("Where the candidate comes from.")
     reasons: list[str]
@@ -206,6 +206,8 @@ class Explained(Record):
     confidence: Share
     least_confidence: Share
     start_confidence: Share = D("By its source, before any finding.")
+    start_score: Share = D("The score by its source; times all factors it is `score`.")
+    score: Share = D("The number by which candidates are ranked; `confidence` is how often those of a score are welds.")
     section: Maybe[Section] = D("The joint across the middle of the seam; lengths mm.")
     chain: list[str] = D("The decisions in words, in their order.")
     findings: list[ExplainedFinding]

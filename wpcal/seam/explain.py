@@ -12,7 +12,7 @@ from wpcal.core.wording import counted
 from wpcal.seam.judge.evidence import is_judgement
 from wpcal.seam.judge.hiding import hiding_words
 from wpcal.seam.member.note import MemberNotes
-from wpcal.seam.rules import PRIOR, Rule
+from wpcal.seam.rules import PRIOR, Rule, confidence_of, score_of
 from wpcal.seam.seam import Seam
 
 THROAT_SHARE = 0.7
@@ -31,10 +31,9 @@ def explain_seam(
     Returns: Plain values. ``chain`` is the decisions in words, in their order. ``findings`` are those against it, each
     with the confidence after it. ``section`` is the joint across the seam, at its middle.
     """
-    confidence, findings = PRIOR[seam.source], []
+    findings = []
     by_key = {rule.key: rule.value for rule in Rule}
-    for one in seam.findings:
-        confidence *= one.factor
+    for k, one in enumerate(seam.findings):
         row = by_key.get(one.rule)
         findings.append(
             {
@@ -43,7 +42,7 @@ def explain_seam(
                 "text": one.text,
                 "why": "" if row is None else row.why,
                 "found_by": "" if row is None else row.evidence,
-                "confidence_after": round(confidence, 4),
+                "confidence_after": round(confidence_of(seam.source, seam.findings[: k + 1]), 4),
             }
         )
     section = _section(graph, seam, thick_mm)
@@ -53,7 +52,9 @@ def explain_seam(
         "accepted": seam.accepted,
         "confidence": round(seam.confidence, 3),
         "least_confidence": notes.judging.level.value,
-        "start_confidence": PRIOR[seam.source],
+        "start_confidence": round(confidence_of(seam.source, ()), 4),
+        "start_score": PRIOR[seam.source],
+        "score": round(score_of(seam.source, seam.findings), 4),
         "section": section,
         "chain": [*_chain(graph, seam), _section_words(section), *_other_reasons(seam), _verdict(seam, notes)],
         "findings": findings,

@@ -21,15 +21,15 @@ LEAST_CHANGE_MM = 3.0
 
 
 class Level(Enum):
-    """How sure a candidate must be to be accepted; the value is its least confidence."""
+    """How sure a candidate must be to be accepted; the value is its least confidence, the rest the risk."""
 
-    STRICT = 0.8
+    STRICT = 0.9
     """Only what is sure: members in contact, or running into each other, against which nothing speaks but a gap of up
     to 40 % of the allowed one."""
-    USUAL = 0.5
+    USUAL = 0.8
     """Also edges and beads inside one solid, wider gaps, pins in holes. A false seam costs a click, a missed one is a
     missing weld."""
-    GENEROUS = 0.25
+    GENEROUS = 0.05
     """Also what one doubtful finding speaks against: bolts, a name, a short length. Not what no torch reaches, nor a
     solid that has the shape of a fastener or is known not to be metal."""
 

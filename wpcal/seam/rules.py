@@ -1,14 +1,19 @@
 """The rules by which a candidate is judged: one table. `docs/seams.md` shows it; a test compares the two.
 
-The confidence of a candidate is that of its source, times the factor of every finding. The factors are set by hand and
-are a ranking: each says on which side of the three thresholds (`Level`) a candidate is that has this finding and no
-other. Fitted ones are worse on parts of authors that they were not fitted to (`docs/benchmark.md`).
+The score of a candidate is that of its source, times the factor of every finding. The factors are set by hand and are
+a ranking: each says on which side of the three thresholds (`Level`) a candidate is that has this finding and no other.
+Fitted ones are worse on parts of authors that they were not fitted to (`docs/benchmark.md`). What is fitted is how
+often candidates of a score are welds (`confidence_of`).
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+
+import numpy as np
 
 from wpcal.seam.seam import Finding, SeamSource
 
@@ -23,20 +28,24 @@ PRIOR = {
     SeamSource.MARKED: 1.0,
     SeamSource.ADDED: 1.0,
 }
-"""Confidence before any finding. Of the candidates of `docs/benchmark.md` without a finding, 95 % of the concave edges
+"""Score before any finding. Of the candidates of `docs/benchmark.md` without a finding, 95 % of the concave edges
 (of solids that members explain), all mitres and grooves, and 78 % of the contacts are welds: 99 % on weldments, a fifth
 on parts of toys and furniture, which nothing in the file tells apart. What a person marked is a weld, whatever the
 findings."""
 GAP_SHARE_LOST = 0.4
-"""Share of the confidence that is lost if the mean gap is as wide as allowed; a tee with a gap of 0.4 mm of 0.5 mm is
+"""Share of the score that is lost if the mean gap is as wide as allowed; a tee with a gap of 0.4 mm of 0.5 mm is
 still accepted."""
+SCORES, SHARES = (0.0, 0.25, 0.49, 0.5, 0.95, 1.0), (0.0, 0.05, 0.1, 0.8, 0.95, 1.0)
+"""Of the candidates with these scores, such shares are welds (`docs/benchmark.md`); straight lines in between. Three
+things are counted: of what a strong finding speaks against, hardly any are; of rounds, gaps and short ends, four
+fifths; of the rest, 95 %."""
 
 
 @dataclass(frozen=True, slots=True)
 class RuleRow:
     """One row of the table."""
 
-    factor: float  #: The confidence is multiplied by it.
+    factor: float  #: The score is multiplied by it.
     finding: str  #: What was found.
     why: str  #: Why this speaks against a weld, and why as much.
     evidence: str  #: What the finding rests on.
@@ -159,12 +168,6 @@ class Rule(Enum):
     NOT_MARKED = RuleRow(
         0.4, "Other edges are marked, and not this one.", "You say what the seams are.", "`--marked`, `--edge`"
     )
-    SHORT_END = RuleRow(
-        0.4,
-        "The run goes across the end of a plate, beside a long seam along it.",
-        "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
-        "shape: the plate behind the long seam is as thick as the run is long",
-    )
     LINED_UP = RuleRow(
         0.45,
         "Two or more holes or slots of both members line up where they touch, or one goes on through the far wall of a "
@@ -225,18 +228,24 @@ class Rule(Enum):
         "length of all candidates between the two",
     )
     LEFT_OVER = RuleRow(
-        0.52,
+        0.515,
         "Of the joints that could be welded, four fifths have a solid that was made in one piece; this is one of the "
         "rest.",
         "In an assembly of castings or mouldings, bars and plates are rather screwed on, too.",
         "length of all joints of the part",
     )
     ONE_PIECE = RuleRow(
-        0.52,
+        0.515,
         "A solid is neither turned, nor explained by members: it looks cast, moulded, printed or milled in one piece.",
         "Members of a weldment are cut from plate, bar and tube. Such a solid is rather bolted or clamped; a milled "
         "clevis is welded now and then, so `--generous` takes it, also between two of them.",
         "shape: the members into which the solid is taken apart",
+    )
+    SHORT_END = RuleRow(
+        0.525,
+        "The run goes across the end of a plate, beside a long seam along it.",
+        "Nobody strikes an arc only for that: the end is a wrap of the long seam (`--wrap`), or stays open.",
+        "shape: the plate behind the long seam is as thick as the run is long",
     )
     PIN_IN_HOLE = RuleRow(
         0.8,
@@ -247,14 +256,14 @@ class Rule(Enum):
     GAP = RuleRow(
         1.0 - GAP_SHARE_LOST,
         "There is a gap, and it is not the play of the assembly. The factor is for the largest allowed gap; a smaller "
-        "gap lowers the confidence less.",
+        "gap lowers the score less.",
         "Members that are meant to be joined touch.",
         "mean gap along the seam",
     )
 
     @property
     def factor(self) -> float:
-        """The confidence is multiplied by it."""
+        """The score is multiplied by it."""
         return self.value.factor
 
     @property
@@ -265,6 +274,16 @@ class Rule(Enum):
     def found(self, text: str, factor: float | None = None, *, solid: str = "") -> Finding:
         """Return a finding by this rule, in words; `solid` is the name of the solid that it is about."""
         return Finding(self.key, self.factor if factor is None else factor, text, solid)
+
+
+def confidence_of(source: SeamSource, findings: Iterable[Finding]) -> float:
+    """Return how sure it is that a candidate is a weld, from 0 to 1: it never rises with a finding."""
+    return float(np.interp(score_of(source, findings), SCORES, SHARES))
+
+
+def score_of(source: SeamSource, findings: Iterable[Finding]) -> float:
+    """Return the number by which candidates are ranked, from 0 to 1."""
+    return PRIOR[source] * math.prod(finding.factor for finding in findings)
 
 
 def rules_table() -> str:

@@ -188,7 +188,7 @@ class Finding:
     """One finding that speaks against a candidate."""
 
     rule: str  #: Key of the rule (`judge.rules.Rule`): ``not-reached``.
-    factor: float  #: The confidence is multiplied by it.
+    factor: float  #: The score is multiplied by it (`rules.confidence_of`).
     text: str  #: The finding in words, for people.
     solid: str = ""  #: Name of the solid that it is about; empty if it is about the candidate.
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
 from wpcal.brep.hits import find_hits
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import off_axis, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.tubes import find_tubes
@@ -56,8 +56,7 @@ def are_round(graph: BrepGraph, faces: IntArray) -> BoolArray:
     first = about[np.argmax(graph.face_outward[about] > 0)]
     o, z = graph.face_frame[first, 0], graph.face_frame[first, 3]
     across = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1) <= TURNED_SIN
-    arm = graph.face_frame[faces, 0] - o
-    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1) <= TURNED_MM
+    off = off_axis(graph.face_frame[faces, 0], o, z) <= TURNED_MM
     fits = np.where(kinds == SurfaceKind.PLANE, across, np.where(kinds == SurfaceKind.SPHERE, off, across & off))
     return np.asarray(fits & np.isin(kinds, (*ROUND_KINDS, SurfaceKind.PLANE, SurfaceKind.SPHERE)), dtype=bool)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -59,8 +60,7 @@ def _axes(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> tuple[Int
     low, high = np.zeros(len(faces)), np.zeros(len(faces))
     for row in range(len(faces)):
         if axis[row] < 0:
-            arm = o - o[row]
-            off = np.linalg.norm(arm - (arm @ z[row])[:, None] * z[row], axis=1)
+            off = off_axis(o, o[row], z[row])
             same = (np.linalg.norm(np.cross(z, z[row]), axis=1) <= SAME_SIN) & (off <= SAME_MM) & (axis < 0)
             axis[same] = row
         first = int(axis[row])

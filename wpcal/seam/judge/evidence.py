@@ -1,11 +1,10 @@
 """How sure the rules are that a candidate is a weld: the findings for and against it, in words and as a number.
 
-Each finding multiplies the confidence by the factor of its rule (`wpcal.seam.rules`).
+Each finding multiplies a score by the factor of its rule (`wpcal.seam.rules`).
 """
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,8 +14,9 @@ import numpy as np
 
 from wpcal.brep.curves import edge_lengths
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
-from wpcal.core.arrays import FloatArray, IntArray
+from wpcal.core.arrays import IntArray
 from wpcal.seam.find.formed import are_bends
 from wpcal.seam.find.play import is_play, with_play
 from wpcal.seam.find.tubes import THIN_WALL
@@ -30,14 +30,14 @@ from wpcal.seam.member.clamped import BESIDE_MM, Clamp, Holes, find_bolt_holes, 
 from wpcal.seam.member.members import members_of
 from wpcal.seam.member.note import Members, are_welded, take_members
 from wpcal.seam.options import ConcaveEdges, Play, Reach, SeamOptions
-from wpcal.seam.rules import GAP_SHARE_LOST, PRIOR, Rule
+from wpcal.seam.rules import GAP_SHARE_LOST, Rule, confidence_of
 from wpcal.seam.seam import Finding, Seam, SeamSource
 
 OF_WHOLE_PART = frozenset({Rule.BURIED.key, Rule.FIXES_BOLTED.key, Rule.LEFT_OVER.key, Rule.SHORT_END.key})
 """Findings that need all seams of the part: they stay when a part of them is judged again."""
 INSIDE = frozenset({SeamSource.CONCAVE, SeamSource.BEAD, SeamSource.DRAWN})  #: Candidates inside a solid.
 BETWEEN_TWO = frozenset({SeamSource.CONTACT, SeamSource.SECTION, SeamSource.FLARE})  #: Candidates that join two solids.
-FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the confidence.
+FELT_GAP = 0.1  #: Gaps below this fraction of the allowed gap do not lower the score.
 AROUND = 0.1  #: A seam runs round an axis if the cosine between the two is below this everywhere (84 degrees).
 MOSTLY_ROLLED = 0.9  #: A seam is the root of a rolled profile if so much of its length is.
 STRAIGHT_WORDS, MISSED_WORDS = "are free for a torch that does not lean", "the torch does not get there at"
@@ -77,14 +77,10 @@ def weighed(seam: Seam, findings: Iterable[Finding], level: Level) -> Seam:
 def _weight(seam: Seam, findings: Iterable[Finding], level: Level) -> dict[str, Any]:
     """Return the fields of a seam that follow from its findings."""
     found = tuple(sorted(findings, key=lambda finding: finding.factor))
-    confidence = _confidence(seam, found)
+    confidence = confidence_of(seam.source, found)
     sure = confidence >= level.value or seam.source.is_chosen
     accepted = sure and not (seam.inside or seam.blocked_by)
     return {"findings": found, "confidence": confidence, "accepted": accepted}
-
-
-def _confidence(seam: Seam, findings: Sequence[Finding]) -> float:
-    return PRIOR[seam.source] * math.prod(finding.factor for finding in findings)
 
 
 def assumed_words(reach: Reach) -> str:
@@ -210,7 +206,7 @@ class Judge:
         asked = {}
         for row, (seam, own) in enumerate(zip(seams, found, strict=True)):
             between_two = seam.source in BETWEEN_TWO and len(seam.solids) == 2
-            if between_two and _confidence(seam, own) >= Level.GENEROUS.value:
+            if between_two and confidence_of(seam.source, own) >= Level.GENEROUS.value:
                 asked[row] = [self.number[name] for name in seam.solids]
         self.looks.look_at(asked.values())
         for row, solids in asked.items():
@@ -283,25 +279,19 @@ class Judge:
         play = max(self.gap_mm, seam.gap_mm[2] + GAP_ROUND_OFF_MM)
         fits = np.abs(graph.face_param[bores, 0] - radius) <= play
         holes = bores[fits & np.isin(graph.face_solid[bores], other)]
-        return bool((self._off_axis(holes, int(pins[0])) <= play).any())
+        return bool((off_axis(graph.face_frame[holes, 0], *graph.face_frame[pins[0], [0, 3]]) <= play).any())
 
     @property
     def _bores(self) -> IntArray:
         """The round faces of holes."""
         return np.flatnonzero((self.graph.face_kind == SurfaceKind.CYLINDER) & (self.graph.face_outward < 0))
 
-    def _off_axis(self, faces: IntArray, cylinder: int) -> FloatArray:
-        """Return how far the axes of round faces are from that of a cylinder, mm."""
-        o, z = self.graph.face_frame[cylinder, 0], self.graph.face_frame[cylinder, 3]
-        arm = self.graph.face_frame[faces, 0] - o
-        return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
-
     def _is_tube(self, cylinder: int) -> bool:
         """Tell whether a round face is the outside of a tube, with thin walls and longer than it is wide: no pin."""
         graph, radius = self.graph, float(self.graph.face_param[cylinder, 0])
         bores = self._bores[graph.face_solid[self._bores] == graph.face_solid[cylinder]]
         bores = bores[(graph.face_param[bores, 0] >= THIN_WALL * radius) & (graph.face_param[bores, 0] < radius)]
-        bores = bores[self._off_axis(bores, cylinder) <= self.gap_mm]
+        bores = bores[off_axis(graph.face_frame[bores, 0], *graph.face_frame[cylinder, [0, 3]]) <= self.gap_mm]
         edges = np.flatnonzero((graph.edge_faces == cylinder).any(axis=1))
         p = graph.vertex_p[graph.edge_vertices[edges].ravel()] @ graph.face_frame[cylinder, 3]
         return len(bores) > 0 and len(p) > 0 and bool(np.ptp(p) > 2.0 * radius)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray
 from wpcal.seam.find.built_up import ROUND_KINDS, is_turned
@@ -33,52 +34,25 @@ class _RoundFace(NamedTuple):
     most: float
 
 
-def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
-    """Tell whether one of two solids is a ring that fills the bore of the other one, and both end on both sides.
-
-    `gap_mm`: Largest play between the two, mm.
-    """
-    if not (is_turned(graph, a) and is_turned(graph, b)):
+def is_ring_in_ring(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
+    """Tell whether a ring fills the bore of another one, and both end on both sides; largest play in mm."""
+    if not (is_turned(graph, ring) and is_turned(graph, other)):
         return False
-    round_ = np.flatnonzero((graph.face_solid == a) & np.isin(graph.face_kind, ROUND_KINDS))
-    o, z = graph.face_frame[round_[0], 0], graph.face_frame[round_[0], 3]
-    bores, outs = (
-        [[one for one in _faces(graph, trimmed, solid, o, z, way) if one.is_cylinder] for solid in (a, b)]
-        for way in (-1, 1)
-    )
-    if not (all(bores) and all(outs)):
+    sides = [[_about(graph, trimmed, ring, solid, way, round_=False) for way in (-1, 1)] for solid in (ring, other)]
+    if not all(map(all, sides)):
         return False
-    ends = [(min(one.low for one in own), max(one.high for one in own)) for own in map(list.__add__, bores, outs)]
-    width = max(high - low for low, high in ends)
-    if max(abs(ends[0][k] - ends[1][k]) for k in (0, 1)) > SAME_WIDTH * width:
+    ends = np.array([(min(one.low for one in own), max(one.high for one in own)) for own in (a + b for a, b in sides)])
+    if np.abs(ends[0] - ends[1]).max() > SAME_WIDTH * (ends[:, 1] - ends[:, 0]).max():
         return False
-    return any(
-        abs(mine.most - seat.most) <= gap_mm for i, k in ((0, 1), (1, 0)) for mine in outs[i] for seat in bores[k]
-    )
+    return any(abs(mine.most - seat.most) <= gap_mm for mine in sides[0][1] for seat in sides[1][0])
 
 
-def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
-    """Tell whether one of two solids is a ring that the other one holds between two shoulders.
-
-    `gap_mm`: Largest play between a ring and its seat, mm.
-    """
-    return any(_holds(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
-
-
-def is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, a: int, b: int, gap_mm: float) -> bool:
-    """Tell whether one of two solids is a thin ring that lies flat on the other one, inside a circle of its bolt holes.
-
-    `gap_mm`: Largest gap between the two, mm.
-    """
-    return any(_is_gasket(graph, trimmed, ring, other, gap_mm) for ring, other in ((a, b), (b, a)))
-
-
-def _is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
+def is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
+    """Tell whether a thin ring lies flat on another solid, inside a circle of its bolt holes; largest gap in mm."""
     if not is_turned(graph, ring):
         return False
-    round_ = np.flatnonzero((graph.face_solid == ring) & np.isin(graph.face_kind, ROUND_KINDS))
-    o, z = graph.face_frame[round_[0], 0], graph.face_frame[round_[0], 3]
-    bore, outside = (_faces(graph, trimmed, ring, o, z, way) for way in (-1, 1))
+    o, z = _axis(graph, ring)
+    bore, outside = (_about(graph, trimmed, ring, ring, way) for way in (-1, 1))
     if not bore or not outside:
         return False
     ends = np.array([(face.low, face.high, face.most) for face in outside])
@@ -88,22 +62,18 @@ def _is_gasket(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, g
     height = (graph.face_frame[planes, 0] - o) @ z
     is_on = (np.minimum(np.abs(height - low), np.abs(height - high)) <= gap_mm) & (high - low <= THICKEST_GASKET_MM)
     hollow = (graph.face_kind == SurfaceKind.CYLINDER) & (graph.face_outward < 0) & (graph.face_solid == other)
-    arm = graph.face_frame[hollow, 0] - o
-    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1) - graph.face_param[hollow, 0]
+    off = off_axis(graph.face_frame[hollow, 0], o, z) - graph.face_param[hollow, 0]
     around = off[off >= most]
     return bool(is_on.any() and len(around) >= FEWEST_BOLTS) and bool(np.ptp(around) <= SAME_AXIS_MM)
 
 
-def _holds(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
-    """Tell whether `other` holds a ring: round the ring's bore, or inside a groove round the ring."""
+def is_held_fast(graph: BrepGraph, trimmed: TrimmedFaces, ring: int, other: int, gap_mm: float) -> bool:
+    """Tell whether a solid holds a ring between two shoulders: round its bore, or in a groove; largest play in mm."""
     if not is_turned(graph, ring):
         return False
-    round_ = np.flatnonzero((graph.face_solid == ring) & np.isin(graph.face_kind, ROUND_KINDS))
-    o, z = graph.face_frame[round_[0], 0], graph.face_frame[round_[0], 3]
     for outward in (-1, 1):  # the bore of the ring on a seat, or its outside in a groove
-        own = [face for face in _faces(graph, trimmed, ring, o, z, outward) if face.is_cylinder]
-        held = _faces(graph, trimmed, other, o, z, -outward)
-        for mine in own:
+        held = _about(graph, trimmed, ring, other, -outward)
+        for mine in _about(graph, trimmed, ring, ring, outward, round_=False):
             for seat in held:
                 fits = seat.is_cylinder and abs(seat.most - mine.most) <= gap_mm
                 if fits and min(seat.high, mine.high) > max(seat.low, mine.low) and _shoulders(seat, held, -outward):
@@ -122,22 +92,31 @@ def _shoulders(seat: _RoundFace, faces: list[_RoundFace], outward: int) -> bool:
     return any(face.high <= middle for face in out) and any(face.low >= middle for face in out)
 
 
-def _faces(
-    graph: BrepGraph, trimmed: TrimmedFaces, solid: int, o: FloatArray, z: FloatArray, outward: int
+def _axis(graph: BrepGraph, ring: int) -> tuple[FloatArray, FloatArray]:
+    """Return a point on the axis of a turned solid, and its direction."""
+    face = np.flatnonzero((graph.face_solid == ring) & np.isin(graph.face_kind, ROUND_KINDS))[0]
+    return graph.face_frame[face, 0], graph.face_frame[face, 3]
+
+
+def _about(
+    graph: BrepGraph, trimmed: TrimmedFaces, ring: int, solid: int, outward: int, *, round_: bool = True
 ) -> list[_RoundFace]:
-    """Return the faces of a solid about an axis that look away from it (`outward` +1), or towards it (-1)."""
+    """Return the faces of a solid about the axis of a ring that look away from it (`outward` +1), or towards it (-1).
+
+    `round_`: Whether cones and spheres are wanted beside cylinders.
+    """
+    o, z = _axis(graph, ring)
+    kinds = ROUND_KINDS if round_ else (SurfaceKind.CYLINDER,)
     faces = np.flatnonzero(
-        (graph.face_solid == solid) & np.isin(graph.face_kind, ROUND_KINDS) & (graph.face_outward * outward > 0)
+        (graph.face_solid == solid) & np.isin(graph.face_kind, kinds) & (graph.face_outward * outward > 0)
     )
-    arm = graph.face_frame[faces, 0] - o
-    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+    off = off_axis(graph.face_frame[faces, 0], o, z)
     turn = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1)
     found = []
     for face in faces[(off <= SAME_AXIS_MM) & (turn <= SAME_AXIS_SIN)].tolist():
         points = trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] - o
         if len(points):
-            along = points @ z
-            across = np.linalg.norm(points - along[:, None] * z, axis=1)
+            along, across = points @ z, off_axis(points, np.zeros(3), z)
             is_cylinder = bool(graph.face_kind[face] == SurfaceKind.CYLINDER)
             found.append(_RoundFace(is_cylinder, along.min(), along.max(), across.min(), across.max()))
     return found

@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 
 from wpcal.seam.judge.evidence import BETWEEN_TWO, Judge, weighed
-from wpcal.seam.rules import Rule
+from wpcal.seam.rules import Rule, confidence_of
 from wpcal.seam.seam import Seam
 
 MOST = 0.8  #: Share of the length of all joints that has a solid made in one piece, from which on the rest is doubted.
@@ -41,13 +41,10 @@ def doubt_what_is_left(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:
 
 def _is_refused_as_whole(judge: Judge, seam: Seam) -> bool:
     """Tell whether a seam would be accepted if its solids were not made in one piece."""
-    factors = [one.factor for one in seam.findings if one.rule == Rule.ONE_PIECE.key]
-    if seam.accepted or not factors or seam.inside or seam.blocked_by:
+    others = [one for one in seam.findings if one.rule != Rule.ONE_PIECE.key]
+    if seam.accepted or len(others) == len(seam.findings) or seam.inside or seam.blocked_by:
         return False
-    confidence = seam.confidence
-    for factor in factors:
-        confidence /= factor
-    return confidence >= judge.level.value
+    return confidence_of(seam.source, others) >= judge.level.value
 
 
 def doubt_what_is_buried(judge: Judge, seams: Sequence[Seam]) -> list[Seam]:

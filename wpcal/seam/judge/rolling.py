@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import FloatArray, IntArray
 from wpcal.seam.find.built_up import is_turned
@@ -52,8 +53,8 @@ def has_round_tread(graph: BrepGraph, trimmed: TrimmedFaces, solid: int) -> bool
         return False
     o, z = graph.face_frame[tread[0], 0], graph.face_frame[tread[0], 3]
     sides = faces[~np.isin(faces, tread)].tolist()
-    arm = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in sides]) - o
-    widest = float(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1).max())
+    rim = np.concatenate([trimmed.p0[trimmed.start[face] : trimmed.start[face + 1]] for face in sides])
+    widest = float(off_axis(rim, o, z).max())
     return bool((graph.face_param[tread].sum(axis=1) > widest + BULGE_MM).any())
 
 
@@ -82,15 +83,11 @@ def _axis(graph: BrepGraph, solid: int) -> int | None:
     widest = int(outer[np.argmax(graph.face_param[outer, 0])])
     z = graph.face_frame[widest, 3]
     along = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1)
-    own = (kind == SurfaceKind.PLANE) | (_off_axis(graph, faces, widest) <= SAME_AXIS_MM)
+    own = (kind == SurfaceKind.PLANE) | (
+        off_axis(graph.face_frame[faces, 0], *graph.face_frame[widest, [0, 3]]) <= SAME_AXIS_MM
+    )
     turned = (along <= SAME_AXIS_SIN) | (kind == SurfaceKind.SPHERE)
     return widest if bool((own & turned).all()) else None
-
-
-def _off_axis(graph: BrepGraph, faces: IntArray, cylinder: int) -> FloatArray:
-    o, z = graph.face_frame[cylinder, 0], graph.face_frame[cylinder, 3]
-    arm = graph.face_frame[faces, 0] - o
-    return np.asarray(np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1), dtype=np.float64)
 
 
 def _span(trimmed: TrimmedFaces, faces: IntArray, cylinder: int) -> tuple[float, float]:
@@ -140,7 +137,7 @@ def _has_shaft(graph: BrepGraph, trimmed: TrimmedFaces, solid: int, cylinder: in
     radius = graph.face_param[shafts, 0]
     along = np.linalg.norm(np.cross(graph.face_frame[shafts, 3], graph.face_frame[cylinder, 3]), axis=1)
     fits = (radius >= SHAFT_RATIO * bore) & (radius <= bore + SAME_AXIS_MM) & (along <= SAME_AXIS_SIN)
-    shafts = shafts[fits & (_off_axis(graph, shafts, cylinder) <= SAME_AXIS_MM)]
+    shafts = shafts[fits & (off_axis(graph.face_frame[shafts, 0], *graph.face_frame[cylinder, [0, 3]]) <= SAME_AXIS_MM)]
     low, high = _span(trimmed, bores, cylinder)
     spans = [_span(trimmed, np.array([shaft]), cylinder) for shaft in shafts.tolist()]
     return any(a < high and b > low for a, b in spans)

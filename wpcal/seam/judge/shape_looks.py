@@ -102,7 +102,8 @@ class ShapeLooks:
             if self._of_equals(has_round_tread, solid):
                 yield Rule.ROLLING.found(f"{self.graph.solid_names[solid]} is a wheel: it has a bore and a round tread")
         rings = RINGS if any(self._of_equals(_is_turned, solid) for solid in (a, b)) else ()
-        found = (rule.found(words) for look, rule, words in rings if self._once(look, a, b))
+        orders = ((a, b), (b, a))
+        found = (rule.found(words) for look, rule, words in rings if any(self._once(look, *own) for own in orders))
         closed_in = Rule.CLOSED_IN.found("no straight move takes the two apart: one was closed round the other")
         seat = next(found, closed_in if self._held[self._first_pair(a, b)] else None)
         if seat is not None:

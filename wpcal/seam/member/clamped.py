@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
+from wpcal.brep.surfaces import off_axis
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.linked import linked_groups, near_pairs, near_tree
@@ -190,8 +191,7 @@ def _are_bosses(graph: BrepGraph, faces: IntArray, z: FloatArray, foot: FloatArr
     for row, face in enumerate(faces.tolist()):
         own = np.array(of_solid[int(graph.face_solid[face])], dtype=np.int64)
         if len(own):
-            arm = graph.face_frame[own, 0] - foot[row]
-            off = np.linalg.norm(arm - (arm @ z[row])[:, None] * z[row], axis=1)
+            off = off_axis(graph.face_frame[own, 0], foot[row], z[row])
             along = np.abs(graph.face_frame[own, 3] @ z[row]) > 1 - COAXIAL_SIN
             found[row] = bool((along & (off <= COAXIAL_MM)).any())
     return found

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wpcal.brep.graph import BrepGraph, SurfaceKind
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import off_axis, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -162,8 +162,7 @@ def _turned(graph: BrepGraph, trimmed: TrimmedFaces, faces: IntArray) -> _Turned
 
 
 def _share_axis(graph: BrepGraph, faces: IntArray, o: FloatArray, z: FloatArray) -> BoolArray:
-    arm = graph.face_frame[faces, 0] - o
-    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+    off = off_axis(graph.face_frame[faces, 0], o, z)
     turn = np.linalg.norm(np.cross(graph.face_frame[faces, 3], z), axis=1)
     return np.asarray((off <= COAXIAL_MM) & (turn <= COAXIAL_SIN), dtype=bool)
 

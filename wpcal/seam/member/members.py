@@ -19,7 +19,7 @@ from scipy.sparse import csr_array, eye_array, hstack
 from wpcal.brep.concavity import are_concave
 from wpcal.brep.curves import evaluate_edges
 from wpcal.brep.graph import BrepGraph, CurveKind, SurfaceKind
-from wpcal.brep.surfaces import project_to_faces
+from wpcal.brep.surfaces import off_axis, project_to_faces
 from wpcal.brep.trim import TrimmedFaces
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.seam.find.built_up import FLATTEST, LEAST_BUILT_UP, SAME_THICKNESS, Surface, sampled_surface
@@ -510,8 +510,7 @@ def _rounds(
 def _round(graph: BrepGraph, surface: Surface, faces: frozenset[int], thick: float) -> tuple[Member, BoolArray]:
     first = min(faces)
     z, radius = graph.face_frame[first, 3], float(graph.face_param[list(faces), 0].max())
-    arm = surface.p - graph.face_frame[first, 0]
-    off = np.linalg.norm(arm - (arm @ z)[:, None] * z, axis=1)
+    off = off_axis(surface.p, graph.face_frame[first, 0], z)
     on = np.isin(surface.face, list(faces))
     ends = np.isin(surface.face, list(_beside(graph, faces))) & (np.abs(surface.normal @ z) > ON_COS)
     on |= ends & (off <= radius + ON_MM)

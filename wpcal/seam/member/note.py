@@ -44,7 +44,7 @@ class Member:
 
     @property
     def factor(self) -> float:
-        """The confidence of each of its seams is multiplied by it."""
+        """The score of each of its seams is multiplied by it."""
         product = 1.0
         for finding in self.findings:
             product *= finding.factor
