@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -11,14 +12,17 @@ from tests.one_robot_cells import TEE, fixed_cell, pipe_ring, with_positioner, w
 from tests.unit.controllers.judging import judged
 from wpcal.controllers.judge.asked import asked_of, compare
 from wpcal.controllers.judge.execute import execute
+from wpcal.controllers.judge.free_ways import FreeWays
 from wpcal.controllers.judge.in_cell import CellSweep
 from wpcal.controllers.program.planned_program import PlanOutput, build_planned_program
 from wpcal.controllers.registry import controller_named
 from wpcal.core.errors import InputError
 from wpcal.planning.cell.cell import Rail
+from wpcal.planning.cell.cell_clearance import CellClearance
 from wpcal.planning.cell.cell_file import read_one_robot
 from wpcal.planning.cell.shape import Shape
 from wpcal.planning.sequence.kept_plan import KeptPlan
+from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.plan_sequence import plan_sequence
 from wpcal.planning.sequence.sequence_input import read_sequence_input
 from wpcal.planning.sequence.targets import SequenceTargets, WeldPosition
@@ -75,6 +79,18 @@ def test_joints_beyond_a_limit_and_out_of_reach_are_named(swept):
     far[:3, 3] = 9000.0
     (meeting,) = sweep.meetings([first, replace(first, joints=None, goal=far)])
     assert "the arm does not get there" in meeting.what
+
+
+def test_a_way_within_the_digits_of_a_free_one_is_not_measured_again_and_any_other_is(swept):
+    plan, sweep, _ = swept
+    checker = MotionChecker(sweep.cell, CellClearance(sweep.cell, sweep.part))
+    ways, air, turned, hit = FreeWays(checker), plan.air[0], plan.air[0].copy(), plan.air[0].copy()
+    turned[0, 5] += np.radians(1.0)
+    hit[0, :3] = plan.pieces[0].q[0, :3] + [0.0, np.radians(20.0), 0.0]
+    with mock.patch.object(checker, "check", wraps=checker.check) as check:
+        free = [ways.is_free(q, np.zeros(len(q) - 1, dtype=bool)) for q in (air, air + 1e-9, turned, hit)]
+    assert free == [True, True, True, False]
+    assert [len(call.args[0]) for call in check.call_args_list] == [len(air), 2, 2]
 
 
 TURNED_DEG = 70.0  #: Then the part is where the torch waits.

@@ -1,11 +1,10 @@
 """Programs of every language, read by parsers that know nothing of the writer (`tests.program_text`)."""
 
-import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.program_text import READERS, numbers, quaternion
+from tests.program_text import READERS
 from wpcal.controllers.registry import controller_named
 
 DIGITS = {
@@ -40,9 +39,3 @@ def test_moves_come_in_order_with_the_arc_along_the_seam(make_program, name):
     assert [event.kind for event in found.events if event.names] == ["J", "L", "L", "L", "L"]
     if name in ("rapid", "krl", "as", "pdl2"):
         assert [*found.poses] == ["W1_appr", "W1_0001", "W1_0002", "W1_0003", "W1_retr"]
-
-
-def test_the_parser_of_quaternions_takes_an_example_of_the_manual():
-    """A half turn about y, as the manual of `orient` has it: 0,0,1,0 sends x to -x and z to -z."""
-    R = quaternion(numbers("[0,0,1,0]")).as_matrix()
-    np.testing.assert_allclose(R, np.diag([-1.0, 1.0, -1.0]), rtol=0, atol=1e-12)

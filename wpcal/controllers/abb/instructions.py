@@ -17,7 +17,7 @@ import numpy as np
 from wpcal.controllers.abb.statements import Data
 from wpcal.controllers.abb.values import Record, matrix, nested, pose_values, printed, typed
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError
+from wpcal.controllers.run.blocks import BlockInterpreter
 from wpcal.controllers.run.machine import WHOLE_ZONE, Matrix, Place
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.same_bits import inverse_pose
@@ -301,9 +301,6 @@ class Instructions(BlockInterpreter):
 
     def _do_retry(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         raise RetryError
-
-    def _do_return(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
-        raise LeaveError
 
     def _do_save(self, arguments: list[list[str]], options: dict[str, Any]) -> None:
         self._only(options, {"FILEPATH", "FILE", "TASKREF", "TASKNAME"}, "Save")

@@ -18,9 +18,8 @@ from wpcal.controllers.abb.grammar import GRAMMAR
 from wpcal.controllers.abb.instructions import Instructions, RapidError, RetryError, TryNextError
 from wpcal.controllers.abb.statements import MARK, STORAGE, Data, ModuleReader, Procedure, instruction
 from wpcal.controllers.abb.values import PARTS, SYNTAX, RapidParser, Record, empty, matrix, pose_values, printed, typed
-from wpcal.controllers.language.grammar import Does, mark_of
 from wpcal.controllers.run.blocks import LeaveError, Node, text_of
-from wpcal.controllers.run.expressions import Parser, tokens_of
+from wpcal.controllers.run.expressions import Parser
 from wpcal.controllers.run.machine import Matrix, about, rigid
 from wpcal.controllers.run.program import ProgramError, Run, entries_of
 from wpcal.core.same_bits import inverse_pose
@@ -39,7 +38,13 @@ SEARCH = re.compile(r"\bSearchL((?:\\\w+)*),[ \t]*+(\w++)", re.IGNORECASE)
 class Interpreter(Instructions):
     """One motion task with its modules; tools and work objects of the empty name are all that no module declares."""
 
-    grammar, words = GRAMMAR, SYNTAX
+    grammar, words, COMMENT = GRAMMAR, SYNTAX, MARK
+    BLOCKS: Mapping[str, Callable[..., None]] = {
+        "IF": Instructions.choose,
+        "FOR": lambda self, node, tokens: self._for(node, tokens),
+        "WHILE": Instructions.loop_while,
+        "TEST": Instructions.select,
+    }
 
     def __init__(
         self,
@@ -297,17 +302,9 @@ class Interpreter(Instructions):
                     raise LeaveError from None
                 break
 
-    def execute(self, node: Node) -> None:
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run one statement."""
-        if node.text.startswith(MARK):
-            self.machine.switch(mark_of(node.text[1:]) or Does.DRY)
-            return
-        tokens = tokens_of(node.text, SYNTAX)
-        word = tokens[0].upper()
-        if node.branches:
-            heads = {"IF": self.choose, "FOR": self._for, "WHILE": self.loop_while, "TEST": self._test}
-            heads[word](node, tokens)
-        elif word in STORAGE:
+        if word in STORAGE:
             self._declare(tokens)
         elif tokens[1:2] and tokens[1] in {".", "{", ":="} and ":=" in tokens:
             equals = tokens.index(":=")
@@ -333,11 +330,3 @@ class Interpreter(Instructions):
         first, last = int(self.value(tokens[words.index("FROM") + 1 : to])), int(self.value(tokens[to + 1 : by]))
         step = int(self.value(tokens[by + 1 : -1])) if "STEP" in words else 1 if last >= first else -1
         self.counted(node, words[1], first, last, step)
-
-    def _test(self, node: Node, tokens: list[str]) -> None:
-        found = self.value(tokens[1:])
-        for head, body in node.branches[1:]:
-            word, *values = tokens_of(head, SYNTAX)
-            if word.upper() == "DEFAULT" or found in self.parser([*values[:-1], ")"]).values(")"):
-                self.block(body)
-                return

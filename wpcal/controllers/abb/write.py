@@ -24,7 +24,7 @@ from wpcal.controllers.language.emit import Around, WeldWriter
 from wpcal.controllers.language.naming import NameRules, own_name, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded, texts
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, part_frame
+from wpcal.controllers.program.describe import part_frame
 from wpcal.controllers.program.planned import ALONE
 from wpcal.core.arrays import FloatArray
 from wpcal.core.rotations import quaternion_from_rotation, rotation_from_quaternion
@@ -178,7 +178,6 @@ class _Rapid(WeldWriter):
     def _about(self) -> list[str]:
         program = self.program
         text = [
-            *describe(program),
             f"targets are relative to wpPart, {part_frame(program)}; mm; q1..q4 = w,x,y,z",
             f"written with {MM_DECIMALS} and {QUATERNION_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
             "confdata is not known: ConfJ, ConfL \\Off let the controller choose, and are On again at the end"
@@ -188,9 +187,8 @@ class _Rapid(WeldWriter):
             "the tool must be declared on the controller; the arc burns from ARC ON to ARC OFF"
             if program.arc is None
             else "the tool, and data without sm_, wd_ and wv_, must be declared on the controller; wire feed in mm/s",
-            *self.seams_in_words(self.stems),
         ]
-        return self.comments(text)
+        return self.about(text)
 
     def _external_in_words(self) -> list[str]:
         planned = self.planned

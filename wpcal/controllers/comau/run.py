@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,8 +20,8 @@ import numpy as np
 
 from wpcal.controllers.comau.grammar import GRAMMAR
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Row, Steps, tree
-from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.blocks import BlockInterpreter, Node, Row, Steps, tree
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, without_comment
 from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError
 from wpcal.core.arrays import FloatArray
@@ -72,7 +72,13 @@ HEADS = {"IF", "FOR", "WHILE", "REPEAT", "SELECT"}
 class Interpreter(BlockInterpreter):
     """Runs a program."""
 
-    grammar, words = GRAMMAR, WORDS
+    grammar, words, COMMENT, BREAK, FOR = GRAMMAR, WORDS, "--", "EXIT", (":=", "TO", "STEP", "DO")
+    BLOCKS: Mapping[str, Callable[..., None]] = {
+        "IF": BlockInterpreter.choose,
+        "FOR": BlockInterpreter.count,
+        "WHILE": BlockInterpreter.loop_while,
+        "REPEAT": BlockInterpreter.until,
+    }
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         super().__init__(files, *args, **given)
@@ -126,20 +132,10 @@ class Interpreter(BlockInterpreter):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
-    def execute(self, node: Node) -> None:
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run one line."""
-        if node.text.startswith("--"):
-            self.remark(node.text[2:])
-            return
-        tokens = tokens_of(node.text, WORDS)
-        word = tokens[0].upper()
-        blocks = {"IF": self.choose, "WHILE": self.loop_while, "FOR": self._for, "REPEAT": self.until}
-        if word in blocks:
-            blocks[word](node, tokens)
-        elif word in {"MOVE", "MOVEFLY"}:
+        if word in {"MOVE", "MOVEFLY"}:
             self._move(tokens[1:])
-        elif word in {"RETURN", "EXIT"}:
-            raise LeaveError if word == "RETURN" else BreakError
         elif ":=" in tokens:
             if word == "$LIN_SPD" or not SETTINGS.fullmatch(word):
                 at = tokens.index(":=")
@@ -177,19 +173,8 @@ class Interpreter(BlockInterpreter):
     def _set_frame(self, name: str, left: list[str], value: Any) -> None:
         if not isinstance(value, _Position) or name == "$BASE":
             raise ProgramError(f"not followed: {''.join(left)}")
-        if name == "$TOOL":
-            self.tool = name
-            self.tools[name] = value.place()
-        else:
-            self.frame = name
-            self.bases[name] = value.place()
-
-    def _for(self, node: Node, tokens: list[str]) -> None:
-        words = [token.upper() for token in tokens]
-        if ":=" not in words or "TO" not in words or words[-1] != "DO":
-            raise ProgramError(f"not followed: {node.text!r}")
-        to = words.index("TO")
-        self.counted(node, words[1], self.value(tokens[3:to]), self.value(tokens[to + 1 : -1]))
+        setattr(self, "tool" if name == "$TOOL" else "frame", name)
+        (self.tools if name == "$TOOL" else self.bases)[name] = value.place()
 
     # -- moves -----------------------------------------------------------------------------------------------------
 

@@ -22,7 +22,7 @@ from wpcal.controllers.language.emit import ArcSwitch, WeldWriter
 from wpcal.controllers.language.naming import NameRules
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.controllers.program.describe import describe_path, part_frame
 from wpcal.core.arrays import FloatArray
 
 KEYWORDS = (
@@ -49,6 +49,8 @@ SWITCH = ArcSwitch(
     on="$DOUT[{output}] := TRUE",
     off="$DOUT[{output}] := FALSE",
     wait="DELAY {milliseconds}",
+    by_output="$DOUT[{output}] switches the arc",
+    by_calls="arc_start(job) and arc_end are routines of your program wp_arc",
 )
 
 
@@ -125,22 +127,14 @@ class _Pdl2(WeldWriter):
         return found
 
     def _about(self) -> list[str]:
-        program, arc = self.program, self.program.arc
-        if arc is None:
-            how = "the arc burns from ARC ON to ARC OFF"
-        elif arc.output is not None:
-            how = f"$DOUT[{arc.output}] switches the arc"
-        else:
-            how = "arc_start(job) and arc_end are routines of your program wp_arc"
+        program = self.program
         text = [
-            *describe(program),
             f"positions are relative to {PART}, {part_frame(program)}; mm; R = Rz(e1) Ry(e2) Rz(e3), deg",
             f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
             "the configuration is not known: the arm keeps the one it comes with",
-            f"set $BASE and $TOOL before this program; {how}",
-            *self.seams_in_words(self.stems),
+            f"set $BASE and $TOOL before this program; {SWITCH.in_words(program.arc)}",
         ]
-        return self.comments(text)
+        return self.about(text)
 
     def _seam(self, path: WeldPath) -> list[str]:
         head = self.comments([path.seam.name, describe_path(path)], mark="  -- ")

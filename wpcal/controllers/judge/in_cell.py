@@ -7,15 +7,16 @@ it carries. Between two states no body moves farther than is free around it (`wp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby
+from itertools import accumulate, groupby
 
 import numpy as np
 
 from wpcal.brep.material import TriangleMaterial
-from wpcal.controllers.judge.swept import Meeting, poses_along
+from wpcal.controllers.judge.free_ways import FreeWays
+from wpcal.controllers.judge.swept import LARGEST_MOVE_MM, Meeting, poses_along
 from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.controllers.run.trace import Motion
 from wpcal.core.arrays import BoolArray, FloatArray
@@ -36,12 +37,12 @@ DIGITS_MM = 0.1  #: The text has fewer digits than the plan; safety distances ar
 PARTS_OF_HALF = 100  #: Of the half of a move before a corner: how finely the end of its zone is found.
 LEAST_ZONE_MM = 1.0  #: A smaller zone saves no time.
 ROOM_OF_ZONE = 0.45  #: Of a move: the zones at both of its ends do not meet.
-LEAST_STATES = 2  #: Of a move.
 LIMIT_RAD = 1e-5  #: The same for limits of joints.
 
 
 Leg = tuple[Motion, FloatArray]  #: A motion with its states, shape (n, k).
 Rows = Sequence[FloatArray]  #: States, shapes (n, k).
+Way = tuple[FloatArray, FloatArray]  #: Poses in what leads the tool and the external axes there, (n, 4, 4), (n, k - 6).
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,11 @@ class CellSweep:
         cell = with_wire(self._near.cell, 0.0, self.more_wire_mm)
         return MotionChecker(cell, CellClearance(cell, self.part, like=self._near.clearance))
 
+    @cached_property
+    def _free_ways(self) -> dict[bool, FreeWays]:
+        """What tells whether moves are free, by whether they are moves by the joints."""
+        return {True: FreeWays(self._air), False: FreeWays(self._near)}
+
     def legs(
         self, motions: Sequence[Motion], start: FloatArray | None = None
     ) -> Iterator[tuple[Motion, FloatArray | None]]:
@@ -86,13 +92,20 @@ class CellSweep:
 
         `start`: shape (k,). Where it is before, or near to it, rad and mm.
         """
-        q = start
-        for motion in motions:
-            states = self._states(motion, q)
-            if states is not None and not np.isfinite(states).all():
-                states = None
-            q = None if states is None else states[-1]
-            yield motion, states
+        before = self.external if start is None else start[JOINTS:]
+        outer = list(accumulate(motions, lambda at, one: self._external(one.place.external, at), initial=before))
+        ways, q = self._followed(self._ways(motions, outer, start)), start
+        for row, motion in enumerate(motions):
+            states = np.full((1, len(self.cell.home)), np.nan)
+            if motion.kind == "J" and motion.joints is not None:
+                end = np.concatenate([np.radians(motion.joints), outer[row + 1]])
+                states = np.array([end] if q is None else [q, end])
+            elif q is not None and row in ways:
+                external, branches = ways[row]
+                followed = np.concatenate([_nearest(branches, q[:JOINTS]), external], axis=1)
+                states = np.concatenate([q[None], followed])
+            q = states[-1] if np.isfinite(states).all() else None
+            yield motion, None if q is None else states
 
     def meetings(self, motions: Sequence[Motion], start: FloatArray | None = None) -> Iterator[Meeting]:
         """Yield where motions are not free, in their order; after the first of a row of like motions the next row.
@@ -116,9 +129,12 @@ class CellSweep:
                 yield from self._row(list(group), self._air if is_air else self._near)
 
     def _is_free(self, legs: Sequence[Leg], *, is_air: bool) -> bool:
-        """Tell whether all motions of a kind are free, measured together; otherwise each row is judged alone."""
+        """Tell whether all motions of a kind are free, measured together; otherwise each row is judged alone.
+
+        What the text of another language did before, within the digits of both, is not measured again.
+        """
         rows = [
-            np.concatenate([states for _, states in group])
+            np.concatenate([states[row > 0 and len(states) > 1 :] for row, (_, states) in enumerate(group)])
             for kind, group in groupby(legs, key=lambda leg: leg[0].kind == "J")
             if kind == is_air
         ]
@@ -127,9 +143,9 @@ class CellSweep:
         states = np.concatenate(rows)
         gaps = np.zeros(len(states) - 1, dtype=bool)
         gaps[np.cumsum([len(each) for each in rows])[:-1] - 1] = True
-        if self._beyond(states).any() or len(states) < LEAST_STATES:
+        if self._beyond(states).any():
             return False
-        return (self._air if is_air else self._near).check(states, gaps=gaps).is_free
+        return self._free_ways[is_air].is_free(states, gaps)
 
     def _beyond(self, states: FloatArray) -> BoolArray:
         """Tell at which states a joint is beyond its limits, shape (n,)."""
@@ -144,33 +160,45 @@ class CellSweep:
         if beyond.any():
             yield Meeting(legs[own[int(np.argmax(beyond))]][0], "a joint is beyond its limits")
             return
-        found = checker.check(states if len(states) > 1 else np.repeat(states, 2, axis=0))
+        found = checker.check(states)
         if not found.is_free:
             row = int(np.argmin(found.margin_mm))
             last = min(int(np.ceil(found.at[row])), len(own) - 1)
             yield Meeting(legs[own[last]][0], f"on the move there {checker.nearest(found.states[row][None])}")
 
-    def _states(self, motion: Motion, q: FloatArray | None) -> FloatArray | None:
-        """Return all axes from the start of a motion on, shape (n, k); None where nobody knows them."""
-        before = self.external if q is None else q[JOINTS:]
-        external = self._external(motion.place.external, before)
-        if motion.kind == "J" and motion.joints is not None:
-            end = np.concatenate([np.radians(motion.joints), external])
-            return np.array([end] if q is None else [q, end])
-        goal, via = (
-            self._written(T, external) if joints is None else self._led(joints, self._external(outer, external))
-            for T, joints, outer in (
-                (motion.goal, motion.joints, ()),
-                (motion.via, motion.via_joints, motion.place.via_external),
-            )
-        )
-        if goal is None or q is None:
-            return None
-        if motion.kind == "J":
-            return np.concatenate([q[None], self._followed(goal[None], q, external[None])])
-        line = replace(motion, start=self._led(np.degrees(q[:JOINTS]), before), goal=goal, via=via)
-        T = poses_along(line, STEP_MM, STEP_RAD, least=self._steps(external - before))
-        return np.concatenate([q[None], self._followed(T, q, self._outer(before, external, len(T)))])
+    def _ways(self, motions: Sequence[Motion], outer: Rows, start: FloatArray | None) -> dict[int, Way]:
+        """Return where motions lead the tool, by their rows; not from or to unknown places.
+
+        `outer`: shapes (k - 6,). The external axes before all motions, and after each.
+        """
+        at_via = [self._external(each.place.via_external, end) for each, end in zip(motions, outer[1:], strict=True)]
+        goals = self._places([(each.goal, each.joints) for each in motions], outer[1:])
+        vias = self._places([(each.via, each.via_joints) for each in motions], at_via)
+        first = None if start is None else np.degrees(start[:JOINTS])
+        starts = np.concatenate([self._places([(None, first)], outer[:1]), goals[:-1]])
+        is_near = np.linalg.norm(goals[:, :3, 3] - starts[:, :3, 3], axis=1) <= LARGEST_MOVE_MM
+        is_line = np.array([motion.kind != "J" for motion in motions], dtype=bool)
+        lines = np.flatnonzero(is_near & is_line).tolist()
+        least = np.array([self._steps(outer[row + 1] - outer[row]) for row in lines])
+        along = poses_along(starts[lines], goals[lines], vias[lines, :3, 3], STEP_MM, STEP_RAD, least)
+        ways = {row: (goals[row][None], outer[row + 1][None]) for row in np.flatnonzero(is_near & ~is_line).tolist()}
+        for row, T in zip(lines, along, strict=True):
+            ways[row] = T[1:], self._outer(outer[row], outer[row + 1], len(T))[1:]
+        return ways
+
+    def _places(self, written: Sequence[tuple[FloatArray | None, FloatArray | None]], external: Rows) -> FloatArray:
+        """Return places in what leads the tool, shape (n, 4, 4), of poses or of joints, deg, in a text; else NaN."""
+        T = np.full((len(written), 4, 4), np.nan)
+        q = np.column_stack([np.full((len(written), JOINTS), np.nan), external])
+        for row, (pose, joints_deg) in enumerate(written):
+            if joints_deg is not None:
+                q[row, :JOINTS] = np.radians(joints_deg)
+            elif pose is not None:
+                T[row] = pose
+        T_part_base = inverse_pose(self._guide(q[:, JOINTS:]))
+        T = T if self.is_carried else product(T_part_base, T)
+        T_base_tool = product(self.cell.T_world_base.inverse().matrix, self.cell.tool_places(q))
+        return np.where(np.isnan(q[:, :1, None]), T, product(T_part_base, T_base_tool))
 
     def _outer(self, before: FloatArray, external: FloatArray, count: int) -> FloatArray:
         """Return external axes from place to place, shape (count, k - 6): evenly, or as a line of the part asks."""
@@ -200,16 +228,6 @@ class CellSweep:
             return np.broadcast_to(np.eye(4), (len(external), 4, 4))
         q = np.concatenate([np.zeros((len(external), JOINTS)), external], axis=1)
         return product(self.cell.T_world_base.inverse().matrix, self.cell.carrier_places(q))
-
-    def _written(self, T: FloatArray | None, external: FloatArray) -> FloatArray | None:
-        """Return a pose of the text in what leads the tool."""
-        return T if T is None or self.is_carried else inverse_pose(self._guide(external[None])[0]) @ T
-
-    def _led(self, joints_deg: FloatArray, external: FloatArray) -> FloatArray:
-        """Return the tool at joints of the arm in what leads it, shape (4, 4)."""
-        q = np.concatenate([np.radians(joints_deg), external])[None]
-        T_base_tool = product(self.cell.T_world_base.inverse().matrix, self.cell.tool_places(q))
-        return np.asarray(product(inverse_pose(self._guide(external[None])), T_base_tool)[0])
 
     def corner(self, q: FloatArray, zone_mm: float, share: float) -> FloatArray:
         """Return states whose hull has every state of a rounded corner, shape (3, k).
@@ -251,22 +269,32 @@ class CellSweep:
                 zone_mm /= 2.0
         return mm, shares
 
-    def _followed(self, T: FloatArray, q: FloatArray, external: FloatArray) -> FloatArray:
-        """Return all axes at poses of the tool, each in the branch nearest to the one before; NaN out of reach.
-
-        `T`, `external`: shapes (n, 4, 4) and (n, k - 6). Poses in what leads the tool, with the external axes there.
-        """
+    def _followed(self, ways: Mapping[int, Way]) -> dict[int, tuple[FloatArray, FloatArray]]:
+        """Return the external axes along each way and all branches of the arm there, (n, 8, 6): NaN out of reach."""
+        if not ways:
+            return {}
+        T, external = (np.concatenate(each) for each in zip(*ways.values(), strict=True))
         rail = np.concatenate([np.zeros((len(T), JOINTS)), external], axis=1)
         T_base_rest = product(inverse_pose(self.cell.base_places(rail)), self.cell.T_world_base.matrix)
         T_base_tool = product(T_base_rest, product(self._guide(external), T))
-        found = solve_inverse(self.cell.arm, T_base_tool @ self.cell.T_flange_tool.inverse().matrix).joints
-        near, rows = q[:JOINTS], list[FloatArray]()
-        for branches in found:
-            turned = branches + TURN * np.rint((near - branches) / TURN)
-            off = np.where(np.isfinite(turned).all(axis=1), np.abs(turned - near).max(axis=1), np.inf)
-            near = turned[int(np.argmin(off))]
-            rows.append(near)
-        return np.concatenate([np.array(rows), external], axis=1)
+        flange = T_base_tool @ self.cell.T_flange_tool.inverse().matrix
+        known = np.isfinite(flange).all(axis=(1, 2))
+        found = solve_inverse(self.cell.arm, flange[known]).joints
+        branches = np.full((len(T), *found.shape[1:]), np.nan)
+        branches[known] = found
+        ends = np.cumsum([len(each) for each, _ in ways.values()])[:-1]
+        return dict(zip(ways, zip(np.split(external, ends), np.split(branches, ends), strict=True), strict=True))
+
+
+def _nearest(branches: FloatArray, near: FloatArray) -> FloatArray:
+    """Return at each place of (n, 8, 6) the branch that is nearest to the one before, shape (n, 6)."""
+    rows = list[FloatArray]()
+    for each in branches:
+        turned = each + TURN * np.rint((near - each) / TURN)
+        off = np.where(np.isfinite(turned).all(axis=1), np.abs(turned - near).max(axis=1), np.inf)
+        near = turned[int(np.argmin(off))]
+        rows.append(near)
+    return np.array(rows)
 
 
 def _looser(cell: Cell) -> Cell:

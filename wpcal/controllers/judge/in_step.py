@@ -122,9 +122,9 @@ def _is_as(asked: _Asked, motion: Motion, q: FloatArray, cell: Cell, tools: set[
         is_so = is_so and bool(np.linalg.norm(T[:3, 3] - other[:3, 3]) <= SAME_MM and turned <= SAME_RAD)
     if asked.move is None or not is_so:
         return is_so
-    share = np.linspace(0.0, 1.0, len(q) - 1)  # the first state is there twice
+    share = np.linspace(0.0, 1.0, len(q))
     p = asked.move.select(np.zeros(len(share), dtype=np.int64)).positions(share)
-    return bool(np.linalg.norm(cell.tool_in_part(q[1:])[:, :3, 3] - p, axis=1).max() <= SAME_MM)
+    return bool(np.linalg.norm(cell.tool_in_part(q)[:, :3, 3] - p, axis=1).max() <= SAME_MM)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,6 +21,7 @@ from wpcal.seam.judge.material import find_poses_in_material
 LARGEST_MOVE_MM = 20_000.0  #: No robot makes longer moves; they are not followed.
 PLACES_AT_ONCE = 20_000  #: In one array.
 ARC_STEP_MM = 1.0
+SAME_STEP = 0.01  #: Of a step: a way of whole steps has as many of them in a text with other digits.
 
 
 class Meeting(NamedTuple):
@@ -103,23 +104,29 @@ def _poses(motion: Motion) -> tuple[FloatArray, FloatArray]:
     elif motion.via is None:
         ends = np.array([motion.start, motion.goal])
     else:
-        ends = poses_along(motion, ARC_STEP_MM, np.inf)
+        starts, goals, vias = np.array([motion.start]), np.array([motion.goal]), motion.via[None, :3, 3]
+        (ends,) = poses_along(starts, goals, vias, ARC_STEP_MM, np.inf, np.ones(1))
     return ends[:, :3, 3], ends[:, :3, :3]
 
 
-def poses_along(motion: Motion, step_mm: float, step_rad: float, *, least: float = 1.0) -> FloatArray:
-    """Return poses along a line or an arc with both ends, shape (n, 4, 4).
+def poses_along(
+    starts: FloatArray, goals: FloatArray, vias: FloatArray, step_mm: float, step_rad: float, least: FloatArray
+) -> list[FloatArray]:
+    """Return poses along lines and arcs with both ends, shapes (n, 4, 4).
 
-    `step_mm`, `step_rad`: At most so far apart, and in at least so many steps.
+    `starts`, `goals`, `vias`: shapes (m, 4, 4) twice and (m, 3); NaN for a line.
+    `step_mm`, `step_rad`, `least`: At most so far apart, and in at least so many steps, shape (m,).
     """
-    ends = np.array([motion.start, motion.goal])
-    p, R = ends[:, :3, 3], ends[:, :3, :3]
-    via = np.full((1, 3), np.nan) if motion.via is None else motion.via[None, :3, 3]
-    turn = turns_between(R[:1], R[1:])
-    moves = Moves.between(p[:1], R[:1], p[1:], turn, via)
-    arc = float(moves.sweep[0] * np.linalg.norm(moves.u[0]))
-    length = arc if arc > 0.0 else float(np.linalg.norm(moves.chord[0]))
-    parts = max(length / step_mm, float(np.linalg.norm(turn)) / step_rad, least, 1.0)
-    share = np.linspace(0.0, 1.0, int(np.ceil(parts)) + 1)
-    at = moves.select(np.zeros(len(share), dtype=np.int64))
-    return poses(at.rotations(share), at.positions(share))
+    R = starts[:, :3, :3]
+    turn = turns_between(R, goals[:, :3, :3])
+    moves = Moves.between(starts[:, :3, 3], R, goals[:, :3, 3], turn, vias)
+    arc = moves.sweep * np.linalg.norm(moves.u, axis=1)
+    length = np.where(arc > 0.0, arc, np.linalg.norm(moves.chord, axis=1))
+    parts = np.max([length / step_mm, np.linalg.norm(turn, axis=1) / step_rad, least], axis=0) - SAME_STEP
+    parts = np.maximum(np.ceil(parts), 1.0)
+    count = parts.astype(np.int64) + 1
+    ends = np.cumsum(count)
+    own = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(own)) - np.repeat(ends - count, count)) / parts[own]
+    at = moves.select(own)
+    return np.split(poses(at.rotations(share), at.positions(share)), ends[:-1]) if len(own) else []

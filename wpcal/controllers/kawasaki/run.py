@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial, partialmethod
 from typing import Any
 
@@ -26,8 +26,8 @@ import numpy as np
 
 from wpcal.controllers.kawasaki.grammar import GRAMMAR
 from wpcal.controllers.language.grammar import Does, mark_of
-from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, LeaveError, Node, Steps, tree
-from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.blocks import BlockInterpreter, JumpError, Node, Steps, tree
+from wpcal.controllers.run.expressions import COMPARE, PRODUCT, SIGNS, SUM, Syntax, without_comment
 from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.core.arrays import FloatArray
@@ -116,7 +116,13 @@ def _begins(text: str) -> bool:
 class Interpreter(BlockInterpreter):
     """Runs AS programs; variables have no value before the files give them one."""
 
-    grammar, words = GRAMMAR, WORDS
+    grammar, words, COMMENT, BREAK = GRAMMAR, WORDS, ";", "EXIT"
+    BLOCKS: Mapping[str, Callable[..., None]] = {
+        "IF": BlockInterpreter.choose,
+        "FOR": BlockInterpreter.count,
+        "WHILE": BlockInterpreter.loop_while,
+        "DO": BlockInterpreter.until,
+    }
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.T_base: FloatArray = np.eye(4)
@@ -196,11 +202,9 @@ class Interpreter(BlockInterpreter):
 
     def call(self, name: str, arguments: list[Any]) -> Any:
         """Return the value of a function, or the element of an array of signals."""
-        return super().call(name, arguments) if name not in self.routines else self.step_into(name)
-
-    def step_into(self, name: str) -> Any:
-        """Refuse a program as a function."""
-        raise ProgramError(f"{name} is not a function")
+        if name in self.routines:
+            raise ProgramError(f"{name} is not a function")
+        return super().call(name, arguments)
 
     def fn_sig(self, *numbers: Any) -> int:
         """Tell whether signals are on."""
@@ -259,17 +263,14 @@ class Interpreter(BlockInterpreter):
         raise ProgramError(f"GOTO {label}: no such label outside blocks")
 
     def execute(self, node: Node) -> None:
+        """Run one step; ``BY`` of SHIFT is a comma."""
+        text = node.text if node.text.startswith(";") else re.sub(r"^\d+\s+", "", node.text)
+        super().execute(replace(node, text=re.sub(r"\bBY\b", ",", text) if "SHIFT" in text.upper() else text))
+
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run one step."""
-        if node.text.startswith(";"):
-            self._remark(node.text[1:])
-            return
-        text = re.sub(r"^\d+\s+", "", node.text)
-        tokens = tokens_of(re.sub(r"\bBY\b", ",", text) if "SHIFT" in text.upper() else text, WORDS)
-        word = tokens[0].upper()
-        blocks = {"IF": self._if, "FOR": self._for, "WHILE": self.loop_while, "DO": self.until}
-        if word in blocks:
-            blocks[word](node, tokens)
-        elif word == "POINT" or tokens[1:2] == ["="]:
+        text = node.text
+        if word == "POINT" or tokens[1:2] == ["="]:
             name, right = (tokens[1], tokens[3:]) if word == "POINT" else (tokens[0], tokens[2:])
             value = self.value(right)
             if (word == "POINT") != isinstance(value, Transformation):
@@ -282,39 +283,26 @@ class Interpreter(BlockInterpreter):
             else:
                 function(tokens[1:])
 
-    def _remark(self, text: str) -> None:
+    def remark(self, text: str) -> None:
         """Take a mark of a seam: a beginning counts from the end of the next LWS, which goes to the seam."""
         if mark_of(text) is Does.START:
             self.mark = Does.START
         else:
             self._passed()
-            self.remark(text)
+            super().remark(text)
 
     def _passed(self) -> None:
         if self.mark is not None:
             self.machine.switch(self.mark)
         self.mark = None
 
-    def _if(self, node: Node, tokens: list[str]) -> None:
+    def _do_if(self, tokens: list[str]) -> None:
         words = [token.upper() for token in tokens]
-        if node.branches:
-            holds = self.value(tokens[1:-1])
-            for head, body in node.branches:
-                if (head.split()[0].upper() == "ELSE") != bool(holds):
-                    self.block(body)
-        elif "GOTO" in words:
-            at = words.index("GOTO")
-            if self.value(tokens[1:at]):
-                raise JumpError(tokens[at + 1])
-        else:
-            raise ProgramError(f"IF without THEN: {node.text}")
-
-    def _for(self, node: Node, tokens: list[str]) -> None:
-        words = [token.upper() for token in tokens]
-        to = words.index("TO") if "TO" in words else 0
-        by = words.index("STEP") if "STEP" in words else len(words)
-        step = self.value(tokens[by + 1 :]) if by < len(words) else 1
-        self.counted(node, words[1], self.value(tokens[3:to]), self.value(tokens[to + 1 : by]), step)
+        if "GOTO" not in words:
+            raise ProgramError(f"IF without THEN: {' '.join(tokens)}")
+        at = words.index("GOTO")
+        if self.value(tokens[:at]):
+            raise JumpError(tokens[at + 1])
 
     # -- moves -----------------------------------------------------------------------------------------------------
 
@@ -376,7 +364,7 @@ class Interpreter(BlockInterpreter):
         return Transformation(inverse_pose(self.T_base) @ self.machine.T_base_tool(self.T_tool()))
 
     def _draw(self, tokens: list[str], *, in_tool: bool) -> None:
-        values = self.parser([*tokens, ")"]).values(")")
+        values = self.listed(tokens)
         if len(values) != 3:
             raise ProgramError("DRAW with a turn, a speed or left out numbers")
         self._travel("L", self._here().moved(np.array(values, dtype=np.float64), in_tool=in_tool))
@@ -389,7 +377,7 @@ class Interpreter(BlockInterpreter):
     _do_depart, _do_ldepart = partialmethod(_depart, "J"), partialmethod(_depart, "L")
 
     def _approach(self, kind: str, tokens: list[str]) -> None:
-        pose, back = self.parser([*tokens, ")"]).values(")")
+        pose, back = self.listed(tokens)
         self._travel(kind, pose.moved([0.0, 0.0, -back], in_tool=True))
 
     _do_appro, _do_lappro = partialmethod(_approach, "J"), partialmethod(_approach, "L")
@@ -471,7 +459,7 @@ class Interpreter(BlockInterpreter):
         self.is_cp = tokens[0].upper() == "ON"
 
     def _do_signal(self, tokens: list[str]) -> None:
-        for number in self.parser([*tokens, ")"]).values(")"):
+        for number in self.listed(tokens):
             self.output("OX", abs(int(number)), on=number > 0)
 
     def _do_swait(self, tokens: list[str]) -> None:
@@ -481,7 +469,7 @@ class Interpreter(BlockInterpreter):
 
     def _do_print(self, tokens: list[str]) -> None:
         tokens = tokens[2:] if tokens[1:2] == [":"] else tokens
-        self.run.messages.append("".join(str(v) for v in self.parser([*tokens, ")"]).values(")")))
+        self.run.messages.append("".join(str(v) for v in self.listed(tokens)))
 
     _do_type = _do_print
 
@@ -498,9 +486,6 @@ class Interpreter(BlockInterpreter):
 
     def _do_goto(self, tokens: list[str]) -> None:
         raise JumpError(tokens[0])
-
-    def _do_return(self, tokens: list[str]) -> None:
-        raise LeaveError
 
     def _do_call(self, tokens: list[str]) -> None:
         arguments = self.parser(tokens[2:]).values(")") if len(tokens) > 1 else []

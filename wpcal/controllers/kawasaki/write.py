@@ -23,7 +23,7 @@ from wpcal.controllers.language.emit import Around, WeldWriter
 from wpcal.controllers.language.naming import NameRules, own_name
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyz_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, describe_path, part_frame
+from wpcal.controllers.program.describe import describe_path, part_frame
 from wpcal.controllers.program.planned import ALONE, PlannedMoves
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
@@ -186,7 +186,6 @@ class _As(WeldWriter):
         program, planned = self.program, self.planned
         axes = [] if planned is None else [f"JT{row} = {name}" for row, name in enumerate(planned.turning, start=7)]
         text = [
-            *describe(program),
             f"points are relative to {PART}, {part_frame(program)}; mm; R = Rz(O) Ry(A) Rz(T), deg",
             f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
             "the configuration is not known: the arm keeps the one it comes with"
@@ -195,9 +194,8 @@ class _As(WeldWriter):
             *([f"external axes: {', '.join(axes)}; each is after the six values of a point, deg"] if axes else []),
             f"the transformation {program.controller.tool_name} (the torch) must be on the controller",
             *self._arc_in_words(),
-            *self.seams_in_words(self.stems),
         ]
-        return self.comments(text)
+        return self.about(text)
 
     def _arc_in_words(self) -> list[str]:
         """Say which conditions of the controller the program sets, and which it needs."""

@@ -24,8 +24,8 @@ from wpcal.controllers.kuka.grammar import GRAMMAR as TEXT
 from wpcal.controllers.kuka.statements import read_data, read_source
 from wpcal.controllers.kuka.values import AXES, CARTESIAN, GRAMMAR, Aggregate, KrlParser, frame_value, krl_text
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, text_of
-from wpcal.controllers.run.expressions import Parser, tokens_of
+from wpcal.controllers.run.blocks import BlockInterpreter, Node, text_of
+from wpcal.controllers.run.expressions import Parser
 from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError, entries_of
 from wpcal.core.arrays import FloatArray
@@ -83,7 +83,15 @@ WAITS = re.compile(r"\bWHEN[ \t]++\$IN\[(\d++)\]==(TRUE|FALSE)", re.IGNORECASE)
 class Interpreter(BlockInterpreter):
     """A robot interpreter with its modules; `signals` are numbers of inputs."""
 
-    grammar, words = TEXT, GRAMMAR
+    grammar, words, COMMENT, BREAK = TEXT, GRAMMAR, ";", "EXIT"
+    BLOCKS: Mapping[str, Callable[..., None]] = {
+        "IF": BlockInterpreter.choose,
+        "FOR": BlockInterpreter.count,
+        "WHILE": lambda self, node, tokens: self.loop(node, lambda: self.value(tokens[1:])),
+        "LOOP": lambda self, node, _: self.loop(node, lambda: True),
+        "REPEAT": BlockInterpreter.until,
+        "SWITCH": BlockInterpreter.select,
+    }
 
     def __init__(
         self,
@@ -253,27 +261,12 @@ class Interpreter(BlockInterpreter):
                     raise
                 self.in_handler, self.file = False, file
 
-    def execute(self, node: Node) -> None:
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run one line."""
-        if node.text.startswith(";"):
-            self.remark(node.text[1:])
-            return
         speed = self.system.get("$VEL.CP")
         if isinstance(speed, int | float):
             self.machine.at = replace(self.machine.at, speed_mm_s=1000.0 * speed)
-        tokens = tokens_of(node.text, GRAMMAR)
-        word = tokens[0].upper()
-        blocks = {
-            "IF": self.choose,
-            "FOR": self._for,
-            "WHILE": lambda node, tokens: self.loop(node, lambda: self.value(tokens[1:])),
-            "LOOP": lambda node, _: self.loop(node, lambda: True),
-            "REPEAT": self.until,
-            "SWITCH": self._switch,
-        }
-        if node.branches:
-            blocks[word](node, tokens)
-        elif word in {"GLOBAL", "INTERRUPT"}:
+        if word in {"GLOBAL", "INTERRUPT"}:
             self._interrupt(tokens)
         elif "=" in tokens and word not in PLAIN and word != "DECL":
             equals = tokens.index("=")
@@ -287,33 +280,9 @@ class Interpreter(BlockInterpreter):
         else:
             raise ProgramError(f"{node.text[:80]!r} is unknown")
 
-    def _for(self, node: Node, tokens: list[str]) -> None:
-        words = [token.upper() for token in tokens]
-        if "=" not in words or "TO" not in words:
-            raise ProgramError(f"{node.text[:40]!r} is no FOR")
-        equals, to = words.index("="), words.index("TO")
-        by = words.index("STEP") if "STEP" in words else len(words)
-        step = self.value(tokens[by + 1 :]) if by < len(words) else 1
-        first, last = self.value(tokens[equals + 1 : to]), self.value(tokens[to + 1 : by])
-        self.counted(node, words[1], first, last, step)
-
-    def _switch(self, node: Node, tokens: list[str]) -> None:
-        found = self.value(tokens[1:])
-        for head, body in node.branches[1:]:
-            word, *values = tokens_of(head, GRAMMAR)
-            if word.upper() == "DEFAULT" or found in self._list(values):
-                self.block(body)
-                return
-
-    def _list(self, tokens: list[str]) -> list[Any]:
-        return self.parser([*tokens, ")"]).values(")")
-
     def give(self, name: str, value: Any) -> None:
         """Give a variable a value."""
         self._assign([name], value)
-
-    def _do_exit(self, _: list[str]) -> None:
-        raise BreakError
 
     def _do_decl(self, tokens: list[str]) -> None:
         for name in (one.upper() for one in tokens[1:] if one != ","):
@@ -327,9 +296,10 @@ class Interpreter(BlockInterpreter):
         elif IGNORED.fullmatch(whole):
             self.system[whole] = value
         elif name in {"TOOL_DATA", "BASE_DATA"} and left[1:2] == ["["] and left[-1] == "]":
-            self._require_room(self.tool_data if name == "TOOL_DATA" else self.base_data)[self.value(left[2:-1])] = (
-                value
-            )
+            table = self.tool_data if name == "TOOL_DATA" else self.base_data
+            if len(table) > MOST_ELEMENTS:
+                raise ProgramError(f"more than {MOST_ELEMENTS} frames")
+            table[self.value(left[2:-1])] = value
         elif name == "$OUT" and left[1:2] == ["["]:
             number = self.value(left[2:-1])
             self.run.outputs[f"OUT{number}"] = value
@@ -340,11 +310,6 @@ class Interpreter(BlockInterpreter):
             self.values[key] = self._typed(self.kinds[key], value)
         else:
             self._set_part(self._holder(name), left, value)
-
-    def _require_room(self, table: dict[int, Aggregate]) -> dict[int, Aggregate]:
-        if len(table) > MOST_ELEMENTS:
-            raise ProgramError(f"more than {MOST_ELEMENTS} frames")
-        return table
 
     def _set_frame(self, name: str, left: list[str], value: Any, shown: str) -> None:
         if len(left) == 1:
@@ -390,11 +355,11 @@ class Interpreter(BlockInterpreter):
             if does is not None:
                 self.machine.switch(does)
         elif name == "BAS":
-            self._bas(self._list(given[:1]))
+            self._bas(self.listed(given[:1]))
         elif name in {"MSGNOTIFY", "MSGQUIT"}:
-            self.run.messages.append(str(self._list(given)[0]))
+            self.run.messages.append(str(self.listed(given)[0]))
         else:
-            self.routine(name, self._list(given))
+            self.routine(name, self.listed(given))
 
     def _bas(self, arguments: list[Any]) -> None:
         what = arguments[0] if arguments else ""
@@ -436,9 +401,6 @@ class Interpreter(BlockInterpreter):
         if not self.in_handler:
             raise ProgramError("RESUME outside an interrupt routine")
         raise _ResumeError(self.running.level)
-
-    def _do_return(self, _: list[str]) -> None:
-        raise LeaveError
 
     def _do_halt(self, _: list[str]) -> None:
         self.run.stop(self.run.messages[-1] if self.run.messages else "HALT", self.on_stop)
@@ -515,7 +477,7 @@ class Interpreter(BlockInterpreter):
             percent = self.system.get("$APO.CPTP")  # of the half of a motion
             share = percent / 100.0 if isinstance(percent, int | float) else 1.0
             self.machine.at = replace(self.machine.at, blends=True, zone=(math.inf, WHOLE_ZONE * min(share, 1.0)))
-        found = self._list(given)
+        found = self.listed(given)
         if len(found) != count or not all(isinstance(one, Aggregate) for one in found):
             raise ProgramError(f"{' '.join(tokens)[:80]!r}: expected {count} points")
         outer = (found[-1].values.get(axis) for axis in EXTERNAL)

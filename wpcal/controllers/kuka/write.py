@@ -25,7 +25,7 @@ from wpcal.controllers.language.emit import Around, WeldWriter
 from wpcal.controllers.language.naming import NameRules, safe_name, safe_names
 from wpcal.controllers.language.rounding import rounded_frame, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, part_frame
+from wpcal.controllers.program.describe import part_frame
 from wpcal.controllers.program.planned import ALONE
 from wpcal.controllers.run.machine import WHOLE_ZONE
 from wpcal.core.arrays import FloatArray
@@ -195,7 +195,6 @@ class _Krl(WeldWriter):
         angles = [zyx_degrees(each.poses_in(self.T_base_frame)[1], decimals=DEG_DECIMALS) for each in program.paths]
         vertical = sum(int((abs(each[:, 1]) == 90.0).sum()) for each in angles)
         text = [
-            *describe(program),
             f"points are relative to WP_PART, {part_frame(program)}; mm; R = Rz(A) Ry(B) Rx(C), deg",
             f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
             forms_in_words(is_known=self.forms is not None),
@@ -205,7 +204,7 @@ class _Krl(WeldWriter):
         ]
         if vertical:
             text.append(f"{vertical} points have B = +-90, where A and C turn about one axis: C was fixed at 0")
-        return self.comments([*text, *self.seams_in_words(self.stems)])
+        return self.about(text)
 
     def _frame_in_words(self) -> list[str]:
         planned = self.planned

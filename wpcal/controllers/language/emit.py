@@ -11,7 +11,7 @@ from wpcal.controllers.language.naming import NameRules, comment_lines, safe_nam
 from wpcal.controllers.language.post import AirMoves, Post
 from wpcal.controllers.program import WeldPath, WeldProgram
 from wpcal.controllers.program.arc import ArcSettings, end_time_s, has_weave, refuse
-from wpcal.controllers.program.describe import describe_path
+from wpcal.controllers.program.describe import describe, describe_path
 from wpcal.core.errors import InputError
 from wpcal.robot.moves import Arc
 
@@ -81,13 +81,12 @@ class WeldWriter(AirMoves):
         """Return lines wrapped for this language."""
         return comment_lines(lines, mark=mark, longest=self.longest_comment)
 
-    def seams_in_words(self, names: dict[str, str]) -> list[str]:
-        """Say for the header what each seam is, and its name in the program."""
-        paths = self.program.paths
-        return [
-            "seam -> name here",
-            *(f"  {path.seam.name} -> {names[path.seam.name]}: {describe_path(path)}" for path in paths),
+    def about(self, text: Sequence[str]) -> list[str]:
+        """Return the comments of the header: what all languages say, `text`, and the names of the seams here."""
+        seams = [
+            f"  {(name := path.seam.name)} -> {self.stems[name]}: {describe_path(path)}" for path in self.program.paths
         ]
+        return self.comments([*describe(self.program), *text, "seam -> name here", *seams])
 
     def between(self) -> list[tuple[list[str], list[str]]]:
         """Return the joint moves before each seam and after the last; those that belong to the seam's routine apart."""
@@ -163,6 +162,14 @@ class ArcSwitch:
     on: str  #: The instruction that sets the output ``{output}``.
     off: str
     wait: str  #: The instruction that waits for ``{seconds}`` or ``{milliseconds}``.
+    by_output: str  #: How the header says that the output ``{output}`` switches the arc ...
+    by_calls: str  #: ... or the functions.
+
+    def in_words(self, arc: ArcSettings | None) -> str:
+        """Say for the header what switches the arc."""
+        if arc is None:
+            return "the arc burns from ARC ON to ARC OFF"
+        return self.by_calls if arc.output is None else self.by_output.format(output=arc.output)
 
     def around(self, path: WeldPath, arc: ArcSettings | None, before: Sequence[str] = ()) -> Around:
         """Return what is around a seam; a weave in the weld data is refused when it is written."""

@@ -93,6 +93,10 @@ class BlockInterpreter(Interpreter):
     """Runs the routines of a language of blocks."""
 
     words: Syntax
+    COMMENT: str  #: How a remark begins.
+    BREAK = "BREAK"  #: The word that ends the innermost loop.
+    FOR = ("=", "TO", "STEP", "")  #: What is before the first value, the last and the step, and at the end of the line.
+    BLOCKS: Mapping[str, Callable[[Any, Node, list[str]], None]]  #: What runs blocks, by their first words.
 
     def __init__(self, *args: Any, **given: Any) -> None:
         self.routines: dict[str, Steps] = {}
@@ -108,9 +112,9 @@ class BlockInterpreter(Interpreter):
         """Return the value of an expression."""
         return self.parser(tokens_of(text, self.words) if isinstance(text, str) else text).whole()
 
-    def listed(self, text: str) -> list[Any]:
+    def listed(self, text: str | list[str]) -> list[Any]:
         """Return values between commas."""
-        return self.parser([*tokens_of(text, self.words), ")"]).values(")")
+        return self.parser([*(tokens_of(text, self.words) if isinstance(text, str) else text), ")"]).values(")")
 
     def parser(self, tokens: list[str]) -> Parser:
         """Return what reads expressions."""
@@ -199,6 +203,27 @@ class BlockInterpreter(Interpreter):
 
         self.loop(node, goes_on)
 
+    def count(self, node: Node, tokens: list[str]) -> None:
+        """Run a block with a variable that counts: ``FOR i = a TO b STEP c``."""
+        words, (equals, to, by, end) = [token.upper() for token in tokens], self.FOR
+        if equals not in words or to not in words or end not in ("", words[-1]):
+            raise ProgramError(f"not followed: {node.text[:40]!r}")
+        begin, until, last = words.index(equals), words.index(to), len(words) - bool(end)
+        step = words.index(by) if by in words else last
+        values = [self.value(tokens[begin + 1 : until]), self.value(tokens[until + 1 : step])]
+        self.counted(
+            node, self.word(tokens[1]), *values, *([self.value(tokens[step + 1 : last])] if step < last else [])
+        )
+
+    def select(self, node: Node, tokens: list[str]) -> None:
+        """Run the first branch that has the value of the head: CASE a, b; DEFAULT."""
+        found = self.value(tokens[1:])
+        for head, body in node.branches[1:]:
+            word, *values = tokens_of(head, self.words)
+            if word.upper() == "DEFAULT" or found in self.listed(values[: -1 if values[-1:] == [":"] else None]):
+                self.block(body)
+                return
+
     def choose(self, node: Node, _: list[str]) -> None:
         """Run the first branch whose head holds: IF … THEN, ELSEIF, ELSE."""
         for head, body in node.branches:
@@ -220,4 +245,24 @@ class BlockInterpreter(Interpreter):
 
     def execute(self, node: Node) -> None:
         """Run one line with its blocks."""
+        if node.text.startswith(self.COMMENT):
+            self.remark(node.text[len(self.COMMENT) :])
+            return
+        tokens = tokens_of(node.text, self.words)
+        word = self.word(tokens[0])
+        if node.branches and word in self.BLOCKS:
+            self.BLOCKS[word](self, node, tokens)
+        elif word.upper() == "RETURN":
+            raise LeaveError(self.value(tokens[1:]) if len(tokens) > 1 else None)
+        elif word.upper() == self.BREAK:
+            raise BreakError
+        else:
+            self.statement(word, tokens, node)
+
+    def word(self, token: str) -> str:
+        """Return a token in capitals where the language does not tell them apart."""
+        return token.upper() if self.words.is_upper else token
+
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
+        """Run a line that is no block; `word` is its first."""
         raise NotImplementedError

@@ -15,15 +15,15 @@ import math
 import operator
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from wpcal.controllers.language.grammar import ENCODING, Does
-from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, tree
-from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.blocks import BlockInterpreter, Node, Steps, tree
+from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Syntax, without_comment
 from wpcal.controllers.run.machine import about, rigid, turns_of
 from wpcal.controllers.run.program import MOST_ELEMENTS, ProgramError
 from wpcal.controllers.staubli.grammar import GRAMMAR
@@ -84,7 +84,13 @@ def _element(value: ET.Element, name: str, kind: str) -> tuple[int, Any]:
 class Interpreter(BlockInterpreter):
     """Runs the programs of an application."""
 
-    grammar, words = GRAMMAR, WORDS
+    grammar, words, COMMENT = GRAMMAR, WORDS, "//"
+    BLOCKS: Mapping[str, Callable[..., None]] = {
+        "if": BlockInterpreter.choose,
+        "for": BlockInterpreter.count,
+        "while": lambda self, node, tokens: self.loop(node, lambda: self.value(tokens[1:])),
+        "do": BlockInterpreter.until,
+    }
 
     def load(self, file: str, text: str) -> None:
         """Read a database or a program; a project only lists them."""
@@ -180,21 +186,9 @@ class Interpreter(BlockInterpreter):
 
     # -- running ---------------------------------------------------------------------------------------------------
 
-    def execute(self, node: Node) -> None:
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run one line."""
-        if node.text.startswith("//"):
-            self.remark(node.text[2:])
-            return
-        tokens = tokens_of(node.text, WORDS)
-        word = tokens[0]
-        blocks = {"if": self.choose, "while": self._while, "for": self._for, "do": self.until}
-        if word in blocks:
-            blocks[word](node, tokens)
-        elif word == "return":
-            raise LeaveError
-        elif word == "break":
-            raise BreakError
-        elif word == "call":
+        if word == "call":
             self._call(tokens[1:])
         elif tokens[1:2] == ["("] and (function := getattr(self, f"_do_{word.lower()}", None)):
             values = [_first(one) for one in self.parser(tokens[2:]).values(")")]
@@ -232,17 +226,6 @@ class Interpreter(BlockInterpreter):
             self.machine.switch(Does.ON if tokens[0] == "arcStart" else Does.OFF)
         else:
             self.routine(tokens[0], arguments)
-
-    def _while(self, node: Node, tokens: list[str]) -> None:
-        self.loop(node, lambda: self.value(tokens[1:]))
-
-    def _for(self, node: Node, tokens: list[str]) -> None:
-        if "=" not in tokens or "to" not in tokens:
-            raise ProgramError(f"not followed: {node.text!r}")
-        equals, to = tokens.index("="), tokens.index("to")
-        by = tokens.index("step") if "step" in tokens else len(tokens)
-        step = self.value(tokens[by + 1 :]) if by < len(tokens) else 1
-        self.counted(node, tokens[1], self.value(tokens[equals + 1 : to]), self.value(tokens[to + 1 : by]), step)
 
     # -- moves -----------------------------------------------------------------------------------------------------
 

@@ -23,7 +23,7 @@ from wpcal.controllers.language.naming import NameRules, own_name, safe_name, sa
 from wpcal.controllers.language.post import whole_template
 from wpcal.controllers.language.rounding import rounded, texts, zyx_degrees
 from wpcal.controllers.program import SafePoint, WeldPath, WeldProgram
-from wpcal.controllers.program.describe import describe, part_frame
+from wpcal.controllers.program.describe import part_frame
 from wpcal.core.arrays import FloatArray
 from wpcal.core.errors import InputError
 from wpcal.core.rotations import rotation_from_zyx
@@ -53,6 +53,8 @@ SWITCH = ArcSwitch(
     on="doArc=true",
     off="doArc=false",
     wait="delay({seconds})",
+    by_output="and the dio doArc, linked to output {output}, which switches the arc",
+    by_calls="and the programs arcStart(nJob) and arcEnd()",
 )
 
 
@@ -173,25 +175,17 @@ class _Val3(WeldWriter):
         return [*lines, *self.post.hook("after_run"), *self.post.footer()]
 
     def _about(self) -> list[str]:
-        program, planned, arc = self.program, self.planned, self.program.arc
-        if arc is None:
-            how = "the arc burns from ARC ON to ARC OFF"
-        elif arc.output is not None:
-            how = f"and the dio doArc, linked to output {arc.output}, which switches the arc"
-        else:
-            how = "and the programs arcStart(nJob) and arcEnd()"
+        program, planned = self.program, self.planned
         text = [
-            *describe(program),
             *(planned.standing_axes("VAL3") if planned is not None else ()),
             f"points are children of fPart, {part_frame(program)}; mm; R = Rx(rx) Ry(ry) Rz(rz), deg",
             f"written with {MM_DECIMALS} and {DEG_DECIMALS} decimals: within 0.00001 mm and 0.000001 deg",
             "the configuration is not known: the arm keeps the one it comes with (same)"
             if planned is None
             else "the configuration is that of the joint move before each seam: the arm keeps it (same)",
-            f"declare the tool {self.tool} in this application; {how}",
-            *self.seams_in_words(self.stems),
+            f"declare the tool {self.tool} in this application; {SWITCH.in_words(program.arc)}",
         ]
-        return self.comments(text)
+        return self.about(text)
 
     def joint_move(self, number: int) -> list[str]:
         mm, _ = self.zone(number)

@@ -14,15 +14,15 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wpcal.controllers.language.grammar import Does
-from wpcal.controllers.run.blocks import BlockInterpreter, BreakError, LeaveError, Node, Steps, text_of, tree
-from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax, tokens_of, without_comment
+from wpcal.controllers.run.blocks import BlockInterpreter, LeaveError, Node, Steps, text_of, tree
+from wpcal.controllers.run.expressions import LIKE_C, SIGNS, Parser, Syntax, without_comment
 from wpcal.controllers.run.machine import rigid
 from wpcal.controllers.run.program import ProgramError, StoppedError
 from wpcal.controllers.ur.grammar import GRAMMAR
@@ -113,7 +113,8 @@ class ContactError(Exception):
 class Interpreter(BlockInterpreter):
     """Runs a script."""
 
-    grammar, words = GRAMMAR, WORDS
+    grammar, words, COMMENT = GRAMMAR, WORDS, "#"
+    BLOCKS: Mapping[str, Callable[..., None]] = {"if": BlockInterpreter.choose, "while": BlockInterpreter.loop_while}
 
     def __init__(self, files: Mapping[str, str], *args: Any, **given: Any) -> None:
         self.outside: list[tuple[str, Node]] = []
@@ -185,32 +186,15 @@ class Interpreter(BlockInterpreter):
             raise ProgramError(f"not followed: {name}(…)")
         return function(*arguments, **named)
 
-    def execute(self, node: Node) -> None:
+    def statement(self, word: str, tokens: list[str], node: Node) -> None:
         """Run one line."""
-        if node.text.startswith("#"):
-            self.remark(node.text[1:])
-            return
-        tokens = tokens_of(node.text, WORDS)
-        word = tokens[0]
-        if word == "if":
-            self.choose(node, tokens)
-        elif word == "while":
-            self.loop(node, lambda: self.value(tokens[1:-1]))
-        elif word in {"def", "thread"}:
+        if word in {"def", "thread"}:
             self._define(self.file, node)
-        elif word == "return":
-            raise LeaveError(self.value(tokens[1:]) if len(tokens) > 1 else None)
-        elif word == "break":
-            raise BreakError
         elif word == "halt":
             raise StoppedError("halt")
-        else:
-            self._statement(node, tokens)
-
-    def _statement(self, node: Node, tokens: list[str]) -> None:
-        if tokens[0] in {"kill", "join"}:
-            self._end_thread(tokens[0], self.value(tokens[1:]))
-        elif tokens[0] in {"global", "local"} or (len(tokens) > 1 and "=" in tokens and tokens[1] in {"=", "["}):
+        elif word in {"kill", "join"}:
+            self._end_thread(word, self.value(tokens[1:]))
+        elif word in {"global", "local"} or (len(tokens) > 1 and "=" in tokens and tokens[1] in {"=", "["}):
             self._assign(tokens)
         elif tokens[1:2] == ["("]:
             self.value(tokens)
@@ -337,11 +321,8 @@ class Interpreter(BlockInterpreter):
 
     def fn_get_standard_digital_in(self, number: int) -> bool:
         """Return an input."""
-        return (
-            self.signals[str(number)]
-            if self.hit is not None and str(number) in self.signals
-            else self.is_on(str(number))
-        )
+        name = str(number)
+        return self.signals[name] if self.hit is not None and name in self.signals else self.is_on(name)
 
     fn_get_digital_in = fn_get_standard_digital_in
 

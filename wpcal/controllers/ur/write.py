@@ -52,6 +52,8 @@ SWITCH = ArcSwitch(
     on="set_standard_digital_out({output}, True)",
     off="set_standard_digital_out({output}, False)",
     wait="sleep({seconds})",
+    by_output="standard digital output {output} switches the arc",
+    by_calls="arc_start(job) and arc_end() are functions that you load before this program",
 )
 
 
@@ -117,19 +119,13 @@ class _Script(WeldWriter):
         }
 
     def _about(self) -> list[str]:
-        program, arc = self.program, self.program.arc
-        if arc is None:
-            how = "the arc burns from ARC ON to ARC OFF"
-        elif arc.output is not None:
-            how = f"standard digital output {arc.output} switches the arc"
-        else:
-            how = "arc_start(job) and arc_end() are functions that you load before this program"
+        program = self.program
         text = [
             *describe(program),
             *(self.planned.standing_axes("URScript") if self.planned is not None else ()),
             f"poses are relative to wp_part, {part_frame(program)}; m and rotation vectors in rad",
             f"written with {DECIMALS} decimals: within 0.000001 mm and 0.000001 deg",
-            f"set the tool centre point before this program; {how}",
+            f"set the tool centre point before this program; {SWITCH.in_words(program.arc)}",
         ]
         return self.comments(text)
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from wpcal.controllers.language.grammar import Does
+from wpcal.controllers.run.expressions import COMPARE
 from wpcal.controllers.run.interpreter import LineInterpreter, matrix_of, numbers_of, stated_frame
 from wpcal.controllers.run.program import ProgramError
 from wpcal.controllers.yaskawa.grammar import GRAMMAR
@@ -32,14 +33,6 @@ from wpcal.core.same_bits import inverse_pose
 
 LABEL_LENGTH = 8
 RANGES = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
-COMPARE = {
-    "=": operator.eq,
-    "<>": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-    "<=": operator.le,
-    ">=": operator.ge,
-}
 AXES = r"(?: [BE]C\d{5}){0,2}"  #: Of a rail and a station.
 MASTER = r"(?:  \+MOVJ E?C\d{5}(?: VJ=\d+\.\d+)?)?"  #: How the station moves in step, or robot 2.
 LED = re.compile(r"\+MOVJ (C\d{5})")  #: Where robot 2 goes.
@@ -381,7 +374,7 @@ class Interpreter(LineInterpreter):
         found = re.fullmatch(rf"{NUMBER}(<>|<=|>=|[=<>])(\S+)", text)
         if found is None:
             raise ProgramError(f"the condition {text!r} is not followed")
-        return bool(COMPARE[found[2]](self.number(found[1]), self.number(found[3])))
+        return bool({"=": operator.eq, **COMPARE}[found[2]](self.number(found[1]), self.number(found[3])))
 
     def _jump(self, label: str, condition: str | None) -> int | None:
         if label not in self.job.labels:

@@ -92,6 +92,7 @@ class DistanceField:
 ALONG = 6  #: Largest balls along the longest side of the hull's box: some tens of them.
 LEVELS = 3  #: Sizes of balls, each half of the one before: the smallest is 1/24 of the longest side.
 APART = 0.4  #: Of faces whose normals are nearer to each other than this, one is compared: some tens of faces.
+CENTRES_AT_ONCE = 500  #: Compared with all planes: arrays that stay in the cache.
 HALVES = np.array(np.meshgrid(*((-0.25, 0.25),) * 3)).reshape(3, -1).T
 """Centres of the eight parts of a cube, in parts of its side."""
 
@@ -128,7 +129,8 @@ class HullCover:
         levels: list[_Level] = []
         for number in range(LEVELS):
             radius = step / 2**number * math.sqrt(3.0) / 2
-            inside = -(product(planes[:, :3], centres.T) + planes[:, 3:]).max(axis=0)
+            parts = np.array_split(centres.T, math.ceil(len(centres) / CENTRES_AT_ONCE), axis=1)
+            inside = np.concatenate([-(product(planes[:, :3], x) + planes[:, 3:]).max(axis=0) for x in parts])
             near = inside >= -radius  # the cube around another centre has nothing of the hull
             if levels:
                 levels[-1].parts[...] = np.where(near, np.cumsum(near) - 1, -1).reshape(-1, len(HALVES))
