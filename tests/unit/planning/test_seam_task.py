@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation, Slerp
 
 from tests.one_robot_cells import TEE, fixed_cell
 from wpcal.planning.sequence.seam_task import seam_task
 from wpcal.planning.sequence.sequence_input import read_sequence_input
+from wpcal.planning.sequence.targets import SequenceTargets
+from wpcal.planning.sequence.torch_poses import angles_between, tool_on_seam
+from wpcal.robot.torch.attitude import TorchSettings, tool_rotations
 from wpcal.seam.seam import SeamFrames
 
 RADIUS_MM, SAID_MM = 25.0, 0.005
@@ -42,3 +46,17 @@ def test_points_of_a_line_and_beside_a_corner_are_on_the_chord(turn_deg):
     assert np.abs(first[:, 1:]).max() < 1e-9
     last = task.p[task.s_mm >= task.s_mm[-1] - 20.0] - p[3]
     assert np.abs(np.cross(last, x[3])).max() < 1e-9
+
+
+def test_the_torch_leans_between_frames_as_a_program_leads_it():
+    x, lean = np.tile([1.0, 0.0, 0.0], (5, 1)), np.radians([[0, -35], [0, -35], [15, -20], [0, 0], [0, 0]])
+    seam = replace(seam_of(np.arange(5.0)[:, None] * [10.0, 0.0, 0.0], x), lean_rad=lean)
+    task, targets = seam_task(seam), SequenceTargets()
+    assert {10.0, 20.0, 30.0} <= set(task.s_mm[task.rungs()])
+    rows, ends = np.arange(len(task)), np.array([0, len(task) - 1])
+    angles = angles_between(task, targets, rows, ends, np.column_stack([lean[[0, -1]], [0.2, 0.2]]))
+    wire = tool_on_seam(task, rows, angles)[:, :3, 2]
+    written = Slerp(seam.frames.s_mm, Rotation.from_matrix(tool_rotations(seam.frames.R, TorchSettings(), lean)))
+    led = written(task.s_mm).as_matrix()[:, :, 2]
+    assert np.abs(wire - led)[task.is_source].max() < 1e-9
+    assert np.degrees(np.linalg.norm(wire - led, axis=1)).max() < 1.5  # it also turns about the wire between two leans

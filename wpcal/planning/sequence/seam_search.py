@@ -1,15 +1,15 @@
 """How a seam can be welded: positions of the external axes, branches, torch angles and spins, by a ladder.
 
 For each position of the external axes the closed form gives all joints of all poses that are tried at the rungs of the
-seam. For the most promising branches the cheapest way over the rungs is filled in with straight lines in the torch
-angles, and every point of it is checked: limits, whole turns, singular poses, clearance. What fails is removed from the
-ladder, and the ladder is climbed again.
+seam. For the most promising branches the cheapest way over the rungs is filled in: the torch follows the leans of the
+seam, and how far it is off them changes evenly. Every point is checked: limits, whole turns, singular poses, clearance.
+What fails is removed from the ladder, and the ladder is climbed again.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,7 +29,14 @@ from wpcal.planning.sequence.external import ExternalAxes, axes_of, external_axe
 from wpcal.planning.sequence.motion_check import MotionChecker
 from wpcal.planning.sequence.seam_task import Candidate, SeamTask
 from wpcal.planning.sequence.targets import SequenceTargets
-from wpcal.planning.sequence.torch_poses import TorchPoses, tool_on_seam, torch_angles, torch_poses, wire_is_free
+from wpcal.planning.sequence.torch_poses import (
+    TorchPoses,
+    angles_between,
+    tool_on_seam,
+    torch_angles,
+    torch_poses,
+    wire_is_free,
+)
 from wpcal.planning.sequence.withdraw import Withdrawal, withdraw, withdraws
 from wpcal.robot.kinematics.inverse import TURN, Broken, continue_branch, has_searched_roots, own_branch, solve_inverse
 
@@ -97,15 +104,21 @@ class SeamSearch:
         """
         return withdraw(self.checker, self.air, q, self.targets.approach_mm, self.most_back_mm)
 
+    def leaves(self, q: FloatArray) -> BoolArray:
+        """Tell from which states of a weld, shape (n, k), the torch can go back along the wire; shape (n,)."""
+        most_mm = max(self.targets.approach_mm, self.most_back_mm)
+        can = withdraws(self.checker, self.air, q, min(FIRST_BACK_MM, most_mm))
+        left = np.flatnonzero(~can)
+        if len(left):
+            can[left] = withdraws(self.checker, self.air, q[left], most_mm)
+        return can
+
     def leaving(self, ways: Sequence[Candidate]) -> list[Candidate]:
-        """Return those ways from whose ends the torch can go back along the wire: most can after `FIRST_BACK_MM`."""
+        """Return those ways from whose ends the torch can go back along the wire."""
         if not ways:
             return []
-        ends = np.concatenate([way.q[[0, -1]] for way in ways])
-        first_mm = min(self.targets.approach_mm, FIRST_BACK_MM)
-        can = withdraws(self.checker, self.air, ends, first_mm).tolist()
-        can = [row or self.withdrawn(q).why is None for row, q in zip(can, ends, strict=True)]
-        return [way for row, way in enumerate(ways) if can[2 * row] and can[2 * row + 1]]
+        can = self.leaves(np.concatenate([way.q[[0, -1]] for way in ways])).reshape(-1, 2)
+        return [way for way, goes in zip(ways, can.tolist(), strict=True) if all(goes)]
 
     def whole(
         self, task: SeamTask, most_axes: int | None = None, tilts: Sequence[bool] = (False, True)
@@ -116,13 +129,19 @@ class SeamSearch:
             poses = torch_poses(task, self.targets, self.clearance, tilted=tilted)
             if not poses.is_free.any(axis=1).all():
                 continue
-            found: list[Candidate] = []
-            climbs = self._climbs(task, poses, axes, whole=True)
-            ways = (climb.candidate for climb in climbs if climb.candidate and climb.last == len(task) - 1)
-            while len(found) < MOST_CANDIDATES and (some := list(islice(ways, MOST_CANDIDATES - len(found)))):
-                found += self.leaving(some)
-            if found:
-                return found
+            for leaves in (False, True):  # most can leave, and to ask it of every pose takes long
+                found: list[Candidate] = []
+                climbs = self._climbs(task, poses, axes, whole=True, leaves=leaves)
+                ways = (climb.candidate for climb in climbs if climb.candidate and climb.last == len(task) - 1)
+                some = list(islice(ways, MOST_CANDIDATES))
+                is_held = bool(some)
+                while some:
+                    found += self.leaving(some)
+                    some = list(islice(ways, MOST_CANDIDATES - len(found)))
+                if found:
+                    return found
+                if not is_held:
+                    break
         return []
 
     def longest(self, task: SeamTask) -> Climb:
@@ -138,8 +157,13 @@ class SeamSearch:
                 break
         return best
 
-    def _climbs(self, task: SeamTask, poses: TorchPoses, axes: ExternalAxes, *, whole: bool) -> Iterator[Climb]:
-        """Yield what the ladders of the most promising branches give, batch by batch of external axes."""
+    def _climbs(
+        self, task: SeamTask, poses: TorchPoses, axes: ExternalAxes, *, whole: bool, leaves: bool = False
+    ) -> Iterator[Climb]:
+        """Yield what the ladders of the most promising branches give, batch by batch of external axes.
+
+        `leaves`: Whether the first and the last state must be ones from which the torch can go back along the wire.
+        """
         m, K = poses.is_free.shape
         most = len(axes) if poses.off_rad.max() == 0.0 else min(len(axes), TILTED_AXES)
         size, reached = max(1, POSES_AT_ONCE // (m * K)), False
@@ -162,6 +186,8 @@ class SeamSearch:
                 if score[c, b] < 0:
                     break
                 state = joints[c, :, :, b], usable[c, :, :, b]
+                for end in (0, -1) if leaves else ():
+                    _keep(state[1][end], state[0][end], axes.values[rows[c], end], self.leaves)
                 climb = self._climb(task, shown, axes.values[rows[c]], int(b), *state, whole=whole)
                 reached |= climb.last == len(task) - 1
                 yield climb
@@ -223,32 +249,20 @@ class SeamSearch:
             for row in rows:
                 usable[row, way[row]] = False
             for row in rows - seen:  # where one pose fails, its neighbours mostly do: all of the rung in one call
-                usable[row] &= self._is_clear(task, int(poses.rungs[row]), joints[row], usable[row], values)
+                external = values_along(values[None], task, poses.rungs[row : row + 1])[0, 0]
+                _keep(usable[row], joints[row], external, lambda q: self.clearance.margins(q).is_clear)
             seen |= rows
             if whole and not usable[sorted(rows)].any(axis=1).all():
                 return best
         return best
 
-    def _is_clear(
-        self, task: SeamTask, point: int, joints: FloatArray, usable: BoolArray, values: FloatArray
-    ) -> BoolArray:
-        """Return which of the usable states of one rung are clear of all bodies; shape (K,)."""
-        rows = np.flatnonzero(usable)
-        external = values_along(values[None], task, np.array([point]))[0]
-        q = np.concatenate([joints[rows], np.repeat(external, len(rows), axis=0)], axis=1)
-        clear = np.zeros(len(usable), dtype=np.bool_)
-        clear[rows] = self.clearance.margins(q).is_clear
-        return clear
-
     def _filled(
         self, task: SeamTask, poses: TorchPoses, values: FloatArray, branch: tuple[int, FloatArray], way: list[int]
     ) -> tuple[Climb, int | None]:
         """Return the way with all points between the rungs as far as it is good, and the first point that is not."""
-        knots = poses.angles[np.arange(len(way)), way].copy()
-        knots[:, 2] = np.unwrap(knots[:, 2])
         rungs = poses.rungs[: len(way)]
         rows = np.arange(int(rungs[-1]) + 1)
-        angles = np.stack([np.interp(task.s_mm[rows], task.s_mm[rungs], column) for column in knots.T], axis=1)
+        angles = angles_between(task, self.targets, rows, rungs, poses.angles[np.arange(len(way)), way])
         found, bad = self.checked(task, angles, values, branch)
         last = len(rows) - 1 if bad is None else bad - 1
         if last < 1:
@@ -308,6 +322,17 @@ class SeamSearch:
         asked = torch_angles(task, np.arange(len(task)), self.targets)
         torch = float(np.sqrt(((angles[:, :2] - asked) ** 2).sum(axis=1).mean()))
         return Candidate(task, q, angles, branch, off, torch)
+
+
+def _keep(
+    usable: BoolArray, joints: FloatArray, external: FloatArray, holds: Callable[[FloatArray], BoolArray]
+) -> None:
+    """Keep of the usable states of one rung, shape (K,), those at which something holds.
+
+    `joints`, `external`: shapes (K, 6) and (k - 6,).
+    """
+    rows = np.flatnonzero(usable)
+    usable[rows] = holds(np.concatenate([joints[rows], np.repeat(external[None], len(rows), axis=0)], axis=1))
 
 
 def _leading(good: BoolArray) -> int:

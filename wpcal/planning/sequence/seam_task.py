@@ -14,8 +14,12 @@ from scipy.spatial.transform import Rotation, Slerp
 from wpcal.core.arrays import BoolArray, FloatArray, IntArray
 from wpcal.core.errors import InputError
 from wpcal.core.same_bits import product
+from wpcal.core.tangent import exp_rotation
 from wpcal.planning.cell.cell import Cell
 from wpcal.planning.cell.shape import JOINTS
+from wpcal.robot.moves.interpolation import swings_between
+from wpcal.robot.torch.attitude import measure_torch
+from wpcal.seam.judge.leans import back_directions
 from wpcal.seam.judge.material import NEAR_ROOT_MM
 from wpcal.seam.judge.stations import start_mm
 from wpcal.seam.seam import Seam, SeamFrames
@@ -23,7 +27,8 @@ from wpcal.seam.seam import Seam, SeamFrames
 STEP_MM, STEP_RAD = 5.0, math.radians(3.0)
 """Between two points a seam is this short and turns this little: a joint then moves by some tenths of a degree."""
 RUNG_MM, RUNG_RAD = 40.0, math.radians(20.0)
-"""Between two rungs of a ladder; the torch angles change linearly from one to the next."""
+"""Between two rungs of a ladder; how far the torch is off its targets changes linearly from one to the next."""
+LEAST_BEND = 1e-6  #: Change of the rate of a lean, rad/mm, that is not round-off.
 LEAST_RUNGS = 3
 
 
@@ -59,12 +64,16 @@ class SeamTask:
         return np.asarray(self.p.mean(axis=0), dtype=np.float64)
 
     def rungs(self) -> IntArray:
-        """Return the points at which the search decides, first and last included, shape (m,)."""
+        """Return the points at which the search decides, shape (m,): the ends, and where a lean begins or ends."""
         turned = Rotation.from_matrix(product(np.swapaxes(self.R[:-1], 1, 2), self.R[1:])).magnitude()
         way = np.diff(self.s_mm) / RUNG_MM + turned / RUNG_RAD
         along = np.concatenate([[0.0], np.cumsum(way)])
         count = max(LEAST_RUNGS, math.ceil(along[-1]) + 1)
-        return np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], count) - 1e-9).clip(0, len(self) - 1))
+        even = np.searchsorted(along, np.linspace(0.0, along[-1], count) - 1e-9).clip(0, len(self) - 1)
+        rows = np.flatnonzero(self.is_source)
+        rates = np.diff(self.lean_rad[rows], axis=0) / np.diff(self.s_mm[rows])[:, None]
+        bends = (np.abs(np.diff(rates, axis=0)) > LEAST_BEND).any(axis=1)
+        return np.union1d(even, rows[1:-1][bends])
 
     def part_of(self, first: int, last: int) -> SeamTask:
         """Return the stretch from one point to another, both included."""
@@ -105,8 +114,8 @@ def seam_task(seam: Seam, speed_mm_s: float | None = None, rank: int = 1) -> Sea
     number = np.arange(len(frames))
     lean = np.zeros((len(frames), 2)) if seam.lean_rad is None else np.nan_to_num(seam.lean_rad)
     s, p = np.interp(at, number, frames.s_mm), _on_curve(frames, at)
-    lean = np.stack([np.interp(at, number, column) for column in lean.T], axis=1)
     R = Slerp(number, rotations)(at).as_matrix()
+    lean = _leans_between(frames, lean, R, at)
     from_mm = max(NEAR_ROOT_MM, start_mm(seam))
     what = f"{seam.joint.value} {seam.weld.value}"
     return SeamTask(seam.name, s, p, R, lean, at == np.rint(at), what, speed_mm_s, rank, seam.more_wire_mm, from_mm)
@@ -128,6 +137,21 @@ def _on_curve(frames: SeamFrames, at: FloatArray) -> FloatArray:
     return np.asarray(start + t * chord + np.where(smooth[:, None], bend, 0.0), dtype=np.float64)
 
 
+def _leans_between(frames: SeamFrames, lean_rad: FloatArray, R: FloatArray, at: FloatArray) -> FloatArray:
+    """Return work and travel angles, shape (n, 2), rad, of a wire that turns as controllers turn it between frames.
+
+    `lean_rad`: shape (m, 2). At the frames.
+    `R`, `at`: shapes (n, 3, 3) and (n,). Axes of the seam at points, and their places in numbers of frames.
+    """
+    row = np.minimum(at.astype(int), len(frames) - 2)
+    wire = -back_directions(frames.R, lean_rad)
+    swing = swings_between(wire[:-1], wire[1:])[row] * (at - row)[:, None]
+    leans = np.asarray(lean_rad.any(axis=1))
+    angles = np.stack(measure_torch(R, np.einsum("nij,nj->ni", exp_rotation(swing), wire[row])), axis=1)
+    return np.where((leans[row] | leans[row + 1])[:, None], np.round(angles, LEAN_DIGITS), 0.0)
+
+
+LEAN_DIGITS = 9  #: Of leans, rad: where the torch is straight, round-off is no lean.
 SMOOTH = 0.2  #: Sine of the angle between a tangent and a chord, up to which both are of one smooth curve.
 
 

@@ -2,8 +2,8 @@
 
 The ladder chooses among a grid of torch angles and spins. Here spin, work and travel at the rungs are real numbers. The
 sum of the squared joint rates and of the squared deviations of the torch from its targets becomes least, within the
-range of the torch angles, joint limits, and away from singular poses. Between rungs the angles are straight, as in the
-ladder: on a straight seam the spin is even from its start to its end, as a controller moves on a line.
+range of the torch angles, joint limits, and away from singular poses. Between rungs the deviations are straight, as in
+the ladder: on a straight seam the spin is even from its start to its end, as a controller moves on a line.
 First only the spin is free. Work and travel leave their targets only if the joints then move clearly less. The way that
 is found is checked like those of the ladder. If it is not clear, less of the change is made.
 """
@@ -23,7 +23,7 @@ from wpcal.planning.cell.workplace import LEAST_REGULARITY, regularity
 from wpcal.planning.sequence.external import values_along
 from wpcal.planning.sequence.seam_search import SeamSearch
 from wpcal.planning.sequence.seam_task import Candidate
-from wpcal.planning.sequence.torch_poses import tool_on_seam, torch_angles
+from wpcal.planning.sequence.torch_poses import angles_between, tool_on_seam, torch_angles
 from wpcal.robot.kinematics.inverse import TURN, own_branch
 
 MOTION = 10.0
@@ -141,7 +141,9 @@ def _refined(search: SeamSearch, way: Candidate, most_rad_mm: float, *, is_tilte
     problem = _Problem(search, way, is_tilted=is_tilted)
     found = descend(problem.start, problem.linearise, problem.moved)
     s, rungs = way.task.s_mm, way.task.s_mm[problem.rows]
-    start = way.angles if len(rungs) > 2 else _along(s, rungs, problem.start.angles)
+    start = way.angles
+    if len(rungs) == 2:
+        start = angles_between(way.task, search.targets, np.arange(len(way)), problem.rows, problem.start.angles)
     change = _along(s, rungs, found.angles - problem.start.angles)
     asked = way.q[[0, -1], JOINTS:], (way.branch, way.q[0, :JOINTS])
     for share in SHARES:

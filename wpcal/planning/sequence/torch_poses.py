@@ -54,6 +54,24 @@ def torch_angles(task: SeamTask, rows: IntArray, targets: SequenceTargets) -> Fl
     return np.where(leans, lean, asked)
 
 
+def angles_between(
+    task: SeamTask, targets: SequenceTargets, rows: IntArray, rungs: IntArray, knots: FloatArray
+) -> FloatArray:
+    """Return work, travel and spin at points of a seam, shape (n, 3), rad.
+
+    The torch goes with the leans of the seam, from frame to frame. How far it is off them, and its spin, change evenly
+    from rung to rung.
+
+    `rows`, `rungs`: shapes (n,) and (m,). Points of the seam.
+    `knots`: shape (m, 3). Angles at the rungs.
+    """
+    off = np.unwrap(knots, axis=0)
+    off[:, :2] -= torch_angles(task, rungs, targets)
+    angles = np.stack([np.interp(task.s_mm[rows], task.s_mm[rungs], column) for column in off.T], axis=1)
+    angles[:, :2] += torch_angles(task, rows, targets)
+    return angles
+
+
 def tool_on_seam(task: SeamTask, rows: IntArray, angles: FloatArray) -> FloatArray:
     """Return ``T_part_tool``, shape (n, 4, 4), mm.
 

@@ -55,13 +55,13 @@ def withdraw(
 
 
 def withdraws(weld: MotionChecker, air: MotionChecker, q: FloatArray, distance_mm: float) -> BoolArray:
-    """Tell from which states of a weld, shape (n, k), all of the way back is free and the wire comes clear on it."""
+    """Tell from which states of a weld, shape (n, k), the torch is free on the way back until the wire is clear."""
     back = back_along_wire(weld.cell, q[:, :JOINTS], distance_mm)
     still = np.repeat(q[:, None, JOINTS:], back.shape[1], axis=1)
     states = np.concatenate([q[:, None], np.concatenate([back, still], axis=2)], axis=1)  # (n, a + 1, k)
-    can = np.asarray(np.isfinite(back).all(axis=(1, 2)))
-    a, b = states[can, :-1].reshape(-1, q.shape[1]), states[can, 1:].reshape(-1, q.shape[1])
-    free = (weld.free_shares(a, b, whole=True) == 1.0).reshape(-1, back.shape[1]).all(axis=1)
-    clear = air.clearance.margins(b).is_clear.reshape(-1, back.shape[1]).any(axis=1)
-    can[can] = free & clear
-    return can
+    reached = np.asarray(np.isfinite(back).all(axis=2))
+    a, b = states[:, :-1][reached], states[:, 1:][reached]
+    free, clear = np.zeros(reached.shape, dtype=bool), np.zeros(reached.shape, dtype=bool)
+    free[reached] = weld.free_shares(a, b, whole=True) == 1.0
+    clear[reached] = air.clearance.margins(b).is_clear
+    return np.asarray((np.logical_and.accumulate(free, axis=1) & clear).any(axis=1))

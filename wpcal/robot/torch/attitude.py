@@ -18,6 +18,7 @@ from wpcal.core.errors import InputError
 from wpcal.core.motion import travel_angle, work_angle
 from wpcal.core.options import opt
 from wpcal.core.rotations import rotation_from_zyx
+from wpcal.core.same_bits import arc_tangent
 
 LARGEST_WORK_RAD = math.radians(60.0)
 """At a square fillet the torch lies on a plate at 45 degrees from the bisector; more than this is a mistake."""
@@ -118,5 +119,5 @@ def measure_torch(R_seam: ArrayLike, wire: ArrayLike) -> tuple[FloatArray, Float
     Returns `work_rad, travel_rad`: ndarray, shape (n,).
     """
     d = np.einsum("nij,ni->nj", np.asarray(R_seam, dtype=np.float64), np.asarray(wire, dtype=np.float64))
-    travel = np.arctan2(d[:, 0], np.hypot(d[:, 1], d[:, 2]))  # asin(d·x), exact near ±90° too
-    return np.arctan2(d[:, 1], -d[:, 2]), travel
+    travel = arc_tangent(d[:, 0], np.hypot(d[:, 1], d[:, 2]))  # asin(d·x), exact near ±90° too
+    return arc_tangent(d[:, 1], -d[:, 2]), travel
